@@ -1,0 +1,79 @@
+"""The source tree, parsed once, for the tests of conventions."""
+
+from __future__ import annotations
+
+import ast
+import functools
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = ROOT / "src" / "maya_un"
+
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+@dataclass(frozen=True, slots=True)
+class Module:
+    """One file: its dotted name, its text, its tree."""
+
+    name: str
+    path: Path
+    text: str
+    tree: ast.Module
+
+    @property
+    def lines(self) -> int:
+        """Number of lines."""
+        return self.text.count("\n")
+
+    def imports(self) -> set[str]:
+        """Dotted names of everything imported anywhere in the file; `from a import b` gives a and a.b."""
+        found: set[str] = set()
+        for node in ast.walk(self.tree):
+            if isinstance(node, ast.Import):
+                found.update(alias.name for alias in node.names)
+            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                found.add(node.module)
+                found.update(f"{node.module}.{alias.name}" for alias in node.names)
+        return found
+
+    def functions(self) -> Iterator[Function]:
+        """Every function and method, nested ones included."""
+        return (node for node in ast.walk(self.tree) if isinstance(node, Function))
+
+    def calls(self) -> Iterator[tuple[int, str]]:
+        """Line and last name of everything called: `asyncio.sleep(1)` gives `sleep`."""
+        for node in ast.walk(self.tree):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute | ast.Name):
+                called = node.func
+                yield node.lineno, called.attr if isinstance(called, ast.Attribute) else called.id
+
+
+def _parse(path: Path, base: Path) -> Module:
+    parts = list(path.relative_to(base).with_suffix("").parts)
+    if parts[-1] == "__init__":
+        parts.pop()
+    text = path.read_text(encoding="utf-8")
+    return Module(".".join(parts), path, text, ast.parse(text, str(path)))
+
+
+@functools.cache
+def modules() -> tuple[Module, ...]:
+    """Return every module of the package."""
+    return tuple(_parse(path, PACKAGE.parent) for path in sorted(PACKAGE.rglob("*.py")))
+
+
+@functools.cache
+def test_modules() -> tuple[Module, ...]:
+    """Return every module of the tests."""
+    return tuple(_parse(path, ROOT) for path in sorted((ROOT / "tests").rglob("*.py")))
+
+
+test_modules.__test__ = False  # type: ignore[attr-defined]
+
+
+def floor(module: Module) -> str:
+    """Return the floor (or leaf) a module belongs to; empty for the package itself."""
+    return [*module.name.split("."), ""][1]

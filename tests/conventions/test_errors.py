@@ -1,0 +1,65 @@
+"""Codes, sentences and pages of errors agree."""
+
+from __future__ import annotations
+
+import re
+import string
+
+import pytest
+
+from maya_un import errors, messages
+from maya_un.errors import MachineError, MayaError, RequestError
+from tests.conventions.source import ROOT
+
+LEAVES = list(errors.by_code().values())
+
+
+def fields(sentence: str) -> set[str]:
+    return {field for _, field, _, _ in string.Formatter().parse(sentence) if field is not None}
+
+
+def branches(branch: type[MayaError]) -> list[type[MayaError]]:
+    return [branch, *(found for child in branch.__subclasses__() for found in branches(child))]
+
+
+def test_no_code_is_given_twice() -> None:
+    coded = [found for found in branches(MayaError) if found.code]
+    assert len({found.code for found in coded}) == len(coded)
+
+
+@pytest.mark.parametrize("leaf", LEAVES, ids=lambda leaf: leaf.__name__)
+def test_an_error_belongs_to_one_branch_and_one_family(leaf: type[MayaError]) -> None:
+    assert issubclass(leaf, RequestError) != issubclass(leaf, MachineError)
+    assert 1 <= leaf.code // 1000 <= 5
+
+
+@pytest.mark.parametrize("language", messages.LANGUAGES)
+def test_every_code_has_a_sentence_and_no_sentence_is_left_over(language: str) -> None:
+    assert set(messages.table(language)) == set(errors.by_code())
+
+
+@pytest.mark.parametrize("leaf", LEAVES, ids=lambda leaf: leaf.__name__)
+def test_all_languages_name_the_same_details(leaf: type[MayaError]) -> None:
+    named = {frozenset(fields(messages.table(language)[leaf.code])) for language in messages.LANGUAGES}
+    assert len(named) == 1
+
+
+@pytest.mark.parametrize("leaf", LEAVES, ids=lambda leaf: leaf.__name__)
+def test_a_sentence_ends_like_one(leaf: type[MayaError]) -> None:
+    for language in messages.LANGUAGES:
+        assert messages.table(language)[leaf.code].endswith((".", ")"))
+
+
+def test_the_tree_in_the_docstring_is_the_tree() -> None:
+    drawn = {int(code): name for name, code in re.findall(r"(\w+) (\d{4})", errors.__doc__ or "")}
+    assert drawn == {code: leaf.__name__ for code, leaf in errors.by_code().items()}
+
+
+def test_every_code_is_in_the_reference() -> None:
+    page = (ROOT / "docs" / "reference" / "errors.md").read_text(encoding="utf-8")
+    assert [code for code, leaf in errors.by_code().items() if f"### {code} {leaf.__name__}" not in page] == []
+
+
+def test_a_branch_cannot_be_raised() -> None:
+    with pytest.raises(TypeError, match="branch"):
+        raise RequestError

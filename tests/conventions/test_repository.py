@@ -1,0 +1,105 @@
+"""The files around the source: commands, locks, records, pages."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from tests.conventions.source import ROOT
+
+COMMANDS = ["run", "test", "scripts/check", "scripts/bench", "scripts/docs", "scripts/gen"]
+LOCKS = ["requirements.lock", "requirements-dev.lock"]
+RECORDS = sorted((ROOT / "docs" / "decisions").glob("[0-9]*.md"))
+
+
+def text(name: str) -> str:
+    return (ROOT / name).read_text(encoding="utf-8")
+
+
+def pins(lock: str) -> dict[str, str]:
+    return dict(re.findall(r"^([a-z0-9.-]+)==(\S+)", text(lock), re.MULTILINE))
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_command_is_executable_plain_shell(name: str) -> None:
+    assert os.access(ROOT / name, os.X_OK)
+    assert text(name).startswith("#!/bin/sh\n")
+    subprocess.run(["/bin/sh", "-n", ROOT / name], check=True)
+
+
+def test_continuous_integration_checks_first_and_closes_with_the_tests() -> None:
+    steps = re.findall(r"^(scripts/\w+|\./test)", text(".ci/run"), re.MULTILINE)
+    assert os.access(ROOT / ".ci" / "run", os.X_OK)
+    assert steps == ["scripts/check", "./test"]
+
+
+@pytest.mark.parametrize("lock", LOCKS)
+def test_a_lock_pins_hashes_and_names_no_server(lock: str) -> None:
+    entries = re.split(r"\n(?=[a-z0-9.-]+==)", text(lock))[1:]
+    assert [entry for entry in entries if "--hash=sha256:" not in entry] == []
+    assert not re.search(r"://|--(index|extra-index|find-links|trusted)", text(lock))
+
+
+def test_the_development_lock_contains_the_other() -> None:
+    assert pins("requirements.lock").items() <= pins("requirements-dev.lock").items()
+
+
+def test_the_locks_hold_what_the_project_asks_for() -> None:
+    project = tomllib.loads(text("pyproject.toml"))["project"]
+    extras = project["optional-dependencies"]
+    asked = {
+        "requirements.lock": project["dependencies"] + extras["build"],
+        "requirements-dev.lock": extras["dev"],
+    }
+    for lock, requirements in asked.items():
+        names = {re.split(r"[<>=!~\[ ;]", requirement)[0] for requirement in requirements}
+        assert names <= pins(lock).keys(), f"run scripts/gen: {lock} lacks {names - pins(lock).keys()}"
+
+
+def test_generated_pages_are_current() -> None:
+    check = subprocess.run(
+        [sys.executable, ROOT / "scripts" / "gen_docs.py", "--check"], capture_output=True, text=True, check=False
+    )
+    assert check.returncode == 0, check.stdout + check.stderr
+
+
+def test_records_are_numbered_without_a_gap() -> None:
+    assert [int(record.name[:4]) for record in RECORDS] == list(range(1, len(RECORDS) + 1))
+
+
+@pytest.mark.parametrize("record", RECORDS, ids=lambda record: record.stem)
+def test_a_record_has_context_decision_and_consequences(record: Path) -> None:
+    page = record.read_text(encoding="utf-8")
+    assert page.startswith(f"# {int(record.name[:4])}. ")
+    assert re.findall(r"^## (.*)$", page, re.MULTILINE) == ["Context", "Decision", "Consequences"]
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "docs").rglob("*.md")), ids=lambda page: page.stem)
+def test_links_between_pages_lead_somewhere(page: Path) -> None:
+    targets = re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8"))
+    assert [target for target in targets if not (page.parent / target).exists()] == []
+
+
+def test_the_changelog_has_a_place_for_the_next_change() -> None:
+    assert re.search(r"^## \[Unreleased\]$", text("CHANGELOG.md"), re.MULTILINE)
+
+
+def test_the_readme_starts_with_the_two_commands() -> None:
+    blocks = re.findall(r"```(?:sh|bash|console)?\n(.*?)```", text("README.md"), re.DOTALL)
+    commands = [word for block in blocks for word in re.findall(r"^(?:\$ )?(\./\w+)", block, re.MULTILINE)]
+    assert sorted(set(commands)) == ["./run", "./test"]
+
+
+def test_the_licence_is_apache_2() -> None:
+    assert "Apache License" in text("LICENSE")
+    assert tomllib.loads(text("pyproject.toml"))["project"]["license"] == "Apache-2.0"
+
+
+def test_the_package_is_typed() -> None:
+    assert (ROOT / "src" / "maya_un" / "py.typed").exists()

@@ -1,0 +1,133 @@
+"""What holds for every file of the source, looked up in its syntax."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import inspect
+from collections.abc import Iterator
+
+import pytest
+
+from tests.conventions import source
+from tests.conventions.source import Function, Module
+
+MAX_LINES = 600
+
+IO = {"asyncio", "selectors", "socket", "ssl", "subprocess", "threading"}
+IO_MODULES = {
+    "maya_un.galil.driver",
+    "maya_un.galil.emergency",
+    "maya_un.galil.transport",
+    "maya_un.virtual.server",
+}
+"""The modules of `galil` and `virtual` that carry bytes; all others are functions of bytes and time."""
+
+CLOCKS = {"time", "datetime", "sched", "timeit"}
+MAY_LOOK_AT_THE_CLOCK = {"cli", "server", "loops"}
+"""Edges live in real time, and `loops` is where time comes from."""
+
+
+def by_name(module: Module) -> str:
+    return module.name
+
+
+every_module = pytest.mark.parametrize("module", source.modules(), ids=by_name)
+
+
+def public_definitions(body: list[ast.stmt], prefix: str) -> Iterator[tuple[str, Function | ast.ClassDef]]:
+    for node in body:
+        if isinstance(node, Function | ast.ClassDef) and not node.name.startswith("_"):
+            yield prefix + node.name, node
+            if isinstance(node, ast.ClassDef):
+                yield from public_definitions(node.body, f"{prefix}{node.name}.")
+
+
+def inherits_docstring(module: Module, dotted: str) -> bool:
+    *owner, _ = dotted.split(".")
+    if not owner:
+        return False
+    found: object = importlib.import_module(module.name)
+    for part in dotted.split("."):
+        found = getattr(found, part)
+    return not isinstance(found, type) and bool(inspect.getdoc(found))
+
+
+def is_overload(node: Function | ast.ClassDef) -> bool:
+    return any(isinstance(item, ast.Name) and item.id == "overload" for item in node.decorator_list)
+
+
+@every_module
+def test_module_and_public_names_are_documented(module: Module) -> None:
+    assert ast.get_docstring(module.tree), "the module says nothing about itself"
+    bare = [
+        name
+        for name, node in public_definitions(module.tree.body, "")
+        if not ast.get_docstring(node) and not is_overload(node) and not inherits_docstring(module, name)
+    ]
+    assert not bare, f"public names without a docstring: {bare}"
+
+
+def unannotated(function: Function, *, method: bool) -> Iterator[str]:
+    arguments = function.args
+    positional = [*arguments.posonlyargs, *arguments.args]
+    static = any(isinstance(item, ast.Name) and item.id == "staticmethod" for item in function.decorator_list)
+    if method and not static:
+        positional = positional[1:]
+    others = [arguments.vararg, arguments.kwarg]
+    for argument in (*positional, *arguments.kwonlyargs, *(item for item in others if item)):
+        if argument.annotation is None:
+            yield f"{function.name}({argument.arg})"
+    if function.returns is None:
+        yield f"{function.name} ->"
+
+
+def methods(tree: ast.Module) -> set[ast.AST]:
+    classes = (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef))
+    return {node for owner in classes for node in owner.body}
+
+
+@pytest.mark.parametrize("module", [*source.modules(), *source.test_modules()], ids=by_name)
+def test_everything_is_annotated(module: Module) -> None:
+    inside = methods(module.tree)
+    bare = [name for node in module.functions() for name in unannotated(node, method=node in inside)]
+    assert not bare, f"without annotation: {bare}"
+
+
+@every_module
+def test_a_module_stays_readable_in_one_sitting(module: Module) -> None:
+    assert module.lines <= MAX_LINES
+
+
+@every_module
+def test_exported_names_exist(module: Module) -> None:
+    loaded = importlib.import_module(module.name)
+    exported: list[str] = getattr(loaded, "__all__", [])
+    assert [name for name in exported if not hasattr(loaded, name)] == []
+
+
+@every_module
+def test_nothing_below_the_edges_looks_at_a_clock(module: Module) -> None:
+    if source.floor(module) not in MAY_LOOK_AT_THE_CLOCK:
+        assert not module.imports() & CLOCKS
+
+
+@every_module
+def test_bytes_are_carried_only_by_the_modules_named_for_it(module: Module) -> None:
+    if source.floor(module) in {"galil", "virtual"} and module.name not in IO_MODULES:
+        assert not module.imports() & (IO | IO_MODULES | {"maya_un.events", "maya_un.loops"})
+
+
+@pytest.mark.parametrize("module", source.test_modules(), ids=by_name)
+def test_tests_do_not_sleep(module: Module) -> None:
+    lines = [line for line, called in module.calls() if called == "sleep"]
+    assert not lines, f"a test waits for something to settle (tests/virtual_time.py lets time pass): {lines}"
+
+
+@pytest.mark.parametrize("module", source.test_modules(), ids=by_name)
+def test_test_functions_return_nothing(module: Module) -> None:
+    tests = [
+        node for node in module.functions() if node.name.startswith("test_") and module.path.stem.startswith("test_")
+    ]
+    wrong = [node.name for node in tests if not (isinstance(node.returns, ast.Constant) and node.returns.value is None)]
+    assert not wrong
