@@ -1,0 +1,38 @@
+"""Configuration: every constant of the machine as one validated, immutable model.
+
+The defaults are the manual's; a TOML file changes single keys. Units are SI, except registers of the motion
+controller, whose names end in `_counts`.
+"""
+
+from maya_un.config.load import default_path, load, template, to_toml
+from maya_un.config.model import (
+    AxisConfig,
+    CellConfig,
+    Config,
+    ControllerConfig,
+    Geometry,
+    GripperConfig,
+    HomingConfig,
+    SafetyConfig,
+    Scale,
+    WiringConfig,
+)
+from maya_un.config.units import Units
+
+__all__ = [
+    "AxisConfig",
+    "CellConfig",
+    "Config",
+    "ControllerConfig",
+    "Geometry",
+    "GripperConfig",
+    "HomingConfig",
+    "SafetyConfig",
+    "Scale",
+    "Units",
+    "WiringConfig",
+    "default_path",
+    "load",
+    "template",
+    "to_toml",
+]

@@ -1,0 +1,110 @@
+"""Reading the configuration file, and writing one that explains itself."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from maya_un.config.model import Config
+from maya_un.errors import FileUnreadable, InvalidConfig
+
+
+def default_path() -> Path:
+    """Return where the configuration is looked for: $MAYA_CONFIG, else maya/config.toml in the user's folder."""
+    named = os.environ.get("MAYA_CONFIG")
+    if named:
+        return Path(named)
+    home = os.environ.get("XDG_CONFIG_HOME")
+    return (Path(home) if home else Path.home() / ".config") / "maya" / "config.toml"
+
+
+def load(path: Path | None = None) -> Config:
+    """Return the configuration of `path`, laid over the manual's defaults.
+
+    Without `path` the default place is read, and the defaults alone serve where no file is there.
+    Raises `FileUnreadable` (also for broken TOML) and `InvalidConfig` with key, value and reason.
+    """
+    place = default_path() if path is None else path
+    if path is None and not place.exists():
+        return Config()
+    return parse(_read(place))
+
+
+def _read(place: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(place.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise FileUnreadable(path=place, reason=error.strerror or str(error)) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise FileUnreadable(path=place, reason=f"it is not TOML: {error}") from error
+
+
+def parse(keys: dict[str, Any]) -> Config:
+    """Return the configuration for nested keys laid over the defaults; raises `InvalidConfig`."""
+    merged = _overlay(Config().model_dump(exclude_none=True), keys)
+    try:
+        return Config.model_validate(merged)
+    except ValidationError as error:
+        raise _refusal(error) from error
+
+
+def _overlay(base: dict[str, Any], top: dict[str, Any]) -> dict[str, Any]:
+    merged = dict(base)
+    for key, value in top.items():
+        below = merged.get(key)
+        merged[key] = _overlay(below, value) if isinstance(below, dict) and isinstance(value, dict) else value
+    return merged
+
+
+def _refusal(error: ValidationError) -> InvalidConfig:
+    first = error.errors(include_url=False)[0]
+    key = ".".join(str(part) for part in first["loc"]) or "configuration"
+    reason = first["msg"].removeprefix("Value error, ")
+    if first["type"] == "extra_forbidden":
+        reason = "there is no such key"
+    value = first["input"]
+    shown = "(several keys)" if isinstance(value, BaseModel | dict) else repr(value)
+    return InvalidConfig(key=key, value=shown, reason=reason)
+
+
+def to_toml(config: Config, *, commented: bool = False) -> str:
+    """Return the configuration as TOML, every key with its meaning and unit behind it.
+
+    With `commented`, the keys themselves are commented out, which makes a file to start from.
+    """
+    lines: list[str] = []
+    _write(config, "", lines, "# " if commented else "")
+    return "\n".join(lines).strip() + "\n"
+
+
+def template() -> str:
+    """Return a configuration file with every key commented out at its default."""
+    head = "# Maya-UN configuration. Uncomment what differs from the manual's machine.\n\n"
+    return head + to_toml(Config(), commented=True)
+
+
+def _write(model: BaseModel, name: str, lines: list[str], prefix: str) -> None:
+    fields = type(model).model_fields
+    leaves = {key: getattr(model, key) for key in fields if not isinstance(getattr(model, key), BaseModel)}
+    if leaves:
+        lines.extend(["", f"[{name}]"])
+    for key, value in leaves.items():
+        if value is not None:
+            note = fields[key].description
+            lines.append(f"{prefix}{key} = {_literal(value)}" + (f"  # {note}" if note else ""))
+    for key in fields:
+        child = getattr(model, key)
+        if isinstance(child, BaseModel):
+            _write(child, f"{name}.{key}" if name else key, lines, prefix)
+
+
+def _literal(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    return repr(value)

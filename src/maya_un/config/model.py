@@ -1,0 +1,198 @@
+"""The model: sections, units, ranges, and what must hold between the keys."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+Metres = Annotated[float, Field(gt=0.0, le=10.0, allow_inf_nan=False)]
+"""A length [m]; the upper bound catches millimetres."""
+
+Register = Annotated[int, Field(ge=0, le=1_073_740_800)]
+"""A controller register in counts, counts/s or counts/s²."""
+
+Letter = Literal["A", "B", "C"]
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=False)
+
+
+class ControllerConfig(_Section):
+    """Where the motion controller is, and how long to wait for it."""
+
+    address: Annotated[str, Field(min_length=1, description="host or host:port of the DMC-41x3")] = "192.168.1.156"
+    timeout: Annotated[float, Field(gt=0.0, le=60.0, description="longest wait for a reply [s]")] = 2.0
+    stream_rate: Annotated[float, Field(gt=0.0, le=100.0, description="data records a second [Hz]")] = 20.0
+
+
+class Geometry(_Section):
+    """Lengths of the mechanism [m] (manual, figures 7 to 9)."""
+
+    height: Annotated[Metres, Field(description="H, height of the anchors above the table [m]")] = 2.35
+    length: Annotated[Metres, Field(description="D, distance of anchor c from axis a [m]")] = 2.30
+    delta: Annotated[Metres, Field(description="distance of anchor b from axis a [m]")] = 0.30
+    gripper_height: Annotated[Metres, Field(description="Phi, lines' meeting point to gripper point [m]")] = 0.20
+
+    @property
+    def width(self) -> float:
+        """W = D - delta, distance between the two anchors [m]."""
+        return self.length - self.delta
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        if self.delta >= self.length:
+            raise ValueError("delta must be smaller than length: anchor b sits between axis a and anchor c")
+        if self.gripper_height >= self.height:
+            raise ValueError("gripper_height must be smaller than height: the gripper hangs above the table")
+        return self
+
+
+class Scale(_Section):
+    """Encoder counts per unit of motion (manual, constants PULSES_PER_M and PULSES_PER_DEG)."""
+
+    pulses_per_metre: Annotated[float, Field(gt=1e3, le=1e9, description="counts per metre of line b, c")] = 1e6
+    pulses_per_degree: Annotated[float, Field(gt=1.0, le=1e6, description="counts per degree of axis a")] = 371.06
+
+
+class AxisConfig(_Section):
+    """One axis: its letter on the controller, its stroke, its registers."""
+
+    letter: Letter
+    minimum: Annotated[float, Field(ge=0.0, le=10.0, description="short end of the stroke (rad or m)")]
+    maximum: Annotated[float, Field(gt=0.0, le=10.0, description="long end of the stroke (rad or m)")]
+    speed_counts: Annotated[int, Field(ge=2, le=15_000_000, description="SP, slew speed [counts/s]")]
+    acceleration_counts: Annotated[Register, Field(ge=1024, description="AC [counts/s2]")]
+    deceleration_counts: Annotated[Register, Field(ge=1024, description="DC [counts/s2]")]
+    stop_deceleration_counts: Annotated[Register, Field(ge=1024, description="VD and DC of a stop [counts/s2]")]
+    limit_deceleration_counts: Annotated[Register, Field(ge=1024, description="SD, at a limit [counts/s2]")]
+    error_limit_counts: Annotated[int, Field(ge=1, le=2_147_483_647, description="ER, following error [counts]")]
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.minimum >= self.maximum:
+            raise ValueError("minimum must be smaller than maximum")
+        if self.stop_deceleration_counts < self.deceleration_counts:
+            raise ValueError("stop_deceleration_counts must not be smaller than deceleration_counts")
+        return self
+
+
+def _line(letter: Letter, minimum: float, maximum: float) -> AxisConfig:
+    return AxisConfig(
+        letter=letter,
+        minimum=minimum,
+        maximum=maximum,
+        speed_counts=45_000,
+        acceleration_counts=5_120,
+        deceleration_counts=5_120,
+        stop_deceleration_counts=51_200,
+        limit_deceleration_counts=51_200,
+        error_limit_counts=8_000,
+    )
+
+
+def _boom() -> AxisConfig:
+    return AxisConfig(
+        letter="A",
+        minimum=0.0,
+        maximum=2 * pi / 3,
+        speed_counts=1_000,
+        acceleration_counts=1_024,
+        deceleration_counts=1_024,
+        stop_deceleration_counts=10_240,
+        limit_deceleration_counts=10_240,
+        error_limit_counts=742,
+    )
+
+
+class Axes(_Section):
+    """The three axes."""
+
+    a: AxisConfig = Field(default_factory=_boom)
+    b: AxisConfig = Field(default_factory=lambda: _line("B", 0.575, 2.260))
+    c: AxisConfig = Field(default_factory=lambda: _line("C", 0.565, 2.300))
+
+    def __getitem__(self, index: int) -> AxisConfig:
+        return (self.a, self.b, self.c)[index]
+
+    @model_validator(mode="after")
+    def _distinct(self) -> Self:
+        if sorted(axis.letter for axis in (self.a, self.b, self.c)) != ["A", "B", "C"]:
+            raise ValueError("the letters of the three axes must be A, B and C, each once")
+        if self.a.maximum > 2 * pi:
+            raise ValueError("a.maximum is an angle in radians, at most 2 pi; this looks like degrees")
+        return self
+
+
+class GripperConfig(_Section):
+    """The gripper's output on the controller (manual: CB1 closes, SB1 opens)."""
+
+    output: Annotated[int, Field(ge=1, le=8, description="number of the digital output")] = 1
+    closed_by: Annotated[Literal["clear", "set"], Field(description="bit command that closes it")] = "clear"
+    settle_time: Annotated[float, Field(ge=0.0, le=10.0, description="wait after switching [s]")] = 0.5
+
+
+class WiringConfig(_Section):
+    """How the switches are wired: register CN."""
+
+    limit_active_level: Annotated[Literal[-1, 1], Field(description="CN n0: -1 low, 1 high when active")] = -1
+
+
+class SafetyConfig(_Section):
+    """Limits that the manual lacks and physics has (errata 1, 5, 6)."""
+
+    tension_limit: Annotated[float, Field(gt=1.0, le=20.0, description="line tension, multiple of the load")] = 5.0
+    self_locking: Annotated[bool, Field(description="drums hold the load with motors off")] = True
+    off_on_error: Annotated[Literal[0, 1] | None, Field(description="OE; default 1 where self_locking, else 0")] = None
+
+    @property
+    def oe(self) -> int:
+        """Register OE: 1 switches a motor off on error, which only a self-locking drum survives."""
+        return int(self.self_locking) if self.off_on_error is None else self.off_on_error
+
+    @model_validator(mode="after")
+    def _holds(self) -> Self:
+        if self.off_on_error == 1 and not self.self_locking:
+            raise ValueError("off_on_error = 1 would drop the load, because self_locking is false")
+        return self
+
+
+class HomingConfig(_Section):
+    """How homing goes about it (errata, "Homing, in numbers")."""
+
+    speed: Annotated[float, Field(gt=0.0, le=0.2, description="travel of the lines [m/s]")] = 0.03
+    slow_speed: Annotated[float, Field(gt=0.0, le=0.02, description="probing and final approach [m/s]")] = 0.002
+    torque_per_load: Annotated[float, Field(gt=0.0, le=9.9, description="motor command that lifts the load [V]")] = 0.5
+    stroke_tolerance: Annotated[float, Field(ge=0.0, le=0.2, description="long end against configuration")] = 0.03
+
+
+class CellConfig(_Section):
+    """The table under the robot: heights above its top [m] (errata, "The cell")."""
+
+    grasp_height: Annotated[Metres, Field(description="gripper point when it grasps a standard part [m]")] = 0.40
+    clearance: Annotated[Metres, Field(description="approach this far above pick and place [m]")] = 0.10
+
+
+class Config(_Section):
+    """All constants of one machine. Immutable; the defaults are the manual's."""
+
+    controller: ControllerConfig = ControllerConfig()
+    geometry: Geometry = Geometry()
+    scale: Scale = Scale()
+    axes: Axes = Field(default_factory=Axes)
+    gripper: GripperConfig = GripperConfig()
+    wiring: WiringConfig = WiringConfig()
+    safety: SafetyConfig = SafetyConfig()
+    homing: HomingConfig = HomingConfig()
+    cell: CellConfig = CellConfig()
+
+    @model_validator(mode="after")
+    def _reachable(self) -> Self:
+        width, b, c = self.geometry.width, self.axes.b, self.axes.c
+        if b.maximum + c.maximum <= width:
+            raise ValueError("axes.b.maximum + axes.c.maximum must exceed length - delta, or the lines never meet")
+        if b.minimum >= width or c.minimum >= width:
+            raise ValueError("the short ends must be smaller than length - delta, or nothing is reachable")
+        return self

@@ -1,0 +1,361 @@
+"""Every error of the house, its stable code, and the branch that decides whether the robot stops.
+
+MayaError
+├── RequestError            somebody asked for something impossible: refused, the robot is not disturbed
+│   ├── NotConnected 1010 · ServiceNotRunning 1020 · ServiceNotAnswering 1021
+│   ├── Unreachable 2101 · PathRefused 2102 · NotHomed 2103 · Busy 2104 · Faulted 2105
+│   │   MarkerMissing 2106 · TrajectoryRefused 2107 · NothingToRecover 2108
+│   ├── Stopped 2201 · Cancelled 2202
+│   ├── GripperNotEmpty 3001 · GripperEmpty 3002
+│   ├── InvalidValue 4001 · InvalidJob 4002 · UnknownName 4003 · NotFound 4004 · InvalidRequest 4005
+│   │   SpeedOnRealMachine 4006 · FileUnreadable 4007 · InvalidCommandLine 4008
+│   └── InvalidConfig 5001 · FileUnwritable 5002 · AddressInUse 5003 · AlreadyRunning 5004
+└── MachineError            the machine did something unexpected: motion ends, a person recovers
+    ├── LinkLost 1001 · ConnectFailed 1002 · LinkTimeout 1003 · CommandRejected 1004
+    │   WrongController 1005 · UnexpectedReply 1006 · ParameterMismatch 1007
+    ├── LimitReached 2301 · FollowingError 2302 · AbortInput 2303 · AmplifierFault 2304
+    │   UnexpectedStop 2305 · MotorOff 2306 · ControllerReset 2307 · EndNotReached 2308
+    ├── WiringContradictsCn 2401 · HomingStalled 2402 · SwitchNotFound 2403 · StrokeDiffers 2404
+    └── InternalError 5999
+
+1xxx link · 2xxx motion · 3xxx work-piece · 4xxx request · 5xxx house. The words belong to the code and
+stand in `maya_un.messages`, one module a language; every edge shows the same code and words.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from maya_un import messages
+
+
+class MayaError(Exception):
+    """Base of all errors.
+
+    Parameters are the details that the sentence of this code names; they are kept in `details`
+    and stay machine-readable at every edge.
+    """
+
+    code: ClassVar[int] = 0
+
+    def __init__(self, **details: object) -> None:
+        if type(self).code == 0:
+            raise TypeError(f"{type(self).__name__} is a branch of the tree, raise one of its leaves")
+        self.details = details
+        super().__init__(messages.sentence(type(self).code, details))
+
+    def text(self, language: str = "en") -> str:
+        """Return the sentence (what, why, what next) in `language` ("en" or "es")."""
+        return messages.sentence(type(self).code, self.details, language)
+
+
+class RequestError(MayaError):
+    """Somebody asked for something impossible. The robot is not disturbed."""
+
+
+class MachineError(MayaError):
+    """The machine or the link did something unexpected. Motion ends; a person recovers."""
+
+
+class LinkLost(MachineError):
+    """The connection to the controller ended by itself."""
+
+    code = 1001
+
+
+class ConnectFailed(MachineError):
+    """Nobody answers at the controller's address."""
+
+    code = 1002
+
+
+class LinkTimeout(MachineError):
+    """The controller accepted the connection but does not answer in time."""
+
+    code = 1003
+
+
+class CommandRejected(MachineError):
+    """The controller answered `?` to a command of ours; carries the TC code."""
+
+    code = 1004
+
+
+class WrongController(MachineError):
+    """The device at the address is not a DMC-41x3 with three axes."""
+
+    code = 1005
+
+
+class UnexpectedReply(MachineError):
+    """A reply could not be understood."""
+
+    code = 1006
+
+
+class ParameterMismatch(MachineError):
+    """The controller did not keep a parameter as configured."""
+
+    code = 1007
+
+
+class NotConnected(RequestError):
+    """A wish came while there is no link to the controller."""
+
+    code = 1010
+
+
+class ServiceNotRunning(RequestError):
+    """No running `maya up` was found."""
+
+    code = 1020
+
+
+class ServiceNotAnswering(RequestError):
+    """`maya up` runs but does not answer."""
+
+    code = 1021
+
+
+class Unreachable(RequestError):
+    """A target lies outside the workspace; names the limit, by how much, and the nearest reachable point."""
+
+    code = 2101
+
+
+class PathRefused(RequestError):
+    """Both ends are reachable but the way between leaves the workspace."""
+
+    code = 2102
+
+
+class NotHomed(RequestError):
+    """Motion was asked for before homing."""
+
+    code = 2103
+
+
+class Busy(RequestError):
+    """One wish at a time: another is under way."""
+
+    code = 2104
+
+
+class Faulted(RequestError):
+    """Motion was asked for while a fault waits for `recover`."""
+
+    code = 2105
+
+
+class MarkerMissing(RequestError):
+    """`skip_home` was asked for, but the controller holds no homing marker."""
+
+    code = 2106
+
+
+class TrajectoryRefused(RequestError):
+    """A trajectory is empty, too long, or does not start where the robot is."""
+
+    code = 2107
+
+
+class NothingToRecover(RequestError):
+    """`recover` was asked for, but there is no fault."""
+
+    code = 2108
+
+
+class Stopped(RequestError):
+    """The wish ended early because somebody said stop."""
+
+    code = 2201
+
+
+class Cancelled(RequestError):
+    """The wish was cancelled by the one who made it."""
+
+    code = 2202
+
+
+class LimitReached(MachineError):
+    """A limit switch ended the motion."""
+
+    code = 2301
+
+
+class FollowingError(MachineError):
+    """An axis could not follow its reference (off-on-error)."""
+
+    code = 2302
+
+
+class AbortInput(MachineError):
+    """The abort input is or was active."""
+
+    code = 2303
+
+
+class AmplifierFault(MachineError):
+    """The amplifier reports a fault."""
+
+    code = 2304
+
+
+class UnexpectedStop(MachineError):
+    """The motion ended with a stop code nobody asked for."""
+
+    code = 2305
+
+
+class MotorOff(MachineError):
+    """A motor is off though nobody switched it off."""
+
+    code = 2306
+
+
+class ControllerReset(MachineError):
+    """The controller was reset; its counts mean nothing until it is homed."""
+
+    code = 2307
+
+
+class EndNotReached(MachineError):
+    """The motion ended somewhere else than commanded."""
+
+    code = 2308
+
+
+class WiringContradictsCn(MachineError):
+    """A limit switch reads the opposite of what register CN says it should."""
+
+    code = 2401
+
+
+class HomingStalled(MachineError):
+    """An axis stopped following during homing."""
+
+    code = 2402
+
+
+class SwitchNotFound(MachineError):
+    """Homing went the whole stroke and met no limit switch."""
+
+    code = 2403
+
+
+class StrokeDiffers(MachineError):
+    """The measured stroke of a line differs from the configuration by more than 3 %."""
+
+    code = 2404
+
+
+class GripperNotEmpty(RequestError):
+    """A pick was asked for with the gripper closed."""
+
+    code = 3001
+
+
+class GripperEmpty(RequestError):
+    """A place was asked for with the gripper open."""
+
+    code = 3002
+
+
+class InvalidValue(RequestError):
+    """A value is of the wrong kind or out of range."""
+
+    code = 4001
+
+
+class InvalidJob(RequestError):
+    """A job file names a wrong key, step or value."""
+
+    code = 4002
+
+
+class UnknownName(RequestError):
+    """A name is not known; lists the names that are."""
+
+    code = 4003
+
+
+class NotFound(RequestError):
+    """No task or job has this number."""
+
+    code = 4004
+
+
+class InvalidRequest(RequestError):
+    """A request body could not be understood."""
+
+    code = 4005
+
+
+class SpeedOnRealMachine(RequestError):
+    """`--speed` scales the twin's time; a real machine has no such thing."""
+
+    code = 4006
+
+
+class FileUnreadable(RequestError):
+    """A file cannot be read or parsed."""
+
+    code = 4007
+
+
+class InvalidCommandLine(RequestError):
+    """The command line could not be understood."""
+
+    code = 4008
+
+
+class InvalidConfig(RequestError):
+    """A configuration key is unknown, out of range or contradicts another."""
+
+    code = 5001
+
+
+class FileUnwritable(RequestError):
+    """A file cannot be written."""
+
+    code = 5002
+
+
+class AddressInUse(RequestError):
+    """A port to listen on is taken."""
+
+    code = 5003
+
+
+class AlreadyRunning(RequestError):
+    """Another `maya up` of this user runs already."""
+
+    code = 5004
+
+
+class InternalError(MachineError):
+    """A defect of ours: reported as one sentence, with the log's place."""
+
+    code = 5999
+
+
+def _walk(branch: type[MayaError]) -> dict[int, type[MayaError]]:
+    found: dict[int, type[MayaError]] = {}
+    for child in branch.__subclasses__():
+        if child.code:
+            found[child.code] = child
+        found.update(_walk(child))
+    return found
+
+
+def by_code() -> dict[int, type[MayaError]]:
+    """Return every leaf of the tree by its code."""
+    return dict(sorted(_walk(MayaError).items()))
+
+
+def from_notice(code: int, details: dict[str, object]) -> MayaError:
+    """Rebuild an error from its code and details, as an edge received them.
+
+    Raises `KeyError` for a code that is not in the tree.
+    """
+    return by_code()[code](**details)

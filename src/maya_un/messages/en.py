@@ -1,0 +1,62 @@
+"""English sentences by code."""
+
+SENTENCES: dict[int, str] = {
+    1001: "The connection to the controller at {address} was lost ({reason}). The axes finish what was already "
+    "sent; check cable and power, then say `maya recover`.",
+    1002: "No controller answers at {address} ({reason}). Check power, cable and address (`maya config show`).",
+    1003: "The controller at {address} did not answer {command!r} within {seconds} s. Check the network, or "
+    "reset the controller.",
+    1004: "The controller refused {command!r} with code {tc} ({reason}). This is a defect or a foreign "
+    "program on the controller; look at `maya dmc send` and the log.",
+    1005: "The device at {address} is {found}; Maya needs a DMC-41x3 with three axes. Check the address.",
+    1006: "The controller answered {command!r} with {reply!r}, which nobody understands. Check that the "
+    "address is a Galil controller.",
+    1007: "The controller keeps {register} = {found} where the configuration says {wanted}. Correct one of them.",
+    1010: "There is no connection to the controller. Wait for it, or check power and cable.",
+    1020: "Nothing is running here. Start `maya up`, then say it again.",
+    1021: "The running `maya up` does not answer ({reason}). Use `maya stop` to stop the robot, then restart it.",
+    2101: "{target} cannot be reached: {reason}. Nearest reachable: {nearest}.",
+    2102: "The way to {target} leaves the workspace: {reason}. Go there by a point in between.",
+    2103: "The robot is not homed, so its position is not known. Say `maya home` first.",
+    2104: "The robot is busy ({doing}). Wait until it is done, or say `maya stop`.",
+    2105: "The robot is in a fault: {fault} When the cause is gone, say `maya recover`.",
+    2106: "The homing was to be skipped, but the controller holds no mark of one since its last reset. "
+    "Say `maya home`.",
+    2107: "This trajectory is refused: {reason}.",
+    2108: "There is no fault to recover from.",
+    2201: "Stopped before the end, because somebody said stop.",
+    2202: "Cancelled before the end.",
+    2301: "Axis {axis} met its {side} limit switch. Look what moved it there, then `maya recover` and home again.",
+    2302: "Axis {axis} could not follow its reference and its motor was switched off. Look for an obstacle or "
+    "a jammed line, then say `maya recover`.",
+    2303: "The abort input is active: somebody pressed the emergency stop. Release it, then say `maya recover`.",
+    2304: "The amplifier reports a fault (status {status}). Look at its lights and the power supply, then say "
+    "`maya recover`.",
+    2305: "Axis {axis} stopped with code {stop_code} ({reason}) though nobody asked for it. Look at the machine, "
+    "then say `maya recover`.",
+    2306: "The motor of axis {axis} is off. Look at the machine, then say `maya recover`.",
+    2307: "The controller was reset, so its position means nothing any more. Say `maya recover`, then `maya home`.",
+    2308: "Axis {axis} ended {distance} away from where it was sent. Look at the machine, then say "
+    "`maya recover`.",
+    2401: "The {side} limit switch of axis {axis} reads the opposite of what CN {cn} says ({reason}). Correct the "
+    "wiring or `limit_active_level` in the configuration.",
+    2402: "Axis {axis} stopped following during homing ({reason}). Look for an obstacle, then say `maya recover`.",
+    2403: "Axis {axis} went {distance} and met no {side} limit switch. Check the switch and its cable.",
+    2404: "The stroke of axis {axis} measures {measured}, the configuration says {wanted}. Check the line and "
+    "the configuration.",
+    3001: "The gripper is closed, so it cannot pick. Place what it holds or open it first.",
+    3002: "The gripper is open, so there is nothing to place. Pick a part first.",
+    4001: "{key} = {value} is refused: {reason}.",
+    4002: "The job is refused at {key}: {reason}.",
+    4003: "{name!r} is not known; there are {known}.",
+    4004: "There is no {what} {number}.",
+    4005: "The request is refused at {key}: {reason}.",
+    4006: "`--speed` scales the twin's time; {address} is a real machine. Leave it out.",
+    4007: "{path} cannot be read: {reason}.",
+    4008: "{reason}. See `{command} --help`.",
+    5001: "The configuration is refused at {key} = {value}: {reason}.",
+    5002: "{path} cannot be written: {reason}.",
+    5003: "{address} is in use already. Choose another port, or stop what listens there.",
+    5004: "`maya up` runs already (process {pid}). Use it, or end it first.",
+    5999: "Something went wrong inside ({reason}). This is a defect of ours; please report it with the log.",
+}

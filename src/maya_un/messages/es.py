@@ -1,0 +1,62 @@
+"""Spanish sentences by code."""
+
+SENTENCES: dict[int, str] = {
+    1001: "Se perdió la conexión con el controlador en {address} ({reason}). Los ejes terminan lo ya enviado; "
+    "revise cable y alimentación y luego diga `maya recover`.",
+    1002: "Ningún controlador responde en {address} ({reason}). Revise alimentación, cable y dirección "
+    "(`maya config show`).",
+    1003: "El controlador en {address} no respondió a {command!r} en {seconds} s. Revise la red o reinicie el "
+    "controlador.",
+    1004: "El controlador rechazó {command!r} con el código {tc} ({reason}). Es un defecto o un programa ajeno en "
+    "el controlador; mire `maya dmc send` y el registro.",
+    1005: "El equipo en {address} es {found}; Maya necesita un DMC-41x3 de tres ejes. Revise la dirección.",
+    1006: "El controlador respondió a {command!r} con {reply!r}, que nadie entiende. Compruebe que la dirección "
+    "es la de un controlador Galil.",
+    1007: "El controlador guarda {register} = {found} donde la configuración dice {wanted}. Corrija uno de los dos.",
+    1010: "No hay conexión con el controlador. Espere, o revise alimentación y cable.",
+    1020: "Aquí no hay nada en marcha. Inicie `maya up` y repita la orden.",
+    1021: "El `maya up` en marcha no responde ({reason}). Detenga el robot con `maya stop` y reinícielo.",
+    2101: "{target} no se puede alcanzar: {reason}. Lo más cercano alcanzable: {nearest}.",
+    2102: "El camino a {target} sale del espacio de trabajo: {reason}. Vaya por un punto intermedio.",
+    2103: "El robot no ha hecho el homing y no conoce su posición. Diga primero `maya home`.",
+    2104: "El robot está ocupado ({doing}). Espere a que termine o diga `maya stop`.",
+    2105: "El robot está en fallo: {fault} Cuando la causa haya desaparecido, diga `maya recover`.",
+    2106: "Se pidió omitir el homing, pero el controlador no guarda la marca de uno desde su último reinicio. "
+    "Diga `maya home`.",
+    2107: "Esta trayectoria se rechaza: {reason}.",
+    2108: "No hay ningún fallo del que recuperarse.",
+    2201: "Detenido antes del final, porque alguien lo pidió.",
+    2202: "Cancelado antes del final.",
+    2301: "El eje {axis} tocó su final de carrera {side}. Mire qué lo llevó allí; luego `maya recover` y homing.",
+    2302: "El eje {axis} no pudo seguir su referencia y su motor se apagó. Busque un obstáculo o un cable atascado "
+    "y luego diga `maya recover`.",
+    2303: "La entrada de aborto está activa: alguien pulsó la parada de emergencia. Suéltela y diga `maya recover`.",
+    2304: "El amplificador informa de un fallo (estado {status}). Mire sus luces y la fuente, luego diga "
+    "`maya recover`.",
+    2305: "El eje {axis} paró con el código {stop_code} ({reason}) sin que nadie lo pidiera. Mire la máquina y "
+    "diga `maya recover`.",
+    2306: "El motor del eje {axis} está apagado. Mire la máquina y diga `maya recover`.",
+    2307: "El controlador se reinició y su posición ya no significa nada. Diga `maya recover` y luego `maya home`.",
+    2308: "El eje {axis} terminó a {distance} de donde se le envió. Mire la máquina y diga `maya recover`.",
+    2401: "El final de carrera {side} del eje {axis} lee lo contrario de lo que dice CN {cn} ({reason}). Corrija el "
+    "cableado o `limit_active_level` en la configuración.",
+    2402: "El eje {axis} dejó de seguir durante el homing ({reason}). Busque un obstáculo y diga `maya recover`.",
+    2403: "El eje {axis} recorrió {distance} sin encontrar el final de carrera {side}. Revise el interruptor y su cable.",
+    2404: "La carrera del eje {axis} mide {measured}, la configuración dice {wanted}. Revise la línea y la "
+    "configuración.",
+    3001: "La pinza está cerrada y no puede recoger. Deje lo que sostiene o ábrala antes.",
+    3002: "La pinza está abierta y no hay nada que dejar. Recoja antes una pieza.",
+    4001: "{key} = {value} se rechaza: {reason}.",
+    4002: "El trabajo se rechaza en {key}: {reason}.",
+    4003: "{name!r} no se conoce; existen {known}.",
+    4004: "No existe {what} {number}.",
+    4005: "La petición se rechaza en {key}: {reason}.",
+    4006: "`--speed` escala el tiempo del gemelo; {address} es una máquina real. Quítelo.",
+    4007: "No se puede leer {path}: {reason}.",
+    4008: "{reason}. Vea `{command} --help`.",
+    5001: "La configuración se rechaza en {key} = {value}: {reason}.",
+    5002: "No se puede escribir {path}: {reason}.",
+    5003: "{address} ya está en uso. Elija otro puerto o cierre lo que escucha allí.",
+    5004: "`maya up` ya está en marcha (proceso {pid}). Úselo o ciérrelo antes.",
+    5999: "Algo falló por dentro ({reason}). Es un defecto nuestro; repórtelo con el registro.",
+}

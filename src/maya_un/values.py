@@ -1,0 +1,105 @@
+"""The values that cross floors: immutable, SI (m, rad, s), cheap to make.
+
+`Joints` and `Point` are named tuples because they are made by the hundred thousand; everything a reader
+looks at less often is a frozen, slotted dataclass.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import NamedTuple
+
+AXES = ("a", "b", "c")
+"""Names of the axes: a turns the boom, b and c are the two lines."""
+
+
+class Joints(NamedTuple):
+    """Joint coordinates of Maya.
+
+    `a` is the boom's angle [rad], measured clockwise from +y seen from above; `b` and `c` are the free
+    lengths of the inner and the outer line [m] (manual, figures 7 to 9).
+    """
+
+    a: float
+    b: float
+    c: float
+
+
+class Point(NamedTuple):
+    """Place of the gripper point in the base frame [m]: x = d sin a, y = d cos a, z above the table top."""
+
+    x: float
+    y: float
+    z: float
+
+
+class Mode(StrEnum):
+    """What the controller floor is doing; one at a time."""
+
+    DISCONNECTED = "disconnected"
+    NOT_HOMED = "not_homed"
+    HOMING = "homing"
+    IDLE = "idle"
+    MOVING = "moving"
+    STOPPING = "stopping"
+    FAULT = "fault"
+
+
+@dataclass(frozen=True, slots=True)
+class Notice:
+    """An error as data: stable code and the details its sentence is made of."""
+
+    code: int
+    message: str
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """How far the motion under way has come: `elapsed` of `duration` [s], in `phase`."""
+
+    phase: str
+    elapsed: float
+    duration: float
+
+    @property
+    def fraction(self) -> float:
+        """Share of the duration that has passed, 0 to 1."""
+        return 1.0 if self.duration <= 0.0 else min(1.0, self.elapsed / self.duration)
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """Latest known state of the machine; a new one replaces the old one, slow readers skip.
+
+    `joints` and `point` are None before homing, when the counts say nothing about lengths.
+    `counts` are the encoder positions, `velocity` is in rad/s and m/s, limits are True where active.
+    """
+
+    time: float
+    mode: Mode
+    homed: bool
+    counts: tuple[int, int, int]
+    joints: Joints | None
+    point: Point | None
+    velocity: tuple[float, float, float]
+    moving: bool
+    motors_on: tuple[bool, bool, bool]
+    forward_limit: tuple[bool, bool, bool]
+    reverse_limit: tuple[bool, bool, bool]
+    stop_code: tuple[int, int, int]
+    gripper_closed: bool
+    progress: Progress | None
+    fault: Notice | None
+
+
+@dataclass(frozen=True, slots=True)
+class StopReport:
+    """Answer to a stop: the motion that was under way ends within `duration` [s] and `distance`.
+
+    `distance` holds the way each axis still goes (rad, m, m); all zero where nothing moved.
+    """
+
+    was_moving: bool
+    duration: float
+    distance: tuple[float, float, float]
