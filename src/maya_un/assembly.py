@@ -1,0 +1,111 @@
+"""The only place that chooses real or virtual, and wires the floors."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import AsyncIterator, Mapping
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+
+from maya_un.api.service import Service
+from maya_un.config import Config
+from maya_un.controller.controller import GalilController
+from maya_un.controller.link import Dial
+from maya_un.galil.transport import TcpTransport, Transport
+from maya_un.process.process import Process
+from maya_un.robot.robot import Robot
+from maya_un.values import Point
+from maya_un.virtual.mechanics import MayaMechanics
+from maya_un.virtual.server import VirtualController
+from maya_un.virtual.start import legal_start
+from maya_un.virtual.truth import Truth
+
+SIM = "sim"
+"""The address that means: a virtual controller in this process."""
+
+PORT = 23
+"""Galil's port for commands."""
+
+
+@dataclass(frozen=True, slots=True)
+class Twin:
+    """The virtual machine of a stack: its controller, and the mechanics that keep their own record."""
+
+    controller: VirtualController
+    mechanics: MayaMechanics
+
+
+@dataclass(frozen=True, slots=True)
+class Stack:
+    """All floors of one robot, wired. `twin` is None on a real machine."""
+
+    config: Config
+    address: str
+    controller: GalilController
+    robot: Robot
+    process: Process
+    service: Service
+    twin: Twin | None
+
+
+def split_address(address: str) -> tuple[str, int]:
+    """Return host and port of HOST or HOST:PORT (port 23 where none is named)."""
+    host, colon, port = address.rpartition(":")
+    return (host, int(port)) if colon else (address, PORT)
+
+
+def make_twin(*, seed: int = 0, truth: Truth | None = None, parts: Mapping[str, Point] | None = None) -> Twin:
+    """Return a virtual DMC-4133 with Maya's mechanics, powered up at a place that `seed` draws.
+
+    `truth` holds the machine's own constants, `parts` stand on its table (x, y, z of the grasp, m).
+    """
+    real = truth if truth is not None else Truth()
+    start = legal_start(random.Random(seed), real)
+    mechanics = MayaMechanics(real, start, parts={name: tuple(place) for name, place in (parts or {}).items()})
+    return Twin(VirtualController(mechanics), mechanics)
+
+
+@asynccontextmanager
+async def stack(
+    config: Config,
+    address: str = SIM,
+    *,
+    seed: int = 0,
+    parts: Mapping[str, Point] | None = None,
+    truth: Truth | None = None,
+    stream: bool = True,
+    skip_home: bool = False,
+) -> AsyncIterator[Stack]:
+    """Wire all floors on the controller at `address` ("sim" or HOST[:PORT]) for the length of the block.
+
+    Raises what connecting raises (`ConnectFailed`, `LinkTimeout`, `WrongController`, `ParameterMismatch`), and
+    `MarkerMissing` where `skip_home` finds no mark.
+    """
+    twin = make_twin(seed=seed, truth=truth, parts=parts) if address == SIM else None
+    controller = GalilController(_dial(address, config, twin), address, config, stream=stream)
+    try:
+        await controller.open()
+        if skip_home:
+            await controller.skip_home()
+        robot = Robot(controller, config)
+        process = Process(robot, controller, config)
+        try:
+            yield Stack(config, address, controller, robot, process, Service(process, robot, controller, config), twin)
+        finally:
+            await process.close()
+    finally:
+        await controller.close()
+        if twin is not None:
+            await twin.controller.close()
+
+
+def _dial(address: str, config: Config, twin: Twin | None) -> Dial:
+    async def to_twin() -> Transport:
+        assert twin is not None
+        return twin.controller.loopback()
+
+    async def to_box() -> Transport:
+        host, port = split_address(address)
+        return await TcpTransport.connect(host, port, config.controller.timeout)
+
+    return to_box if twin is None else to_twin

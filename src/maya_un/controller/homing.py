@@ -1,0 +1,276 @@
+"""Homing from any start: a sequence that can neither tear the machine nor touch the table.
+
+What is known: lengthening a line never breaks b + c >= W; shortening a line always raises the gripper; moving
+both lines by equal and opposite amounts keeps the gripper on an ellipse about the two anchors, along which the
+tension is largest in the middle, at most 1.11 times what it is where a short switch ends the ellipse.
+What is not known: lengths, friction, following, the long ends. So the sequence rests on switches, following
+error and motor torque (docs/explanation/homing.md derives every bound):
+
+1. raise: shorten both lines in steps, each a fraction of what the torque says is left before the lines are straight;
+2. datum of a, with the gripper high;
+3. along the ellipse until c is at its short end: datum of c;
+4. along the ellipse back, c to a length that suits, then b alone to its short end: datum of b;
+5. measure the long ends of c and b, the other line at a length that keeps both taut;
+6. go to the homed pose and leave the mark.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import sqrt
+
+from maya_un.config import Config, Units
+from maya_un.controller.seek import FORWARD, REVERSE, Look, Seeker, Stall
+from maya_un.errors import StrokeDiffers, SwitchNotFound
+from maya_un.galil.driver import Driver
+from maya_un.values import AXES, Joints
+
+A, B, C = 0, 1, 2
+
+ENOUGH = 2.0
+"""Raised enough: a line carries this many loads. Low down no line carries more than 1.2, friction included 1.7."""
+
+PROBE = 0.0004
+"""First step of the raise [m]: from the tightest legal start (5 loads) two lines shortened by it reach 5.3."""
+
+PROBE_SPEED = 0.0005
+"""Speed of the first step [m/s]: it lasts long enough for its torque to be read at any latency."""
+
+RELAX = 0.015
+"""After the raise both lines give way by this [m], so that the ellipse starts well below the limit."""
+
+BACK = (0.07, 0.025, 0.025)
+"""Way back from a switch before the slow approach (rad, m, m)."""
+
+MARGIN_COUNTS = (1, 5, 5)
+"""The datum errs by this much to the safe side, so that the end of the stroke lies short of the switch."""
+
+
+@dataclass(frozen=True, slots=True)
+class Homed:
+    """What homing found: the long ends of the two lines [m]."""
+
+    b_end: float
+    c_end: float
+
+
+def homed_pose(config: Config) -> Joints:
+    """Return where homing leaves the robot (rad, m, m): off every switch, high, well inside the workspace."""
+    width = config.geometry.width
+    return Joints(config.axes.a.minimum + 0.035, 0.75 * width, 0.65 * width)
+
+
+class Homing:
+    """One run of the sequence; `phase` is told the name of each step as it begins."""
+
+    def __init__(
+        self, seeker: Seeker, driver: Driver, config: Config, units: Units, phase: Callable[[str], None]
+    ) -> None:
+        self._seek = seeker
+        self._driver = driver
+        self._config = config
+        self._units = units
+        self._phase = phase
+        self._speed = config.homing.speed
+        self._sag = 1.0 / config.homing.torque_per_load
+
+    async def run(self) -> Homed:
+        """Run the whole sequence.
+
+        Raises `WiringContradictsCn`, `HomingStalled`, `SwitchNotFound`, `StrokeDiffers`, and what ends a motion.
+        """
+        await self._seek.survey()
+        try:
+            return await self._sequence()
+        except Stall as stall:
+            raise await self._explain(stall) from stall
+
+    async def _sequence(self) -> Homed:
+        self._phase("raise")
+        await self._raise()
+        self._phase("datum_a")
+        await self._datum(A, self._angle_stroke())
+        self._phase("datum_c")
+        await self._to_short_c()
+        await self._datum(C, 0.1)
+        self._phase("datum_b")
+        await self._to_short_b()
+        await self._datum(B, 0.1)
+        self._phase("stroke_c")
+        c_end = await self._long_end(C, B, other_length=0.65 * self._width)
+        self._phase("stroke_b")
+        b_end = await self._long_end(B, C, other_length=0.60 * self._width)
+        self._phase("pose")
+        await self._to_pose()
+        return Homed(b_end=b_end, c_end=c_end)
+
+    @property
+    def _width(self) -> float:
+        return self._config.geometry.width
+
+    def _angle_stroke(self) -> float:
+        axis = self._config.axes.a
+        return (axis.maximum - axis.minimum) * 1.1
+
+    def _stroke(self, axis: int) -> float:
+        ends = self._config.axes[axis]
+        return (ends.maximum - ends.minimum) * (1.0 + self._config.homing.stroke_tolerance) + 0.1
+
+    async def _raise(self) -> None:
+        """Shorten both lines until the torque says that they are nearly straight, or one is at its short end."""
+        load, look = await self._probe()
+        while load < ENOUGH and not (look.reverse[B] or look.reverse[C]):
+            step = _safe_step(load)
+            load, look = await self._shorten(step, self._speed, poll=0.05)
+            if load == 0.0:
+                load, look = await self._probe()
+        if load < ENOUGH:
+            return
+        for axis in (B, C):
+            if look.forward[axis]:
+                raise self._seek.contradiction(axis, FORWARD, "a line at its long end cannot be that tight")
+        await self._seek.go({B: RELAX, C: RELAX}, self._speed)
+
+    async def _probe(self) -> tuple[float, Look]:
+        """Return the load on the tighter line after a first tiny step; steps back where none could be read."""
+        look = await self._seek.look()
+        for _ in range(5):
+            load, look = await self._shorten(PROBE, PROBE_SPEED, poll=0.02)
+            if load > 0.0 or look.reverse[B] or look.reverse[C]:
+                return load, look
+            await self._seek.go({B: PROBE, C: PROBE}, PROBE_SPEED)
+        return ENOUGH, look
+
+    async def _shorten(self, step: float, speed: float, poll: float) -> tuple[float, Look]:
+        """Shorten the lines that are not at their short ends; return the largest load seen and the last look."""
+        before = await self._seek.look()
+        deltas = {axis: -step for axis in (B, C) if not before.reverse[axis]}
+        seen = 0.0
+
+        def watch(look: Look) -> bool:
+            nonlocal seen
+            for axis in deltas:
+                if look.running[axis]:
+                    seen = max(seen, abs(look.torque[axis]) * self._sag)
+            return seen > ENOUGH
+
+        look = await self._seek.go(deltas, speed, poll=poll, until=watch)
+        return seen, look
+
+    async def _to_short_c(self) -> None:
+        """Along the ellipse until c is at its short end; where b meets its long end first, c goes on alone."""
+        look = await self._seek.look()
+        if look.reverse[C]:
+            return
+        if not look.forward[B]:
+            stroke = self._stroke(C)
+            look = await self._seek.go({C: -stroke, B: stroke}, self._speed)
+        if not look.reverse[C]:
+            await self._seek.go({B: -0.15}, self._speed)
+            await self._reach(C, REVERSE, -self._stroke(C))
+
+    async def _to_short_b(self) -> None:
+        """Back along the ellipse to a length of c that keeps b taut to its short end, then b alone."""
+        look = await self._seek.look()
+        away = 0.95 * self._width - self._length(C, look)
+        if not look.reverse[B]:
+            look = await self._seek.go({C: away, B: -away}, self._speed)
+        if not look.reverse[B]:
+            await self._reach(B, REVERSE, -self._stroke(B))
+
+    async def _reach(self, axis: int, side: str, distance: float) -> Look:
+        """Go at most `distance` to a switch; raises `SwitchNotFound` where there is none."""
+        look = await self._seek.look()
+        if not look.at(axis, side):
+            speed = self._speed if axis != A else self._config.axes.a.speed_counts / self._units.per_unit[A]
+            look = await self._seek.go({axis: distance}, speed)
+        if not look.at(axis, side):
+            raise SwitchNotFound(axis=AXES[axis], side=side, distance=_shown(axis, abs(distance)))
+        return look
+
+    async def _datum(self, axis: int, distance: float) -> None:
+        """Define the counts of `axis` at its reverse switch: back off, come again slowly, say where it is.
+
+        The axis rests past the switch by what it took to stop, v²/2a, and by its following error while moving.
+        """
+        await self._reach(axis, REVERSE, -distance)
+        look = await self._seek.go({axis: BACK[axis]}, self._approach(axis) * 4)
+        if look.reverse[axis]:
+            raise self._seek.contradiction(axis, REVERSE, "it stays active though the axis has left it")
+        speed = self._approach(axis)
+        lag = 0
+
+        def note(look: Look) -> bool:
+            nonlocal lag
+            if look.running[axis] and not look.reverse[axis]:
+                lag = abs(look.error[axis])
+            return False
+
+        look = await self._seek.go({axis: -2.0 * BACK[axis]}, speed, poll=0.1, until=note)
+        if not look.reverse[axis]:
+            raise SwitchNotFound(axis=AXES[axis], side=REVERSE, distance=_shown(axis, 2.0 * BACK[axis]))
+        past = lag + self._stopping(axis, speed)
+        config = self._config.axes[axis]
+        counts = round(config.minimum * self._units.per_unit[axis] - past) + MARGIN_COUNTS[axis]
+        await self._driver.send(f"DP{config.letter}={counts}")
+
+    def _approach(self, axis: int) -> float:
+        """Slow speed: as configured for the lines (m/s), a twentieth of its slew for the boom (rad/s)."""
+        if axis == A:
+            return self._config.axes.a.speed_counts / 20 / self._units.per_unit[A]
+        return self._config.homing.slow_speed
+
+    def _stopping(self, axis: int, speed: float) -> float:
+        """Counts from the switch to rest when a limit ends a move at `speed`: v²/2a, a as the plane brakes."""
+        v = int(speed * self._units.per_unit[axis]) // 2 * 2
+        return v * v / (2.0 * (self._config.axes[axis].limit_deceleration_counts // 1024 * 1024))
+
+    def _length(self, axis: int, look: Look) -> float:
+        return look.counts[axis] / self._units.per_unit[axis]
+
+    async def _long_end(self, axis: int, other: int, other_length: float) -> float:
+        """Measure where the long switch of a line trips [m], the other line held at `other_length`."""
+        look = await self._seek.look()
+        await self._seek.go({other: other_length - self._length(other, look)}, self._speed)
+        look = await self._reach(axis, FORWARD, self._stroke(axis))
+        measured = self._length(axis, look) - self._stopping(axis, self._speed) / self._units.per_unit[axis]
+        wanted = self._config.axes[axis].maximum
+        if abs(measured / wanted - 1.0) > self._config.homing.stroke_tolerance + 0.002:
+            raise StrokeDiffers(axis=AXES[axis], measured=_shown(axis, measured), wanted=_shown(axis, wanted))
+        await self._seek.go({axis: -BACK[axis]}, self._speed)
+        return measured
+
+    async def _to_pose(self) -> None:
+        look = await self._seek.look()
+        pose = homed_pose(self._config)
+        await self._seek.go({axis: pose[axis] - self._length(axis, look) for axis in (B, C)}, self._speed)
+        slew = self._config.axes.a.speed_counts / self._units.per_unit[A]
+        await self._seek.go({A: pose.a - self._length(A, look)}, slew)
+
+    async def _explain(self, stall: Stall) -> Exception:
+        """Back off from a stall and see whether a switch was under it that should have read active."""
+        way = BACK[stall.axis] * 2.0
+        for direction in (way, -way):
+            try:
+                await self._seek.go({stall.axis: direction}, self._approach(stall.axis) * 4)
+            except Stall:
+                continue
+        return self._seek.stalled(stall, "it pushes against something and no switch is active")
+
+
+def _safe_step(load: float) -> float:
+    """Return how far both lines may be shortened [m] when the tighter one carries `load` (in loads).
+
+    In the middle of the ellipse T = A / (2 sqrt(A² - 1)) with A = (b + c) / W, so the load tells what is left of
+    b + c - W; an eighth of it for each line leaves three quarters. Friction only makes the load look larger, hence
+    the step smaller. W cancels to first order; 2 m is the manual's.
+    """
+    if load < 0.55:
+        return 0.2
+    ratio = sqrt(4.0 * load * load / (4.0 * load * load - 1.0))
+    return min(0.2, 0.125 * 2.0 * (ratio - 1.0))
+
+
+def _shown(axis: int, value: float) -> str:
+    return f"{value * 57.29577951308232:.1f} deg" if axis == A else f"{value * 1000.0:.1f} mm"

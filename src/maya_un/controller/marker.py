@@ -1,0 +1,50 @@
+"""The mark that a homing leaves in the controller, and that a reset loses.
+
+A variable alone would come back by a burned BV, so the mark is a pair: the variable `mayahome` and the
+axis user variables ZA (kept in the data record, zero after a reset) must hold the same number, and the lines'
+counts must lie within their strokes, where a reset controller, which counts from zero, never is.
+"""
+
+from __future__ import annotations
+
+from maya_un.config import Config, Units
+from maya_un.errors import CommandRejected
+from maya_un.galil.driver import Driver
+from maya_un.values import Joints
+
+_SLACK = 0.035
+"""A measured long end may lie 3 % beyond the configured one, plus the way past its switch."""
+
+
+async def leave(driver: Driver, ends: tuple[float, float], units: Units) -> None:
+    """Write the mark; `ends` are the measured long ends of lines b and c [m]."""
+    number = int(await driver.value("TIME")) & 0x3FFFFFFF | 1
+    scale = units.per_unit
+    await driver.batch(
+        [
+            f"ZAA={number}",
+            f"mayaendb={round(ends[0] * scale[1])}",
+            f"mayaendc={round(ends[1] * scale[2])}",
+            f"mayahome={number}",
+        ]
+    )
+
+
+async def erase(driver: Driver) -> None:
+    """Take the mark away: until a homing has ended, there is none."""
+    await driver.batch(["mayahome=0", "ZAA=0"])
+
+
+async def read(driver: Driver, config: Config, units: Units, here: Joints) -> tuple[float, float] | None:
+    """Return the measured long ends of b and c [m] where a valid mark stands, None otherwise."""
+    try:
+        number = await driver.value("mayahome")
+        ends = (await driver.value("mayaendb"), await driver.value("mayaendc"))
+    except CommandRejected:
+        return None
+    if number == 0 or number != await driver.value("_ZAA"):
+        return None
+    for axis, length in ((config.axes.b, here.b), (config.axes.c, here.c)):
+        if not axis.minimum - _SLACK <= length <= axis.maximum * (1 + _SLACK) + _SLACK:
+            return None
+    return ends[0] / units.per_unit[1], ends[1] / units.per_unit[2]

@@ -1,0 +1,270 @@
+"""What is known of the machine: link, latest record, state, events, and the fault that waits for a person."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Iterator
+from dataclasses import dataclass
+
+from maya_un.config import AxisConfig, Config, Units
+from maya_un.controller import faults, marker
+from maya_un.controller.link import Dial, Link
+from maya_un.controller.snapshot import Lens, Standing
+from maya_un.controller.wish import Desk
+from maya_un.errors import ControllerReset, Faulted, MachineError, MayaError, MotorOff, NotConnected, NotHomed
+from maya_un.events import EventLog, Kind
+from maya_un.galil.driver import Driver
+from maya_un.galil.record import DataRecord
+from maya_un.kinematics.mechanism import Mechanism
+from maya_un.kinematics.workspace import Stroke, Workspace
+from maya_un.motion.move import CoordinatedMove
+from maya_un.values import AXES, Joints, Mode, Progress, State
+
+OFF_SWITCH = (0.002, 0.001, 0.001)
+"""Travel ends this far short of a long end's switch (rad, m, m), so that arriving there does not trip it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A coordinated motion under way: its plan, the loop time it began at [s], the axes in it (0 to 2)."""
+
+    move: CoordinatedMove
+    began: float
+    members: tuple[int, ...]
+
+
+class Monitor:
+    """Keeps the link, reads the record, publishes states and events, notices what the machine does unasked.
+
+    With `stream` the record is read at the configured rate; without, only when somebody looks. It never sends
+    motion; the only thing it writes is the question for the record.
+    """
+
+    def __init__(self, dial: Dial, address: str, config: Config, *, stream: bool) -> None:
+        self._loop = asyncio.get_running_loop()
+        self.config = config
+        self.units = Units.of(config)
+        self.mechanism = Mechanism.of(config)
+        self.workspace = Workspace.of(config)
+        self.events = EventLog(self._loop.time)
+        self.order = faults.indices(config)
+        self.desk = Desk()
+        self.link = Link(dial, address, config.controller.timeout, self._on_lost, self._on_back)
+        self.run: Run | None = None
+        self.phase: tuple[str, float] | None = None
+        self.stopping = False
+        self.homed = False
+        self.powered = False
+        self.fault: MayaError | None = None
+        self.record: DataRecord | None = None
+        self._down = True
+        self._stream = stream
+        self._streamer: asyncio.Task[None] | None = None
+        self._lens = Lens(config, self.units, self.mechanism, self.order)
+        self._newer = asyncio.Event()
+        self.state = self._compose()
+
+    async def open(self) -> Driver:
+        """Connect and look; raises `ConnectFailed`, `LinkTimeout`, `WrongController`."""
+        driver = await self.link.open()
+        self._down = False
+        await self.look()
+        return driver
+
+    def announce(self) -> None:
+        """Tell that the controller is connected and not homed, and begin to stream."""
+        self.events.emit(Kind.CONNECTED, address=self.link.address, firmware=self.link.firmware)
+        self.events.emit(Kind.NOT_HOMED)
+        self.publish()
+        if self._stream:
+            self._streamer = self._loop.create_task(self._keep_looking(), name="state stream")
+
+    async def close(self) -> None:
+        """End the stream and the link."""
+        if self._streamer is not None:
+            self._streamer.cancel()
+            await asyncio.gather(self._streamer, return_exceptions=True)
+            self._streamer = None
+        await self.link.close()
+
+    async def watch(self) -> AsyncIterator[State]:
+        """Yield the state now and every newer one; a slow reader skips to the newest."""
+        shown: State | None = None
+        while True:
+            if self.state is not shown:
+                shown = self.state
+                yield shown
+            else:
+                await self._newer.wait()
+
+    def progress(self) -> Progress | None:
+        """How far the motion under way has come, None at rest; the phases of a homing have no known duration."""
+        now = self._loop.time()
+        if self.run is not None:
+            name = self.desk.current.name if self.desk.current else "move"
+            return Progress(name, now - self.run.began, self.run.move.duration)
+        if self.phase is not None:
+            return Progress(self.phase[0], now - self.phase[1], 0.0)
+        return None
+
+    def ready(self, *, homed: bool) -> Driver:
+        """Return the driver if motion is allowed; raises `NotConnected`, `Faulted`, `NotHomed`."""
+        driver = self.link.driver
+        if self.fault is not None:
+            raise Faulted(fault=str(self.fault))
+        if homed and not self.homed:
+            raise NotHomed
+        return driver
+
+    async def look(self) -> DataRecord:
+        """Read the record and renew the state."""
+        self.record = await self.link.driver.record()
+        self.publish()
+        return self.record
+
+    def here(self) -> Joints:
+        """Return where the reference is (rad, m, m): what the next motion starts from."""
+        assert self.record is not None
+        a, b, c = (self.record.axes[place].reference for place in self.order)
+        return self.units.to_joints((a, b, c))
+
+    def moving(self) -> bool:
+        """Whether one of Maya's axes moved at the latest look."""
+        return self.record is not None and any(self.record.axes[place].moving for place in self.order)
+
+    def motor_off(self) -> MayaError | None:
+        """Return the error for a motor that is off though it was switched on, None where all are on."""
+        if self.record is None or not self.powered:
+            return None
+        off = [i for i, place in enumerate(self.order) if self.record.axes[place].motor_off]
+        if not off:
+            return None
+        return faults.grave(self.record, self.order, off) or MotorOff(axis=AXES[off[0]])
+
+    def places(self) -> Iterator[tuple[AxisConfig, int]]:
+        """Yield every axis with its place in the record."""
+        for i, place in enumerate(self.order):
+            yield self.config.axes[i], place
+
+    async def power(self, driver: Driver) -> None:
+        """Switch on the motors that are off, each where it stands (SH moves nothing)."""
+        record = await self.look()
+        off = [axis.letter for axis, place in self.places() if record.axes[place].motor_off]
+        if off:
+            await driver.send(f"SH{''.join(sorted(off))}")
+        self.powered = True
+        await self.look()
+
+    async def adopt(self, driver: Driver) -> bool:
+        """Take over a standing mark of homing; the robot must also be inside its workspace."""
+        ends = await marker.read(driver, self.config, self.units, self.here())
+        if ends is None:
+            return False
+        self.set_homed(ends)
+        self.homed = self.workspace.holds_grain(self.here())
+        return self.homed
+
+    def set_homed(self, ends: tuple[float, float]) -> None:
+        """Take over a homing that measured these long ends of b and c [m]."""
+        self.homed = True
+        self.workspace = Workspace.of(self.config, strokes=_within(self.config, ends))
+
+    def enter_phase(self, name: str) -> None:
+        """Begin a phase of homing."""
+        self.phase = (name, self._loop.time())
+        self.events.emit(Kind.PHASE, name=name)
+        self.publish()
+
+    def fail(self, error: MachineError, driver: Driver) -> None:
+        """Enter the fault state; the first cause stays until `recover`. A lost link is announced as that."""
+        if driver.lost.done():
+            self._on_lost(driver.lost.result())
+        elif self.fault is None:
+            self._fail(error)
+
+    def publish(self) -> None:
+        """Renew the state and wake whoever watches."""
+        self.state = self._compose()
+        self._newer.set()
+        self._newer.clear()
+
+    def _fail(self, error: MayaError) -> None:
+        self.fault = error
+        self.events.emit(faults.kind(error), error.code, message=str(error))
+        self.publish()
+
+    def _on_lost(self, reason: MachineError) -> None:
+        """Announce a lost link once, whoever notices it first: the wish that was waiting or the link's keeper."""
+        if self._down:
+            return
+        self._down = True
+        self.fault = reason
+        self.events.emit(Kind.DISCONNECTED, reason.code, message=str(reason))
+        if self.desk.current is not None:
+            self.desk.current.interrupt(reason)
+        self.publish()
+
+    async def _on_back(self, driver: Driver) -> None:
+        """The controller answers again: look, tell, move nothing."""
+        try:
+            await self.look()
+            lost = self.homed and await marker.read(driver, self.config, self.units, self.here()) is None
+        except MachineError:
+            return
+        self._down = False
+        self.events.emit(Kind.CONNECTED, address=self.link.address, firmware=self.link.firmware)
+        if lost:
+            self.homed = False
+            self._fail(ControllerReset())
+        self.publish()
+
+    async def _keep_looking(self) -> None:
+        period = 1.0 / self.config.controller.stream_rate
+        while True:
+            await asyncio.sleep(period)
+            try:
+                record = await self.look()
+            except (NotConnected, MachineError):
+                continue  # the link's keeper announces the loss and dials again
+            self._watch_for_faults(record)
+
+    def _watch_for_faults(self, record: DataRecord) -> None:
+        """Tell the motion under way, or the house, what the machine did unasked."""
+        if self.fault is not None:
+            return
+        wish = self.desk.current
+        if self.run is not None and wish is not None:
+            found = faults.grave(record, self.order, self.run.members)
+            if found is not None:
+                wish.interrupt(found)
+            return
+        found = self.motor_off()
+        if found is not None and wish is None:
+            self._fail(found)
+
+    def _mode(self) -> Mode:
+        if self._down:
+            return Mode.DISCONNECTED
+        if self.fault is not None:
+            return Mode.FAULT
+        if self.stopping:
+            return Mode.STOPPING
+        if self.phase is not None:
+            return Mode.HOMING
+        if self.run is not None:
+            return Mode.MOVING
+        return Mode.IDLE if self.homed else Mode.NOT_HOMED
+
+    def _compose(self) -> State:
+        standing = Standing(self._loop.time(), self._mode(), self.homed, self.progress(), self.fault)
+        return self._lens.state(self.record, standing)
+
+
+def _within(config: Config, ends: tuple[float, float]) -> tuple[Stroke, Stroke, Stroke]:
+    """Return the strokes that keep off every switch: as configured, and short of the measured long ends."""
+    a, b, c = config.axes.a, config.axes.b, config.axes.c
+    return (
+        (a.minimum, a.maximum - OFF_SWITCH[0]),
+        (b.minimum, min(b.maximum, ends[0] - OFF_SWITCH[1])),
+        (c.minimum, min(c.maximum, ends[1] - OFF_SWITCH[2])),
+    )

@@ -1,0 +1,105 @@
+"""What the floors above need of a controller; in one process the object itself, across a ROS graph a client."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from maya_un.config import Config
+from maya_un.events import EventLog
+from maya_un.kinematics.mechanism import Mechanism
+from maya_un.kinematics.workspace import Workspace
+from maya_un.values import Joints, Progress, State, StopReport
+
+
+@dataclass(frozen=True, slots=True)
+class Preview:
+    """What a motion will be, known before it starts.
+
+    `duration` [s]; `lowest` and `highest` gripper point on the way [m]; `end` the joints it ends at (whole
+    counts, in rad and m).
+    """
+
+    duration: float
+    lowest: float
+    highest: float
+    end: Joints
+
+
+class Controller(Protocol):
+    """Joint-space control of Maya: one wish at a time, every path checked whole, stop always possible.
+
+    Motion raises `NotConnected`, `Faulted`, `NotHomed`, `Busy`, `Unreachable` or `PathRefused` before anything
+    is sent; `Stopped` when somebody stopped it; a `MachineError` when the machine did something unexpected.
+    Cancelling the awaiting task stops on the path and ends when the axes are at rest.
+    """
+
+    @property
+    def config(self) -> Config:
+        """The machine's constants."""
+        ...
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """Its geometry."""
+        ...
+
+    @property
+    def workspace(self) -> Workspace:
+        """Where it can go; strokes as measured once homed."""
+        ...
+
+    @property
+    def events(self) -> EventLog:
+        """Facts in order."""
+        ...
+
+    @property
+    def state(self) -> State:
+        """Latest state."""
+        ...
+
+    def watch(self) -> AsyncIterator[State]:
+        """Yield the state now and every newer one; a slow reader skips to the newest."""
+        ...
+
+    def progress(self) -> Progress | None:
+        """How far the motion under way has come, None at rest."""
+        ...
+
+    def preview(self, path: Sequence[Joints], *, speed: float = 1.0) -> Preview:
+        """Check `path` (joints in rad, m, m) as a motion would and tell what it would be; sends nothing."""
+        ...
+
+    async def home(self) -> None:
+        """Find the switches, define the counts, measure the strokes."""
+        ...
+
+    async def move(self, target: Joints, *, speed: float = 1.0) -> None:
+        """Go to `target` (rad, m, m) on a straight line in joint space; `speed` 0 to 1 of the limits."""
+        ...
+
+    async def follow(self, path: Sequence[Joints], *, speed: float = 1.0) -> None:
+        """Go along `path`, whose first point is where the robot is; raises `TrajectoryRefused` otherwise."""
+        ...
+
+    async def jog(self, axis: str, distance: float, *, speed: float = 1.0) -> None:
+        """Move one axis by `distance` (rad or m)."""
+        ...
+
+    async def gripper(self, open_: bool) -> None:
+        """Open or close the gripper and wait until it has moved."""
+        ...
+
+    async def stop(self) -> StopReport:
+        """Begin to brake at once, on the path, past every queue; answer how long and how far it takes."""
+        ...
+
+    async def abort(self) -> None:
+        """Stop without deceleration."""
+        ...
+
+    async def recover(self) -> None:
+        """Clear a fault, once its cause is gone; moves nothing."""
+        ...

@@ -1,0 +1,54 @@
+"""The controller's registers as the configuration wants them: written at connect, then read back."""
+
+from __future__ import annotations
+
+from maya_un.config import Config
+from maya_un.errors import ParameterMismatch, WrongController
+from maya_un.galil.driver import Driver
+
+
+def wanted(config: Config) -> dict[str, int]:
+    """Return register operands (`_SPA`, `_ERB`, `_CN0`, …) and the values the configuration asks for.
+
+    Accelerations are what the controller makes of them: multiples of 1024 counts/s², speeds even (Galil AC, SP).
+    """
+    values: dict[str, int] = {"_CN0": config.wiring.limit_active_level}
+    for axis in (config.axes.a, config.axes.b, config.axes.c):
+        values |= {
+            f"_SP{axis.letter}": axis.speed_counts // 2 * 2,
+            f"_AC{axis.letter}": axis.acceleration_counts // 1024 * 1024,
+            f"_DC{axis.letter}": axis.stop_deceleration_counts // 1024 * 1024,
+            f"_SD{axis.letter}": axis.limit_deceleration_counts // 1024 * 1024,
+            f"_ER{axis.letter}": axis.error_limit_counts,
+            f"_OE{axis.letter}": config.safety.oe,
+            f"_LD{axis.letter}": 0,
+        }
+    return values
+
+
+async def identify(driver: Driver, address: str) -> str:
+    """Return the firmware line of the device; raises `WrongController` unless it is a three-axis DMC-41x3."""
+    firmware = await driver.send("\x12\x16")
+    family = firmware.startswith("DMC41") and len(firmware) > 6 and firmware[6] == "3"
+    if not family or not firmware[5].isdigit() or int(firmware[5]) < 3:
+        raise WrongController(address=address, found=firmware or "silent")
+    return firmware
+
+
+async def configure(driver: Driver, config: Config) -> None:
+    """Write every register and read it back; raises `ParameterMismatch` where the controller kept another value.
+
+    DC holds the stop's deceleration: an axis-wise move is never used for travel, only an axis-wise stop is.
+    """
+    values = wanted(config)
+    await driver.batch([_command(operand, value) for operand, value in values.items()])
+    replies = await driver.batch([f"MG {operand}" for operand in values])
+    for (operand, value), reply in zip(values.items(), replies, strict=True):
+        if float(reply) != value:
+            raise ParameterMismatch(register=operand[1:], found=reply, wanted=value)
+
+
+def _command(operand: str, value: int) -> str:
+    if operand == "_CN0":
+        return f"CN {value}"
+    return f"{operand[1:]}={value}"

@@ -1,0 +1,213 @@
+"""Bounded moves of homing: go a distance at most, look while going, end at a switch, a torque, or a stall.
+
+Counts mean nothing yet, so nothing here knows a position; what is known is how far each axis went since it was
+powered. Every move is sent whole and bounded: a lost host leaves no axis running.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Mapping
+from dataclasses import dataclass
+from math import hypot, sqrt
+
+from maya_un.config import Config, Units
+from maya_un.controller import faults
+from maya_un.errors import AmplifierFault, HomingStalled, MayaError, WiringContradictsCn
+from maya_un.galil.driver import Driver
+from maya_un.galil.record import DataRecord
+from maya_un.values import AXES
+
+Pause = Callable[[float], Awaitable[None]]
+"""Waits until a loop time [s]; raises at once when the link is lost or somebody says stop."""
+
+FORWARD, REVERSE = "forward", "reverse"
+
+RELEASE_WITHIN = (0.09, 0.045, 0.045)
+"""A switch that read active must let go within this way (rad, m, m): its zone ends at the hard stop."""
+
+
+class Stall(Exception):
+    """An axis pushes and does not follow; the caller knows what that means."""
+
+    def __init__(self, axis: int) -> None:
+        self.axis = axis
+        super().__init__(AXES[axis])
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What the data record tells about Maya's axes a, b, c: switches, counts, errors [counts], torque [V]."""
+
+    moving: bool
+    counts: tuple[int, int, int]
+    reference: tuple[int, int, int]
+    error: tuple[int, int, int]
+    torque: tuple[float, float, float]
+    running: tuple[bool, bool, bool]
+    forward: tuple[bool, bool, bool]
+    reverse: tuple[bool, bool, bool]
+    record: DataRecord
+
+    def at(self, axis: int, side: str) -> bool:
+        """Tell whether the switch at `side` of `axis` reads active."""
+        return (self.forward if side == FORWARD else self.reverse)[axis]
+
+
+def look_at(record: DataRecord, order: tuple[int, int, int]) -> Look:
+    """Return the part of a data record that concerns Maya's axes, in the order a, b, c."""
+    a, b, c = (record.axes[place] for place in order)
+    return Look(
+        moving=a.moving or b.moving or c.moving,
+        counts=(a.position, b.position, c.position),
+        reference=(a.reference, b.reference, c.reference),
+        error=(a.error, b.error, c.error),
+        torque=(a.torque, b.torque, c.torque),
+        running=(a.moving, b.moving, c.moving),
+        forward=(a.forward_limit_active, b.forward_limit_active, c.forward_limit_active),
+        reverse=(a.reverse_limit_active, b.reverse_limit_active, c.reverse_limit_active),
+        record=record,
+    )
+
+
+class Seeker:
+    """Makes bounded coordinated moves and watches switches, torque and following error on the way."""
+
+    def __init__(self, driver: Driver, config: Config, units: Units, pause: Pause, clock: Callable[[], float]) -> None:
+        self._driver = driver
+        self._config = config
+        self._units = units
+        self._pause = pause
+        self._clock = clock
+        self._order = faults.indices(config)
+        self._claimed: dict[tuple[int, str], int] = {}
+
+    async def look(self) -> Look:
+        """Read the record."""
+        return look_at(await self._driver.record(), self._order)
+
+    async def survey(self) -> Look:
+        """Look at the switches before anything moves and remember which claim to be active.
+
+        Raises `WiringContradictsCn` where a reading is impossible: both ends of an axis at once, or both lines
+        at their short ends, which b + c >= W forbids.
+        """
+        look = await self.look()
+        for axis in range(3):
+            if look.forward[axis] and look.reverse[axis]:
+                raise self.contradiction(axis, "forward and reverse", "both ends read active at once")
+        if look.reverse[1] and look.reverse[2]:
+            raise self.contradiction(1, REVERSE, "lines b and c cannot both be at their short ends")
+        self._claimed = {
+            (axis, side): look.counts[axis] for axis in range(3) for side in (FORWARD, REVERSE) if look.at(axis, side)
+        }
+        return look
+
+    def contradiction(self, axis: int, side: str, reason: str) -> WiringContradictsCn:
+        """Return the error for a switch whose reading cannot be true."""
+        return WiringContradictsCn(axis=AXES[axis], side=side, cn=self._config.wiring.limit_active_level, reason=reason)
+
+    async def go(
+        self,
+        deltas: Mapping[int, float],
+        speed: float,
+        *,
+        poll: float = 0.25,
+        until: Callable[[Look], bool] | None = None,
+    ) -> Look:
+        """Move axes by `deltas` (rad or m) together, the fastest at `speed` (rad/s or m/s), and return the last look.
+
+        Ends early at a limit switch (the controller stops all together) or when `until` says so. Raises
+        `WiringContradictsCn` for a switch that turns active while its axis leaves it, or that does not let go;
+        `Stall` when an axis does not follow.
+        """
+        counts = {axis: round(delta * self._units.per_unit[axis]) for axis, delta in deltas.items()}
+        counts = {axis: count for axis, count in counts.items() if count}
+        before = await self.look()
+        if not counts:
+            return before
+        end = self._clock() + await self._begin(counts, speed)
+        halted = False
+        while True:
+            await self._pause(min(self._clock() + poll, max(end, self._clock() + 0.005)))
+            look = await self.look()
+            await self._examine(before, look, counts)
+            if not look.moving:
+                self._ended(look, counts)
+                return look
+            if until is not None and not halted and until(look):
+                halted = True
+                await self._driver.urgent("ST S")
+
+    async def settle(self) -> Look:
+        """Brake on the path and return when the axes are at rest."""
+        await self._driver.urgent("ST S")
+        look = await self.look()
+        while look.moving:
+            await self._pause(self._clock() + 0.02)
+            look = await self.look()
+        return look
+
+    async def _begin(self, counts: Mapping[int, int], speed: float) -> float:
+        """Send the move and begin it; return how long it takes at most [s]."""
+        axes = self._config.axes
+        letters = {axes[axis].letter: count for axis, count in counts.items()}
+        length = hypot(*counts.values())
+        shares = {axis: abs(count) / length for axis, count in counts.items()}
+        vector = min(speed * self._units.per_unit[axis] / share for axis, share in shares.items() if share)
+        slew = max(2, int(min(vector, *(axes[i].speed_counts / s for i, s in shares.items() if s))) // 2 * 2)
+        brake = _step1024(min(axes[i].stop_deceleration_counts / s for i, s in shares.items() if s))
+        names = "".join(sorted(letters))
+        values = ",".join(str(letters.get(letter, "")) for letter in "ABC").rstrip(",")
+        await self._driver.batch(
+            ["CS S", f"LM {names}", f"VS {slew}", f"VA {brake}", f"VD {brake}", f"LI {values}", "LE"]
+        )
+        await self._pause(self._clock())
+        await self._driver.send("BGS")
+        if length < slew * slew / brake:
+            return 2.0 * sqrt(length / brake)
+        return length / slew + slew / brake
+
+    async def _examine(self, before: Look, look: Look, counts: Mapping[int, int]) -> None:
+        """Raise for switches that contradict the motion, and for axes that do not follow it.
+
+        SH takes the reference of a stalled axis back to where the axis is, so that it can be moved away.
+        """
+        for axis, count in counts.items():
+            leaving = REVERSE if count > 0 else FORWARD
+            if look.at(axis, leaving) and not before.at(axis, leaving):
+                await self.settle()
+                raise self.contradiction(axis, leaving, "it turned active while the axis was leaving it")
+            start = self._claimed.get((axis, leaving))
+            if start is None:
+                continue
+            if not look.at(axis, leaving):
+                del self._claimed[axis, leaving]
+            elif abs(look.counts[axis] - start) > RELEASE_WITHIN[axis] * self._units.per_unit[axis]:
+                await self.settle()
+                raise self.contradiction(axis, leaving, "it stays active though the axis has left it")
+        for axis in counts:
+            if abs(look.error[axis]) * 2 > self._config.axes[axis].error_limit_counts:
+                await self.settle()
+                await self._driver.send(f"SH{self._config.axes[axis].letter}")
+                raise Stall(axis)
+
+    def _ended(self, look: Look, counts: Mapping[int, int]) -> None:
+        """Raise what ended the motion unless it was its end, a limit switch or our own stop."""
+        error: MayaError | None = faults.grave(look.record, self._order, tuple(counts))
+        if isinstance(error, AmplifierFault) or (error is not None and not _limit(error)):
+            raise error
+
+    def stalled(self, stall: Stall, reason: str) -> MayaError:
+        """Return the error that names a stalled axis: its wiring where a claimed switch never let go."""
+        for axis, side in self._claimed:
+            if axis == stall.axis:
+                return self.contradiction(axis, side, "it reads active, yet the axis stands against its other end")
+        return HomingStalled(axis=AXES[stall.axis], reason=reason)
+
+
+def _limit(error: MayaError) -> bool:
+    return isinstance(error, faults.LimitReached)
+
+
+def _step1024(value: float) -> int:
+    return max(1024, int(value) // 1024 * 1024)

@@ -1,0 +1,53 @@
+"""One wish at a time: who is at it, and how it learns that somebody said stop."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from maya_un.errors import Busy, MayaError
+
+
+class Wish:
+    """A motion or gripper wish under way. `interrupted` completes with the error that is to end it."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.interrupted: asyncio.Future[MayaError] = asyncio.get_running_loop().create_future()
+
+    def interrupt(self, error: MayaError) -> None:
+        """End the wish with `error`, unless something else ended it first."""
+        if not self.interrupted.done():
+            self.interrupted.set_result(error)
+
+    def check(self) -> None:
+        """Raise the error that is to end the wish, if there is one."""
+        if self.interrupted.done():
+            raise self.interrupted.result()
+
+    async def pause(self, until: float) -> None:
+        """Wait until a loop time [s]; raises at once what interrupts the wish."""
+        remaining = until - asyncio.get_running_loop().time()
+        if remaining > 0.0:
+            await asyncio.wait({self.interrupted}, timeout=remaining)
+        self.check()
+
+
+class Desk:
+    """Takes one wish and refuses the next with `Busy` until the first is done."""
+
+    def __init__(self) -> None:
+        self.current: Wish | None = None
+
+    @contextmanager
+    def take(self, name: str) -> Iterator[Wish]:
+        """Hold the desk for the block; raises `Busy`."""
+        if self.current is not None:
+            raise Busy(doing=self.current.name)
+        wish = Wish(name)
+        self.current = wish
+        try:
+            yield wish
+        finally:
+            self.current = None
