@@ -1,0 +1,226 @@
+"""What the controller's numbers say: error codes (TC) and stop codes (SC).
+
+The words are ours; firmware versions differ in theirs, so the number alone has a meaning on the wire.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class ErrorCode(IntEnum):
+    """Error codes of TC that this project raises or looks for."""
+
+    NONE = 0
+    UNRECOGNIZED_COMMAND = 1
+    PROGRAM_ONLY = 2
+    NOT_IN_PROGRAM = 3
+    OPERAND_ERROR = 4
+    INPUT_BUFFER_FULL = 5
+    OUT_OF_RANGE = 6
+    NOT_WHILE_RUNNING = 7
+    NOT_WHILE_NOT_RUNNING = 8
+    VARIABLE_ERROR = 9
+    UNDEFINED_LABEL = 10
+    INVALID_LABEL = 11
+    JOG_ONLY_IN_JOG_MODE = 13
+    IP_WRONG_SIGN = 16
+    NOT_WHILE_PROGRAM_RUNS = 17
+    THREAD_EXECUTING = 19
+    BEGIN_MOTOR_OFF = 20
+    BEGIN_WHILE_RUNNING = 21
+    BEGIN_AT_LIMIT = 22
+    NO_SEQUENCE = 24
+    S_OPERAND_INVALID = 28
+    NOT_IN_COORDINATED_MOVE = 29
+    SEGMENT_TOO_SHORT = 30
+    SEQUENCE_TOO_LONG = 31
+    SEGMENT_BUFFER_FULL = 32
+    SEGMENT_KINDS_MIXED = 33
+    NOT_ENOUGH_FIELDS = 50
+    QUESTION_MARK_INVALID = 51
+    BAD_STRING = 52
+    BAD_BRACES = 53
+    MISSING_BRACKET = 55
+    INDEX_OUT_OF_RANGE = 56
+    BAD_FUNCTION = 57
+    BAD_OPERAND = 58
+    PARENTHESES = 59
+    ARRAY_SPACE_FULL = 66
+    TOO_MANY_VARIABLES = 67
+    UNDEFINED_ARRAY = 82
+    NOT_A_NUMBER = 83
+    INVALID_AXIS = 90
+    HANDLE_IN_USE = 124
+    HANDLE_CLOSED = 126
+    HANDLE_MUST_BE_UDP = 133
+    ALL_MOTORS_MUST_BE_OFF = 134
+    MOTOR_MUST_BE_OFF = 135
+    NOT_SUPPORTED = 141
+
+
+ERROR_TEXTS: dict[int, str] = {
+    1: "Unrecognized command",
+    2: "Command works in a program only",
+    3: "Command does not work in a program",
+    4: "Operand error",
+    5: "Input buffer full",
+    6: "Number out of range",
+    7: "Command not valid while running",
+    8: "Command not valid while at rest",
+    9: "Variable error",
+    10: "Empty line or undefined label",
+    11: "Invalid label or line number",
+    12: "Subroutines nested more than 16 deep",
+    13: "JG while running needs the jog mode",
+    14: "EEPROM checksum error",
+    15: "EEPROM write error",
+    16: "IP against the direction of motion or during a forced stop",
+    17: "ED, BN and DL not valid while a program runs",
+    18: "Command not valid while contouring",
+    19: "Thread is executing already",
+    20: "Begin not valid with motor off",
+    21: "Begin not valid while running",
+    22: "Begin not possible due to limit switch",
+    24: "Begin not valid without a sequence",
+    25: "Variable missing in IN",
+    28: "S operand not valid",
+    29: "Not valid during a coordinated move",
+    30: "Segment of the sequence too short",
+    31: "Sequence longer than 2 billion counts",
+    32: "Segment buffer full",
+    33: "VP or CR mixed with LI",
+    39: "No time given",
+    41: "Contour record out of range",
+    42: "Contour data came too slowly",
+    46: "Gear axis is master and follower at once",
+    50: "Not enough fields",
+    51: "Question mark not valid",
+    52: "String too long or without closing quote",
+    53: "Error in braces",
+    54: "Question mark inside a string",
+    55: "Bracket missing",
+    56: "Array index invalid or out of range",
+    57: "Bad function or array",
+    58: "Operand gives no answer",
+    59: "Parentheses do not match",
+    60: "Download: line too long or too many lines",
+    61: "Label bad or defined twice",
+    62: "Too many labels",
+    63: "IF without ENDIF",
+    66: "Array space full",
+    67: "Too many arrays or variables",
+    80: "Recording already",
+    81: "No array or source given",
+    82: "Undefined array",
+    83: "Not a valid number",
+    84: "Too many elements",
+    90: "No such axis",
+    97: "Bad format of a binary command",
+    98: "Binary commands not valid in a program",
+    99: "Bad number of a binary command",
+    100: "Not valid while the cam runs",
+    101: "Bad index into ET",
+    102: "Cam has no master axis",
+    103: "Cam modulus above 256 times EP",
+    104: "Not valid while the axis follows a cam",
+    105: "EB 1 must come first",
+    106: "Privilege violation",
+    110: "No Hall sensors found",
+    111: "BA must make the axis brushless first",
+    112: "BZ ran out of time",
+    113: "No movement during BZ",
+    114: "Runaway during BZ",
+    118: "Interconnect board is of another type",
+    119: "Not valid for a stepper axis",
+    120: "Ethernet transmission failed",
+    121: "Bad Ethernet packet received",
+    123: "TCP lost sync or timed out",
+    124: "Ethernet handle in use",
+    125: "No ARP answer from the IP address",
+    126: "Ethernet handle closed",
+    127: "Illegal Modbus function",
+    128: "IP address not valid",
+    130: "Remote I/O error",
+    131: "Serial port timed out",
+    132: "No analog inputs",
+    133: "Command locked, or handle must be UDP",
+    134: "All motors must be off for this command",
+    135: "Motor must be off",
+    136: "Wrong password",
+    137: "Wrong lock setting",
+    138: "The two passwords differ",
+    140: "Serial encoder error",
+    141: "Feature not supported",
+    143: "TM timed out",
+    144: "Encoder type does not allow this",
+    160: "BX failed",
+    161: "Sine amplifier axis not initialised",
+    163: "IA not valid with DHCP",
+    164: "Sequence full, begin it first",
+    165: "Sine drive and SSI conflict",
+    166: "Analog output cannot be set",
+}
+"""Words for every error code of TC."""
+
+
+class StopCode(IntEnum):
+    """Why an axis stands or brakes (SC). Set when deceleration begins; whether it is over is said by BG."""
+
+    RUNNING = 0
+    COMMANDED = 1
+    FORWARD_LIMIT = 2
+    REVERSE_LIMIT = 3
+    STOPPED = 4
+    ABORT_INPUT = 6
+    ABORTED = 7
+    OFF_ON_ERROR = 8
+    FOUND_EDGE = 9
+    HOMED = 10
+    SELECTIVE_ABORT = 11
+    ENCODER_FAILURE = 12
+    AMPLIFIER_FAULT = 15
+    STEPPER_ERROR = 16
+    PVT_RUNNING = 30
+    PVT_DONE = 31
+    PVT_STARVED = 32
+    SAMPLE_OVERFLOW = 41
+    CONTOUR_RUNNING = 50
+    CONTOUR_STOPPED = 51
+    CAM_RUNNING = 60
+    CAM_STOPPED = 61
+    MC_TIMEOUT = 99
+    SEQUENCE_RUNNING = 100
+    SEQUENCE_DONE = 101
+
+
+STOP_TEXTS: dict[int, str] = {
+    0: "running",
+    1: "arrived where commanded",
+    2: "forward limit",
+    3: "reverse limit",
+    4: "stopped by ST",
+    6: "abort input",
+    7: "aborted by AB",
+    8: "following error, motor switched off",
+    9: "found the home edge",
+    10: "homed or found the index",
+    11: "selective abort input",
+    12: "encoder failure",
+    15: "amplifier fault",
+    16: "stepper lost its position",
+    30: "running a PVT sequence",
+    31: "PVT sequence complete",
+    32: "PVT sequence ran out of segments",
+    41: "sample overflow",
+    50: "contouring",
+    51: "contour stopped",
+    60: "following a cam",
+    61: "cam stopped",
+    70: "EtherCAT motion running",
+    71: "EtherCAT motion stopped",
+    99: "encoder did not arrive in time",
+    100: "running a vector sequence",
+    101: "vector sequence complete",
+}
+"""Words for every stop code of SC."""

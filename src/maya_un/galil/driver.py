@@ -1,0 +1,341 @@
+"""The host's role in an asyncio loop: requests in, replies out, in order, over one link.
+
+Every request is written at once and waits its turn for the reply, so any number may be under way; nothing queues
+before the wire. One watchdog guards the link: it looks at the oldest request, and when nothing has answered that
+one for its timeout, the link is lost. A loss is declared once; from then on every call raises it. A new link is a
+new `Driver` on a new transport.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from typing import Generic, NamedTuple, TypeVar, cast
+
+from maya_un.errors import (
+    CommandRejected,
+    InternalError,
+    InvalidValue,
+    LinkLost,
+    LinkTimeout,
+    MachineError,
+    MayaError,
+    NotConnected,
+    UnexpectedReply,
+)
+from maya_un.galil.codes import ERROR_TEXTS
+from maya_un.galil.commands import LINE_LIMIT
+from maya_un.galil.framing import Kind, Message, Received, Record, Reply, ReplySplitter, Stray
+from maya_un.galil.numbers import parse_number
+from maya_un.galil.record import DataRecord, decode
+from maya_un.galil.transport import Transport
+
+T = TypeVar("T")
+
+Answer = str | bytes
+
+_ASK = "TC1"
+
+
+class _Request(Generic[T]):
+    """One or several commands whose answers make one result."""
+
+    __slots__ = ("answers", "error", "future", "left", "result")
+
+    def __init__(self, future: asyncio.Future[T], count: int, result: Callable[[list[Answer]], T]) -> None:
+        self.future = future
+        self.left = count
+        self.answers: list[Answer] = []
+        self.error: MayaError | None = None
+        self.result = result
+
+    def answer(self, answer: Answer) -> None:
+        self.answers.append(answer)
+        self._one_less()
+
+    def reject(self, error: MayaError) -> None:
+        self.error = self.error or error
+        self._one_less()
+
+    def fail(self, error: MayaError) -> None:
+        if not self.future.done():
+            self.future.set_exception(error)
+
+    def _one_less(self) -> None:
+        self.left -= 1
+        if self.left or self.future.done():
+            return
+        if self.error is not None:
+            self.future.set_exception(self.error)
+        else:
+            self.future.set_result(self.result(self.answers))
+
+
+class _Sent(NamedTuple):
+    """A command on the wire; `request` is None for our own question after a rejection. `patience` is in s."""
+
+    command: str
+    request: _Request[object] | None
+    patience: float
+
+
+class Driver:
+    """One link to a controller; made by `open`, ended by `close`, which also a lost one needs.
+
+    `tap` sees every piece of the wire as ("tx" or "rx", bytes); `on_message` gets the lines that a program in the
+    controller sends by itself (see `subscribe`).
+    """
+
+    def __init__(self, transport: Transport, timeout: float) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._transport = transport
+        self._timeout = timeout
+        self._splitter = ReplySplitter()
+        self._sent: deque[_Sent] = deque()
+        self._rejected: list[_Sent] = []
+        self._since = 0.0
+        self._watchdog: asyncio.TimerHandle | None = None
+        self._closing = False
+        self._reader: asyncio.Task[None] | None = None
+        self.lost: asyncio.Future[MachineError] = self._loop.create_future()
+        self.tap: Callable[[str, bytes], None] | None = None
+        self.on_message: Callable[[str], None] | None = None
+
+    @classmethod
+    async def open(cls, transport: Transport, *, timeout: float) -> Driver:
+        """Take over a connected transport; `timeout` [s] is the longest wait for a reply. Sends nothing."""
+        driver = cls(transport, timeout)
+        driver._reader = driver._loop.create_task(driver._read(), name=f"read {transport.peer}")
+        return driver
+
+    @property
+    def address(self) -> str:
+        """Whom the link leads to."""
+        return self._transport.peer
+
+    async def send(self, command: str, *, timeout: float | None = None) -> str:
+        """Send one command and return what it printed, blanks around it removed.
+
+        `timeout` [s] replaces the link's for commands known to take long (BN, BP, BV). Raises `CommandRejected`,
+        `InvalidValue` for a text that is not one command, and what became of the link.
+        """
+        return await self._submit((command,), Kind.TEXT, _first_text, timeout)
+
+    def urgent(self, command: str) -> asyncio.Future[str]:
+        """Write one command before returning, for a stop; the future is its reply and may be left alone."""
+        future = self._submit((command,), Kind.TEXT, _first_text)
+        future.add_done_callback(_look)
+        return future
+
+    async def batch(self, commands: Sequence[str]) -> list[str]:
+        """Send commands together, packed into lines, and return what each printed.
+
+        A rejected command does not keep the controller from executing those behind it. Once all have answered,
+        raises `CommandRejected` for the first; where several were, its code is the last one's.
+        """
+        return await self._submit(tuple(commands), Kind.TEXT, _all_texts) if commands else []
+
+    async def value(self, operand: str) -> float:
+        """Return the value of an operand, variable or expression (`_TPA`, `TIME`, `mayahome`).
+
+        Raises `UnexpectedReply` where the answer is not one number, and as `send`.
+        """
+        command = f"MG {operand}"
+        reply = await self.send(command)
+        try:
+            return parse_number(reply)
+        except ValueError as error:
+            raise UnexpectedReply(command=command, reply=reply) from error
+
+    async def record(self) -> DataRecord:
+        """Return the controller's data record of now; raises as `send`."""
+        return decode(await self._submit(("QR",), Kind.RECORD, _first_bytes))
+
+    async def subscribe(self) -> None:
+        """Have the controller send its programs' messages here, marked by bit 7 (CW 1; CF I)."""
+        await self.batch(["CW 1", "CF I"])
+
+    async def close(self) -> None:
+        """Wait for the replies under way, then end the link. No reason of loss follows; again is harmless."""
+        if not self._closing:
+            barrier = None if self.lost.done() or not self._sent else self._submit(("",), Kind.TEXT, _first_text)
+            self._closing = True
+            if barrier is not None:
+                with suppress(MayaError):  # a loss is told by `lost`, a rejection by its own request
+                    await barrier
+        if self._watchdog is not None:
+            self._watchdog.cancel()
+        if self._reader is not None:
+            self._reader.cancel()
+            await asyncio.wait({self._reader})
+        self._fail_all(NotConnected())
+        await self._transport.close()
+
+    def _submit(
+        self,
+        commands: tuple[str, ...],
+        kind: Kind,
+        result: Callable[[list[Answer]], T],
+        timeout: float | None = None,
+    ) -> asyncio.Future[T]:
+        if self.lost.done():
+            raise _again(self.lost.result())
+        if self._closing:
+            raise NotConnected
+        data = _lines(commands)
+        request = _Request(self._loop.create_future(), len(commands), result)
+        patience = self._timeout if timeout is None else timeout
+        for command in commands:
+            self._expect(_Sent(command, cast("_Request[object]", request), patience), kind)
+        self._write(data)
+        return request.future
+
+    def _expect(self, sent: _Sent, kind: Kind) -> None:
+        if not self._sent:
+            self._since = self._loop.time()
+        self._sent.append(sent)
+        self._splitter.expect(kind)
+        if self._watchdog is None:
+            self._watchdog = self._loop.call_at(self._since + sent.patience, self._look_at_oldest)
+
+    def _write(self, data: bytes) -> None:
+        if self.tap is not None:
+            self.tap("tx", data)
+        try:
+            self._transport.write(data)
+        except LinkLost as error:
+            self._lose(error)
+
+    async def _read(self) -> None:
+        try:
+            while data := await self._transport.read():
+                if self.tap is not None:
+                    self.tap("rx", data)
+                for received in self._splitter.feed(data):
+                    self._take(received)
+            self._lose(LinkLost(address=self.address, reason="the other side ended it"))
+        except MachineError as error:
+            self._lose(error)
+        except Exception as error:
+            self._lose(InternalError(reason=repr(error)))
+            raise
+
+    def _take(self, received: Received) -> None:
+        if isinstance(received, Message):
+            if self.on_message is not None:
+                self.on_message(received.text)
+            return
+        if isinstance(received, Stray):
+            command = self._sent[0].command if self._sent else ""
+            raise UnexpectedReply(command=command, reply=received.data[:40].decode("latin-1"))
+        sent = self._sent.popleft()
+        self._since = self._loop.time()
+        if sent.request is None:
+            self._explain(received)
+        elif isinstance(received, Record):
+            sent.request.answer(received.data)
+        elif received.ok:
+            sent.request.answer(received.text)
+        else:
+            self._ask_why(sent)
+
+    def _ask_why(self, sent: _Sent) -> None:
+        """Ask for the code before anybody else can write; one question serves all rejections until its answer.
+
+        Whatever is rejected before that answer was executed before the question, so the question is in time.
+        """
+        self._rejected.append(sent)
+        if len(self._rejected) == 1:
+            self._expect(_Sent(_ASK, None, self._timeout), Kind.TEXT)
+            self._write(f"{_ASK}\r".encode())
+
+    def _explain(self, received: Reply | Record) -> None:
+        text = received.text if isinstance(received, Reply) else ""
+        number, _, words = text.strip().partition(" ")
+        code = int(number) if number.isdecimal() else 0
+        reason = ERROR_TEXTS.get(code) or words.strip() or "no reason given"
+        rejected, self._rejected = self._rejected, []
+        for sent in rejected:
+            if sent.request is not None:
+                sent.request.reject(CommandRejected(command=sent.command, tc=code, reason=reason))
+
+    def _look_at_oldest(self) -> None:
+        self._watchdog = None
+        if not self._sent:
+            return
+        due = self._since + self._sent[0].patience
+        if self._loop.time() < due:
+            self._watchdog = self._loop.call_at(due, self._look_at_oldest)
+        else:
+            # If this process itself was held up, the reply is here already and its reader is next in line.
+            self._loop.call_soon(self._give_up, self._sent[0])
+
+    def _give_up(self, oldest: _Sent) -> None:
+        if self._sent and self._sent[0] is oldest:
+            seconds = f"{oldest.patience:g}"
+            self._lose(LinkTimeout(address=self.address, command=oldest.command, seconds=seconds))
+        elif self._sent and self._watchdog is None:
+            self._look_at_oldest()
+
+    def _lose(self, reason: MachineError) -> None:
+        if self.lost.done() or (self._closing and not self._sent):
+            return
+        self.lost.set_result(reason)
+        if self._reader is not None and self._reader is not asyncio.current_task(self._loop):
+            self._reader.cancel()
+        self._fail_all(reason)
+
+    def _fail_all(self, reason: MayaError) -> None:
+        requests = {id(sent.request): sent.request for sent in (*self._sent, *self._rejected)}
+        self._sent.clear()
+        self._rejected.clear()
+        for request in requests.values():
+            if request is not None:
+                request.fail(_again(reason))
+
+
+def _lines(commands: Iterable[str]) -> bytes:
+    """Return the bytes of commands packed into as few lines as the controller's limit allows."""
+    lines: list[str] = []
+    line: str | None = None
+    for command in commands:
+        _require_one(command)
+        if line is not None and len(line) + 1 + len(command) <= LINE_LIMIT:
+            line = f"{line};{command}"
+            continue
+        if line is not None:
+            lines.append(line)
+        line = command
+    return "".join(f"{text}\r" for text in [*lines, line or ""]).encode("ascii")
+
+
+def _require_one(command: str) -> None:
+    if not command.isascii() or "\r" in command or "\n" in command or ";" in command:
+        raise InvalidValue(key="command", value=repr(command), reason="it must be one command, in ASCII, without `;`")
+    if len(command) > LINE_LIMIT:
+        raise InvalidValue(key="command", value=repr(command), reason=f"a line holds {LINE_LIMIT} characters")
+
+
+def _again(error: MayaError) -> MayaError:
+    """Return a fresh copy: one instance raised in several tasks would collect all their tracebacks."""
+    return type(error)(**error.details)
+
+
+def _look(future: asyncio.Future[str]) -> None:
+    """Take note of the outcome, so that a future nobody awaits is no complaint."""
+    if not future.cancelled():
+        future.exception()
+
+
+def _first_text(answers: list[Answer]) -> str:
+    return cast("str", answers[0]).strip()
+
+
+def _first_bytes(answers: list[Answer]) -> bytes:
+    return cast("bytes", answers[0])
+
+
+def _all_texts(answers: list[Answer]) -> list[str]:
+    return [cast("str", answer).strip() for answer in answers]

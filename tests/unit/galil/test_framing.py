@@ -1,0 +1,149 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import NamedTuple, cast
+
+import pytest
+
+from maya_un.galil.commands import TOO_LONG, split_line
+from maya_un.galil.framing import Kind, LineSplitter, Message, Record, Reply, ReplySplitter, Stray
+from maya_un.galil.record import AxisRecord, DataRecord, encode
+
+RECORD = encode(DataRecord(axes=(AxisRecord(),) * 3))
+
+
+class Exchange(NamedTuple):
+    send: str
+    receive: str
+    replies: list[str | None]
+
+
+def exchanges() -> list[Exchange]:
+    text = (Path(__file__).parents[2] / "vectors" / "galil_wire.json").read_text(encoding="ascii")
+    return [Exchange(**entry) for entry in cast("list[dict[str, object]]", json.loads(text))]  # pyright: ignore[reportArgumentType]
+
+
+def marked(text: str) -> bytes:
+    return bytes(code | 0x80 for code in text.encode("ascii"))
+
+
+def replies(*kinds: Kind, data: bytes) -> list[object]:
+    splitter = ReplySplitter()
+    for kind in kinds:
+        splitter.expect(kind)
+    return list(splitter.feed(data))
+
+
+@pytest.mark.parametrize(
+    ("data", "commands"),
+    [
+        (b"TP\r", ["TP"]),
+        (b"TP\r\n", ["TP"]),
+        (b"TP\n\r", ["TP"]),
+        (b"\r", [""]),
+        (b"TP;\r", ["TP", ""]),
+        (b"A;B\r", ["A", "B"]),
+        (b"A;", ["A"]),
+        (b"TP", []),
+        (b"\x12\x16\r", ["\x12\x16"]),
+        (b"\xd4\xd0\x8d", ["TP"]),
+        (b"' x;y\rTP\r", ["' x;y", "TP"]),
+    ],
+)
+def test_commands_of_bytes(data: bytes, commands: list[str]) -> None:
+    assert LineSplitter().feed(data) == commands
+
+
+@pytest.mark.parametrize(("length", "fits"), [(80, True), (81, False), (500, False)])
+def test_a_line_holds_80_characters(length: int, fits: bool) -> None:
+    splitter = LineSplitter()
+    assert splitter.feed(b"x" * length + b"\rTP\r") == [("x" * length) if fits else TOO_LONG, "TP"]
+
+
+def test_the_commands_of_a_line_count_together() -> None:
+    line = b"MG 1;" * 20
+    assert LineSplitter().feed(line + b"\r") == ["MG 1"] * 16 + [TOO_LONG] * 5
+
+
+def test_a_client_that_never_sends_cr_is_not_cut_off() -> None:
+    splitter = LineSplitter()
+    assert [splitter.feed(b"MG 1;") for _ in range(40)] == [["MG 1"]] * 40
+
+
+def test_an_endless_line_is_not_kept() -> None:
+    splitter = LineSplitter()
+    for _ in range(1000):
+        assert splitter.feed(b"x" * 1000) == []
+    assert splitter.feed(b"\r") == [TOO_LONG]
+
+
+def test_a_program_is_taken_by_lines_until_its_backslash() -> None:
+    splitter = LineSplitter()
+    taken: list[str] = []
+    for text in splitter.split(b"DL\r#A;x=1\r\n  EN\\TP\r"):
+        taken.append(text)
+        if text == "DL":
+            splitter.program = True
+    assert taken == ["DL", "#A;x=1", "  EN", "\\", "TP"]
+
+
+@pytest.mark.parametrize("exchange", exchanges(), ids=lambda exchange: repr(exchange.send))
+def test_golden_exchanges(exchange: Exchange) -> None:
+    sent = LineSplitter().feed(exchange.send.encode("ascii"))
+    assert sent == [command for line in exchange.send[:-1].split("\r") for command in split_line(line)]
+    kinds = [Kind.TEXT] * len(sent)
+    expected = [Reply(False) if text is None else Reply(True, text) for text in exchange.replies]
+    assert replies(*kinds, data=exchange.receive.encode("ascii")) == expected
+
+
+def test_a_colon_inside_a_text_is_no_prompt() -> None:
+    assert replies(Kind.TEXT, data=b"at 12:30: ok\r\n:") == [Reply(True, "at 12:30: ok")]
+
+
+def test_a_record_may_hold_prompts() -> None:
+    data = bytearray(RECORD)
+    data[82:] = b":" * len(data[82:])
+    assert replies(Kind.RECORD, Kind.TEXT, data=bytes(data) + b"::") == [Record(bytes(data)), Reply(True)]
+
+
+def test_a_record_can_be_rejected() -> None:
+    assert replies(Kind.RECORD, Kind.TEXT, data=b"?:") == [Reply(False), Reply(True)]
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b":",
+        RECORD[:2] + b"\xff\xff" + RECORD[4:],
+        RECORD + b"x",
+    ],
+)
+def test_what_is_no_record_is_stray(data: bytes) -> None:
+    (received,) = replies(Kind.RECORD, data=data.ljust(4, b"\0"))
+    assert isinstance(received, Stray)
+
+
+def test_bytes_nobody_asked_for_are_stray() -> None:
+    assert replies(data=b":") == [Stray(b":")]
+
+
+def test_messages_are_taken_out_from_anywhere() -> None:
+    note = marked("limit\r\n")
+    data = note + b" 20" + note[:3] + b"0\r" + note[3:] + b"\n:" + note + RECORD + b":" + note
+    assert replies(Kind.TEXT, Kind.RECORD, data=data) == [
+        Message("limit"),
+        Message("limit"),
+        Reply(True, " 200"),
+        Message("limit"),
+        Record(RECORD),
+        Message("limit"),
+    ]
+
+
+def test_pending_counts_what_is_not_answered() -> None:
+    splitter = ReplySplitter()
+    splitter.expect()
+    splitter.expect()
+    splitter.feed(b":")
+    assert splitter.pending == 1

@@ -1,0 +1,136 @@
+"""The two transports. TCP runs in the ordinary loop: real sockets do not belong in virtual time."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import struct
+
+import pytest
+
+from maya_un.errors import ConnectFailed, LinkLost
+from maya_un.galil.driver import Driver
+from maya_un.galil.transport import TcpTransport, loopback_pair
+from tests.virtual_time import elapse
+
+
+async def test_loopback_carries_both_ways() -> None:
+    host, controller = loopback_pair("twin")
+    host.write(b"TP\r")
+    controller.write(b":")
+    assert (await controller.read(), await host.read(), host.peer) == (b"TP\r", b":", "twin")
+
+
+async def test_loopback_wakes_the_one_who_reads() -> None:
+    host, controller = loopback_pair()
+    reading = asyncio.create_task(host.read())
+    await elapse(0.1)
+    controller.write(b"a")
+    controller.write(b"b")
+    assert await reading == b"ab"
+
+
+async def test_loopback_closed_delivers_what_is_on_its_way() -> None:
+    host, controller = loopback_pair()
+    host.write(b"BN\r")
+    await host.close()
+    await host.close()
+    assert (await controller.read(), await controller.read(), await host.read()) == (b"BN\r", b"", b"")
+
+
+async def test_loopback_cut_loses_what_is_on_its_way() -> None:
+    host, controller = loopback_pair()
+    host.write(b"BN\r")
+    reading = asyncio.create_task(host.read())
+    await elapse(0.1)
+    host.cut()
+    assert (await controller.read(), await reading) == (b"", b"")
+
+
+async def test_loopback_refuses_to_write_after_its_own_end() -> None:
+    host, controller = loopback_pair()
+    controller.cut()
+    host.write(b"nobody sees the end but by reading")
+    host.cut()
+    with pytest.raises(LinkLost):
+        host.write(b"x")
+
+
+def test_tcp_carries_a_conversation_until_the_end() -> None:
+    async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        while (await reader.read(100)) == b"TP\r":
+            writer.write(b" 1, 2, 3\r\n:")
+        writer.close()
+        await writer.wait_closed()
+
+    async def main() -> None:
+        async with await asyncio.start_server(serve, "127.0.0.1") as server:
+            port = server.sockets[0].getsockname()[1]
+            transport = await TcpTransport.connect("127.0.0.1", port, timeout=5.0)
+            assert transport.peer == f"127.0.0.1:{port}"
+            driver = await Driver.open(transport, timeout=5.0)
+            assert [await driver.send("TP") for _ in range(3)] == ["1, 2, 3"] * 3
+            with pytest.raises(LinkLost):
+                await driver.send("end")
+            await driver.close()
+            with pytest.raises(LinkLost):
+                transport.write(b"x")
+
+    asyncio.run(main())
+
+
+def test_tcp_sends_small_pieces_at_once() -> None:
+    async def main() -> None:
+        async with await asyncio.start_server(lambda _, writer: writer.close(), "127.0.0.1") as server:
+            transport = await TcpTransport.connect(*server.sockets[0].getsockname(), timeout=5.0)
+            sock: socket.socket = transport._stream.get_extra_info("socket")
+            assert sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+            assert await transport.read() == b""
+            await transport.close()
+            await transport.close()
+
+    asyncio.run(main())
+
+
+def test_tcp_broken_off_is_a_lost_link() -> None:
+    def reset(writer: asyncio.StreamWriter) -> None:
+        sock: socket.socket = writer.get_extra_info("socket")
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        writer.transport.abort()
+
+    async def main() -> None:
+        async with await asyncio.start_server(lambda _, writer: reset(writer), "127.0.0.1") as server:
+            transport = await TcpTransport.connect(*server.sockets[0].getsockname(), timeout=5.0)
+            with pytest.raises(LinkLost, match="reset"):
+                await transport.read()
+            await transport.close()
+
+    asyncio.run(main())
+
+
+def test_tcp_names_why_nobody_answers() -> None:
+    with socket.socket() as unused:
+        unused.bind(("127.0.0.1", 0))
+        port: int = unused.getsockname()[1]
+        with pytest.raises(ConnectFailed, match=rf"127\.0\.0\.1:{port} \(Connection refused\)"):
+            asyncio.run(TcpTransport.connect("127.0.0.1", port, timeout=5.0))
+
+
+@pytest.mark.parametrize(("host", "port"), [("127.0.0.1", 70000), ("a" * 70, 23)])
+def test_tcp_takes_an_impossible_address_for_a_failed_connection(host: str, port: int) -> None:
+    with pytest.raises(ConnectFailed):
+        asyncio.run(TcpTransport.connect(host, port, timeout=5.0))
+
+
+def test_tcp_gives_up_in_time() -> None:
+    with socket.socket() as full:
+        full.bind(("127.0.0.1", 0))
+        full.listen(0)
+        address = full.getsockname()
+        with socket.create_connection(address), pytest.raises(ConnectFailed, match="no answer within"):
+
+            async def fill() -> None:
+                for _ in range(4):
+                    await TcpTransport.connect(*address, timeout=0.05)
+
+            asyncio.run(fill())
