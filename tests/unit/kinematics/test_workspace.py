@@ -1,0 +1,156 @@
+"""Each limit by name, by how much, and in words that a person can act on."""
+
+from __future__ import annotations
+
+import json
+import re
+from math import degrees, inf, nan, pi
+
+import numpy as np
+import pytest
+
+from maya_un.config import Config
+from maya_un.errors import InvalidConfig, Unreachable
+from maya_un.kinematics import Limit, Workspace
+from maya_un.values import Joints, Point
+from tests.strategies import WORKSPACE, configuration
+
+ANY_ANGLE = 0.4
+HALF = 0.5 * WORKSPACE.mechanism.width
+
+
+@pytest.mark.parametrize(
+    ("target", "limit", "excess"),
+    [
+        (Point(nan, 1.0, 1.0), Limit.NUMBER, 0.0),
+        (Point(1.0, 1.0, -1e200), Limit.NUMBER, 0.0),
+        (Point(0.5, 1.2, 2.25), Limit.ANCHORS, 0.10),
+        (Point(-1.0, 0.0, 1.0), Limit.BOOM, pi / 2),
+        (Point(0.0, 0.2, 1.5), Limit.INNER, 0.1),
+        (Point(0.0, 2.35, 1.5), Limit.OUTER, 0.05),
+        (Point(0.0, 1.3, -0.05), Limit.FLOOR, 0.05),
+        (Point(0.0, 1.3, 0.05), Limit.LINE_B, (1.0 + 2.1**2) ** 0.5 - 2.26),
+        (Point(0.0, 0.5, 1.8), Limit.LINE_B, 0.575 - (0.2**2 + 0.35**2) ** 0.5),
+        (Point(0.0, 2.2, 1.8), Limit.LINE_C, 0.565 - (0.1**2 + 0.35**2) ** 0.5),
+        (Point(0.0, 1.3, 2.10), Limit.TENSION_B, 0.5 * (1.0 + 0.05**2) ** 0.5 / 0.05 - 5.0),
+        (Joints(ANY_ANGLE, 0.6, 0.6), Limit.COUPLING, 0.8),
+        (Joints(ANY_ANGLE, 0.575, 2.30), Limit.INNER, 0.2398),
+        (Joints(ANY_ANGLE, HALF, HALF), Limit.COUPLING, 0.0),
+    ],
+)
+def test_a_refusal_names_the_limit_and_by_how_much(target: Point | Joints, limit: Limit, excess: float) -> None:
+    reason = WORKSPACE.why_not(target)
+    assert reason is not None
+    assert reason.limit is limit
+    assert reason.excess == pytest.approx(excess, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("target", "words"),
+    [
+        (Point(0.0, 1.3, -0.05), "50 mm below the table top"),
+        (Point(-1.0, 0.0, 1.0), "turn to -90.0°, 90° before its start"),
+        (Point(0.0, 1.3, 0.05), "line b would have to be 2325.9 mm long, 65.94 mm longer than it can be"),
+        (Point(0.0, 1.3, 2.10), "line b would carry 10.01 times the load, more than the 5 allowed"),
+        (Joints(0.0, 0.6, 0.6), "lines b and c together are 800 mm too short to meet"),
+    ],
+)
+def test_the_words_are_in_millimetres_and_degrees(target: Point | Joints, words: str) -> None:
+    assert words in str(WORKSPACE.why_not(target))
+
+
+def test_what_is_reachable_has_no_reason() -> None:
+    verdict = WORKSPACE.check(Joints(ANY_ANGLE, 1.7, 1.5))
+    assert verdict.reachable
+    assert min(verdict.margins) > 0.0
+
+
+def test_margins_name_the_distance_to_each_limit() -> None:
+    margins = WORKSPACE.margins(WORKSPACE.require(Point(0.0, 1.3, 0.9)))
+    assert margins.coupling == pytest.approx(2 * (1.0 + 1.25**2) ** 0.5 - 2.0)
+    assert (margins.inner, margins.outer, margins.floor, margins.boom) == pytest.approx((1.0, 1.0, 0.9, 0.0))
+    assert margins.tension_b == pytest.approx(5.0 - 0.5 * (1.0 + 1.25**2) ** 0.5 / 1.25)
+
+
+def test_the_ends_of_all_strokes_that_leave_the_lines_taut_are_inside() -> None:
+    assert WORKSPACE.contains(Joints(0.0, 2.260, 2.300))
+    assert WORKSPACE.contains(Joints(2 * pi / 3, 2.260, 2.300))
+
+
+def test_the_ceiling_and_the_lowest_point_are_the_documented_ones() -> None:
+    def extremes(workspace: Workspace) -> tuple[float, float]:
+        depths = [found for u in np.linspace(0.0, 2.0, 2001) if (found := workspace.section.depths(float(u)))]
+        down = workspace.mechanism.reach_down
+        return down - min(low for low, _ in depths), down - max(high for _, high in depths)
+
+    assert extremes(WORKSPACE) == pytest.approx((2.07, 0.101), abs=5e-3)
+    assert extremes(Workspace.of(configuration(safety={"tension_limit": 2.0})))[0] == pytest.approx(1.94, abs=5e-3)
+
+
+def test_a_refused_target_says_all_and_its_details_survive_json() -> None:
+    with pytest.raises(Unreachable, match="cannot be reached: it lies 50 mm below") as refused:
+        WORKSPACE.require(Point(0.0, 1.3, -0.05))
+    details = json.loads(json.dumps(refused.value.details, allow_nan=False))
+    assert details["limit"] == "floor"
+    assert WORKSPACE.contains(WORKSPACE.require(Point(*details["nearest_point"])))
+
+
+def test_the_nearest_place_can_be_typed_back_as_it_is_printed() -> None:
+    for target in (Point(0.1, 0.1, 2.3), Point(-2.0, 1.0, 1.0), Point(3.0, 3.0, 0.0), Point(0.0, 1.3, 0.0)):
+        with pytest.raises(Unreachable) as refused:
+            WORKSPACE.require(target)
+        printed = re.findall(r"-?\d+\.\d+", str(refused.value.details["nearest"]))
+        assert WORKSPACE.why_not(Point(*map(float, printed))) is None
+
+
+@pytest.mark.parametrize("target", [Point(nan, nan, nan), Point(inf, 0.0, 0.0), Point(1e300, 1e300, 1e300)])
+def test_absurd_numbers_are_refused_with_a_reachable_alternative(target: Point) -> None:
+    assert WORKSPACE.why_not(WORKSPACE.nearest(target)) is None
+
+
+def test_joints_that_are_refused_have_a_nearest_place_too() -> None:
+    for joints in (Joints(9.0, 1.0, 1.5), Joints(0.0, 0.6, 0.6), Joints(0.0, 9.0, 0.6), Joints(nan, 1.0, 1.0)):
+        with pytest.raises(Unreachable) as refused:
+            WORKSPACE.fk(joints)
+        assert "nearest_point" in refused.value.details
+
+
+def test_behind_the_robot_the_nearer_end_of_the_boom_is_taken() -> None:
+    assert WORKSPACE.nearest(Point(-0.5, -1.0, 1.0)).x > 0.0  # bearing 207°: 120° is nearer than 360°
+    assert WORKSPACE.nearest(Point(-1.0, 0.5, 1.0)).x == 0.0
+    bearing = WORKSPACE.require(WORKSPACE.nearest(Point(-0.5, -1.0, 1.0))).a
+    assert degrees(bearing) == pytest.approx(120.0)
+
+
+def test_measured_strokes_replace_the_configured_ones() -> None:
+    shorter = Workspace.of(Config(), ((0.0, 2.0), (0.575, 2.2), (0.565, 2.3)))
+    assert not shorter.contains(Joints(0.0, 2.25, 2.2))
+    assert WORKSPACE.contains(Joints(0.0, 2.25, 2.2))
+
+
+def test_a_configuration_in_which_nothing_is_reachable_is_refused() -> None:
+    with pytest.raises(InvalidConfig, match="nothing is reachable"):
+        Workspace.of(configuration(geometry={"height": 0.25, "gripper_height": 0.20}))
+
+
+def test_an_edge_rounded_to_counts_holds_within_a_grain() -> None:
+    edge = Joints(2 * pi / 3 + 2e-5, 2.2600005, 2.3000005)
+    assert not WORKSPACE.contains(edge)
+    assert WORKSPACE.holds_grain(edge)
+    assert not WORKSPACE.holds_grain(edge._replace(b=2.26001))
+
+
+def test_a_tension_broken_by_rounding_holds_within_a_grain() -> None:
+    top = WORKSPACE.mechanism.ik(Point(0.0, 1.3, 2.15 - 1.0 / 99.0**0.5))
+    rounded = Joints(0.0, top.b - 5e-7, top.c - 5e-7)
+    assert not WORKSPACE.contains(rounded)
+    assert WORKSPACE.holds_grain(rounded)
+    assert not WORKSPACE.holds_grain(Joints(0.0, top.b - 1e-5, top.c - 1e-5))
+
+
+def test_many_agree_with_one() -> None:
+    rng = np.random.default_rng(8)
+    joints = rng.uniform((-0.2, 0.4, 0.4), (2.3, 2.5, 2.5), (4000, 3))
+    found = WORKSPACE.contains_many(joints)
+    assert found.tolist() == [WORKSPACE.contains(Joints(*row)) for row in joints]
+    assert 0.2 < found.mean() < 0.9
