@@ -15,6 +15,7 @@ from maya_un.galil.transport import TcpTransport, Transport
 from maya_un.process.process import Process
 from maya_un.robot.robot import Robot
 from maya_un.values import Point
+from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.mechanics import MayaMechanics
 from maya_un.virtual.server import VirtualController
 from maya_un.virtual.start import legal_start
@@ -62,7 +63,7 @@ def make_twin(*, seed: int = 0, truth: Truth | None = None, parts: Mapping[str, 
     real = truth if truth is not None else Truth()
     start = legal_start(random.Random(seed), real)
     mechanics = MayaMechanics(real, start, parts={name: tuple(place) for name, place in (parts or {}).items()})
-    return Twin(VirtualController(mechanics), mechanics)
+    return Twin(VirtualController(VirtualDmc(mechanics)), mechanics)
 
 
 @asynccontextmanager
@@ -75,9 +76,11 @@ async def stack(
     truth: Truth | None = None,
     stream: bool = True,
     skip_home: bool = False,
+    speed: float = 1.0,
 ) -> AsyncIterator[Stack]:
     """Wire all floors on the controller at `address` ("sim" or HOST[:PORT]) for the length of the block.
 
+    `speed` is how fast the loop's clock runs, for whoever asks the service; it changes nothing here.
     Raises what connecting raises (`ConnectFailed`, `LinkTimeout`, `WrongController`, `ParameterMismatch`), and
     `MarkerMissing` where `skip_home` finds no mark.
     """
@@ -90,7 +93,8 @@ async def stack(
         robot = Robot(controller, config)
         process = Process(robot, controller, config)
         try:
-            yield Stack(config, address, controller, robot, process, Service(process, robot, controller, config), twin)
+            service = Service(process, robot, controller, config, address=address, speed=speed)
+            yield Stack(config, address, controller, robot, process, service, twin)
         finally:
             await process.close()
     finally:

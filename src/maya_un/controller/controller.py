@@ -14,7 +14,7 @@ from maya_un.controller.link import Dial
 from maya_un.controller.monitor import Monitor, Run
 from maya_un.controller.protocol import Preview
 from maya_un.controller.registers import configure
-from maya_un.controller.seek import Seeker
+from maya_un.controller.seek import SETTLE, Seeker
 from maya_un.controller.wish import Wish
 from maya_un.errors import (
     AbortInput,
@@ -40,9 +40,6 @@ from maya_un.motion.move import CoordinatedMove, commands
 from maya_un.motion.path import JointPath, check_path, highest_point, lowest_point
 from maya_un.motion.timing import Limits, plan
 from maya_un.values import AXES, Joints, Progress, State, StopReport
-
-SETTLE = 0.06
-"""Wait after the end of a profile [s] until the encoders are where the reference is; part of every prediction."""
 
 LATE = 1.0
 """A motion may end this much later than predicted [s], and a twentieth of its duration, before that is an error."""
@@ -273,7 +270,7 @@ class GalilController:
         points, move = self._plan([Joints(*point) for point in path], speed)
         way = JointPath(tuple(points))
         return Preview(
-            duration=0.0 if move is None else move.duration + SETTLE,
+            duration=0.0 if move is None else move.duration + SETTLE,  # the wait is part of every motion
             lowest=lowest_point(self.mechanism, way).z,
             highest=highest_point(self.mechanism, way).z,
             end=points[-1],

@@ -22,7 +22,7 @@ from math import sqrt
 
 from maya_un.config import Config, Units
 from maya_un.controller.seek import FORWARD, REVERSE, Look, Seeker, Stall
-from maya_un.errors import StrokeDiffers, SwitchNotFound
+from maya_un.errors import HomingStalled, MayaError, StrokeDiffers, SwitchNotFound
 from maya_un.galil.driver import Driver
 from maya_un.values import AXES, Joints
 
@@ -166,7 +166,7 @@ class Homing:
         if not look.forward[B]:
             stroke = self._stroke(C)
             look = await self._seek.go({C: -stroke, B: stroke}, self._speed)
-        if not look.reverse[C]:
+        if not look.met(C, REVERSE):
             await self._seek.go({B: -0.15}, self._speed)
             await self._reach(C, REVERSE, -self._stroke(C))
 
@@ -176,7 +176,7 @@ class Homing:
         away = 0.95 * self._width - self._length(C, look)
         if not look.reverse[B]:
             look = await self._seek.go({C: away, B: -away}, self._speed)
-        if not look.reverse[B]:
+        if not look.met(B, REVERSE):
             await self._reach(B, REVERSE, -self._stroke(B))
 
     async def _reach(self, axis: int, side: str, distance: float) -> Look:
@@ -185,7 +185,7 @@ class Homing:
         if not look.at(axis, side):
             speed = self._speed if axis != A else self._config.axes.a.speed_counts / self._units.per_unit[A]
             look = await self._seek.go({axis: distance}, speed)
-        if not look.at(axis, side):
+        if not look.met(axis, side):
             raise SwitchNotFound(axis=AXES[axis], side=side, distance=_shown(axis, abs(distance)))
         return look
 
@@ -208,7 +208,7 @@ class Homing:
             return False
 
         look = await self._seek.go({axis: -2.0 * BACK[axis]}, speed, poll=0.1, until=note)
-        if not look.reverse[axis]:
+        if not look.met(axis, REVERSE):
             raise SwitchNotFound(axis=AXES[axis], side=REVERSE, distance=_shown(axis, 2.0 * BACK[axis]))
         past = lag + self._stopping(axis, speed)
         config = self._config.axes[axis]
@@ -248,15 +248,23 @@ class Homing:
         slew = self._config.axes.a.speed_counts / self._units.per_unit[A]
         await self._seek.go({A: pose.a - self._length(A, look)}, slew)
 
-    async def _explain(self, stall: Stall) -> Exception:
-        """Back off from a stall and see whether a switch was under it that should have read active."""
-        way = BACK[stall.axis] * 2.0
-        for direction in (way, -way):
-            try:
-                await self._seek.go({stall.axis: direction}, self._approach(stall.axis) * 4)
-            except Stall:
-                continue
-        return self._seek.stalled(stall, "it pushes against something and no switch is active")
+    async def _explain(self, stall: Stall) -> MayaError:
+        """Return what a stall means; where no switch claims to be active, back off and see whether one should have.
+
+        A switch that turns active while its axis leaves it raises `WiringContradictsCn` on the way.
+        """
+        error = self._seek.stalled(stall, "it pushes against something and no switch is active")
+        if isinstance(error, HomingStalled):
+            way = BACK[stall.axis] * 2.0
+            for side, direction in ((FORWARD, way), (REVERSE, -way)):
+                look = await self._seek.look()
+                if look.at(stall.axis, side):
+                    continue
+                try:
+                    await self._seek.go({stall.axis: direction}, self._approach(stall.axis) * 4)
+                except Stall:
+                    continue
+        return error
 
 
 def _safe_step(load: float) -> float:

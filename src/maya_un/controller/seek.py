@@ -22,6 +22,9 @@ Pause = Callable[[float], Awaitable[None]]
 
 FORWARD, REVERSE = "forward", "reverse"
 
+SETTLE = 0.06
+"""Wait after the end of a profile [s] until the encoders are where the reference is."""
+
 RELEASE_WITHIN = (0.09, 0.045, 0.045)
 """A switch that read active must let go within this way (rad, m, m): its zone ends at the hard stop."""
 
@@ -46,11 +49,16 @@ class Look:
     running: tuple[bool, bool, bool]
     forward: tuple[bool, bool, bool]
     reverse: tuple[bool, bool, bool]
+    stop_code: tuple[int, int, int]
     record: DataRecord
 
     def at(self, axis: int, side: str) -> bool:
         """Tell whether the switch at `side` of `axis` reads active."""
         return (self.forward if side == FORWARD else self.reverse)[axis]
+
+    def met(self, axis: int, side: str) -> bool:
+        """Tell whether a move that has just ended met the switch at `side`; at rest on its edge it may read either."""
+        return self.at(axis, side) or self.stop_code[axis] == (2 if side == FORWARD else 3)
 
 
 def look_at(record: DataRecord, order: tuple[int, int, int]) -> Look:
@@ -65,6 +73,7 @@ def look_at(record: DataRecord, order: tuple[int, int, int]) -> Look:
         running=(a.moving, b.moving, c.moving),
         forward=(a.forward_limit_active, b.forward_limit_active, c.forward_limit_active),
         reverse=(a.reverse_limit_active, b.reverse_limit_active, c.reverse_limit_active),
+        stop_code=(a.stop_code, b.stop_code, c.stop_code),
         record=record,
     )
 
@@ -133,7 +142,8 @@ class Seeker:
             await self._examine(before, look, counts)
             if not look.moving:
                 self._ended(look, counts)
-                return look
+                await self._pause(self._clock() + SETTLE)
+                return await self.look()
             if until is not None and not halted and until(look):
                 halted = True
                 await self._driver.urgent("ST S")

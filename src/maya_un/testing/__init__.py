@@ -1,0 +1,6 @@
+"""Helpers for tests, ours and users': a controller floor on a twin whose machine and start the test chooses."""
+
+from maya_un.loops import run_virtual
+from maya_un.testing.rig import Rig, rig
+
+__all__ = ["Rig", "rig", "run_virtual"]

@@ -1,0 +1,70 @@
+"""A controller floor alone, on a twin whose truth and start are given."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Mapping
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field
+
+from maya_un.config import Config
+from maya_un.controller.controller import GalilController
+from maya_un.galil.transport import Transport
+from maya_un.values import Point
+from maya_un.virtual.machine import VirtualDmc
+from maya_un.virtual.mechanics import MayaMechanics
+from maya_un.virtual.server import VirtualController
+from maya_un.virtual.start import Start
+from maya_un.virtual.truth import Truth
+
+
+@dataclass(frozen=True, slots=True)
+class Rig:
+    """A controller floor, the virtual controller on the other end of its wire, and the mechanics behind that.
+
+    `sent` holds every byte that went to the controller, in order.
+    """
+
+    controller: GalilController
+    virtual: VirtualController
+    mechanics: MayaMechanics
+    sent: bytearray = field(default_factory=bytearray)
+
+
+@asynccontextmanager
+async def rig(
+    config: Config | None = None,
+    *,
+    truth: Truth | None = None,
+    start: Start | None = None,
+    parts: Mapping[str, Point] | None = None,
+    stream: bool = False,
+) -> AsyncIterator[Rig]:
+    """Open a controller floor on a twin for the length of the block.
+
+    Raises what `GalilController.open` raises. Use it in virtual time (`run_virtual`), where it costs nothing.
+    """
+    chosen = Config() if config is None else config
+    mechanics = MayaMechanics(
+        Truth() if truth is None else truth,
+        Start() if start is None else start,
+        parts={name: tuple(place) for name, place in (parts or {}).items()},
+    )
+    virtual = VirtualController(VirtualDmc(mechanics))
+
+    async def dial() -> Transport:
+        return virtual.loopback()
+
+    sent = bytearray()
+
+    def note(direction: str, data: bytes) -> None:
+        if direction == "tx":
+            sent.extend(data)
+
+    controller = GalilController(dial, "twin", chosen, stream=stream)
+    controller.tap(note)
+    try:
+        await controller.open()
+        yield Rig(controller, virtual, mechanics, sent)
+    finally:
+        await controller.close()
+        await virtual.close()

@@ -1,0 +1,171 @@
+"""Homing campaigns on random machines from random starts, judged by the mechanics' own record.
+
+The bounds are those of errata, "Homing, in numbers": no stall, tension at most 6 loads, slack at most 0.25 m,
+the gripper above the parts, or only rising where it starts lower.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from random import Random
+
+import pytest
+
+from maya_un.config import Config
+from maya_un.config.load import parse
+from maya_un.controller.homing import homed_pose
+from maya_un.errors import Busy, MachineError, WiringContradictsCn
+from maya_un.loops import run_virtual
+from maya_un.testing import Rig, rig
+from maya_un.values import Mode
+from maya_un.virtual.start import PARTS, Start, legal_start
+from maya_un.virtual.truth import Truth
+from tests.campaign import Campaign
+from tests.virtual_time import elapse
+
+COUNT = 1e-6
+"""One count of a line [m]."""
+
+
+def drawn_config(rng: Random) -> Config:
+    """Draw the controller's own registers: ER, and the polarity of the limit inputs."""
+    keys = {
+        "wiring": {"limit_active_level": rng.choice((-1, 1))},
+        "axes": {
+            "a": {"error_limit_counts": rng.randint(371, 1500)},
+            "b": {"error_limit_counts": rng.randint(4000, 16384)},
+            "c": {"error_limit_counts": rng.randint(4000, 16384)},
+        },
+    }
+    return parse(keys)
+
+
+def wired(truth: Truth, config: Config) -> Truth:
+    """Return the machine with switches wired as the configuration says."""
+    return truth.with_wiring(active_high=config.wiring.limit_active_level == 1)
+
+
+def assert_within_bounds(rig: Rig, start: Start) -> None:
+    """Let the mechanics judge the whole time since power-up."""
+    record = rig.mechanics.record
+    assert record.stall_time == 0.0, f"stalled for {record.stall_time} s from {start}"
+    assert record.peak_tension <= 6.0, f"{record.peak_tension} loads from {start}"
+    assert record.peak_slack <= 0.25, f"{record.peak_slack} m slack from {start}"
+    assert record.lowest >= min(PARTS, record.start_height) - COUNT, f"down to {record.lowest} m from {start}"
+
+
+def assert_homed(rig: Rig, config: Config) -> None:
+    """The robot says it is homed, and its counts agree with the true lengths to the datum's margin."""
+    state = rig.controller.state
+    assert state.homed
+    assert state.mode is Mode.IDLE
+    assert state.joints is not None
+    a, b, c = rig.mechanics.true_joints()
+    assert abs(state.joints.a - a) < 2e-4
+    assert abs(state.joints.b - b) < 2e-5
+    assert abs(state.joints.c - c) < 2e-5
+    assert all(abs(x - y) < 1e-3 for x, y in zip(state.joints, homed_pose(config), strict=True))
+
+
+async def _home(truth: Truth, start: Start, config: Config) -> None:
+    async with rig(config, truth=truth, start=start) as bench:
+        await bench.controller.home()
+        assert_homed(bench, config)
+        assert_within_bounds(bench, start)
+
+
+def test_homes_from_random_legal_starts(campaign: Campaign) -> None:
+    for case in range(campaign.size(ci=30, long=300)):
+        rng = campaign.rng(case)
+        run_virtual(_home(Truth(), legal_start(rng, Truth()), Config()))
+
+
+def test_homes_machines_that_nobody_told_it_about(campaign: Campaign) -> None:
+    for case in range(campaign.size(ci=30, long=300)):
+        rng = campaign.rng(case)
+        config = drawn_config(rng)
+        truth = wired(Truth.drawn(rng), config)
+        run_virtual(_home(truth, legal_start(rng, truth), config))
+
+
+def _everything(truth: Truth, config: Config, rng: Random) -> Truth:
+    return truth.with_wiring(active_high=config.wiring.limit_active_level == -1)
+
+
+def _one_axis(truth: Truth, config: Config, rng: Random) -> Truth:
+    return wired(truth, config).with_wiring(config.wiring.limit_active_level == -1, axis=rng.randrange(3))
+
+
+def _one_switch(truth: Truth, config: Config, rng: Random) -> Truth:
+    return wired(truth, config).with_wiring(
+        config.wiring.limit_active_level == -1, axis=rng.randrange(3), switch=rng.choice(("reverse", "forward"))
+    )
+
+
+@pytest.mark.parametrize("fault", [_everything, _one_axis, _one_switch])
+def test_refuses_wiring_that_contradicts_cn_by_name(
+    fault: Callable[[Truth, Config, Random], Truth], campaign: Campaign
+) -> None:
+    for case in range(campaign.size(ci=20, long=100)):
+        rng = campaign.rng(case)
+        config = drawn_config(rng)
+        truth = fault(Truth.drawn(rng), config, rng)
+        start = legal_start(rng, truth)
+
+        async def scenario() -> None:
+            async with rig(config, truth=truth, start=start) as bench:
+                with pytest.raises(WiringContradictsCn) as refusal:
+                    await bench.controller.home()
+                axis = "abc".index(str(refusal.value.details["axis"]))
+                assert truth.active_high[axis] != wired(truth, config).active_high[axis], f"{refusal.value} {start}"
+                assert not bench.controller.state.homed
+
+        run_virtual(scenario())
+
+
+def test_interrupted_homings_start_again(campaign: Campaign) -> None:
+    for case in range(campaign.size(ci=20, long=100)):
+        rng = campaign.rng(case)
+        config = drawn_config(rng)
+        truth = wired(Truth.drawn(rng), config)
+        start = legal_start(rng, truth)
+
+        async def scenario() -> None:
+            async with rig(config, truth=truth, start=start) as bench:
+                home = asyncio.create_task(bench.controller.home())
+                await asyncio.wait({home}, timeout=rng.uniform(0.0, 300.0))
+                await _interrupt(bench, home, rng)
+                await bench.controller.home()
+                assert_homed(bench, config)
+                assert_within_bounds(bench, start)
+
+        run_virtual(scenario())
+
+
+async def recovered(bench: Rig) -> None:
+    """Wait until the controller answers again and its axes are at rest, then say recover."""
+    async for state in bench.controller.watch():
+        if state.mode is not Mode.DISCONNECTED:
+            break
+    while True:
+        try:
+            return await bench.controller.recover()
+        except Busy:
+            await elapse(1.0)
+
+
+async def _interrupt(bench: Rig, home: asyncio.Task[None], rng: Random) -> None:
+    """End a homing one way or another: a person's stop, its caller's cancel, or the link."""
+    match rng.randrange(3):
+        case 0:
+            await bench.controller.stop()
+        case 1:
+            home.cancel()
+        case _:
+            bench.virtual.cut()
+    await asyncio.wait({home})
+    if home.cancelled() or home.exception() is None:
+        return
+    if isinstance(home.exception(), MachineError):
+        await recovered(bench)

@@ -1,0 +1,101 @@
+"""Accepted paths, and the paths of stops at random instants, judged by the mechanics' own record."""
+
+from __future__ import annotations
+
+import asyncio
+from random import Random
+
+import pytest
+
+from maya_un.config import Config
+from maya_un.errors import PathRefused, Stopped, Unreachable
+from maya_un.events import Kind
+from maya_un.loops import run_virtual
+from maya_un.testing import Rig, rig
+from maya_un.values import Joints, Mode
+from tests.campaign import Campaign
+from tests.virtual_time import elapse
+
+ROUNDING = 1e-5
+"""Encoder counts, and the datum's margin [m]."""
+
+
+def drawn_joints(rng: Random, config: Config) -> Joints:
+    """Draw joints anywhere in the strokes, reachable or not."""
+    a, b, c = (rng.uniform(axis.minimum, axis.maximum) for axis in (config.axes.a, config.axes.b, config.axes.c))
+    return Joints(a, b, c)
+
+
+def assert_inside(bench: Rig, mark: int, config: Config) -> None:
+    """The mechanics saw nothing outside the workspace since `mark`."""
+    window = bench.mechanics.record.since(mark)
+    assert window.stall_time == 0.0
+    assert window.slack <= ROUNDING
+    assert window.tension <= config.safety.tension_limit * 1.001
+    ends = (config.axes.a, config.axes.b, config.axes.c)
+    for least, most, axis in zip(window.low, window.high, ends, strict=True):
+        assert axis.minimum - ROUNDING * 10 <= least <= most <= axis.maximum + ROUNDING * 10
+
+
+async def _moves_and_stops(rng: Random, moves: int) -> int:
+    config = Config()
+    accepted = 0
+    async with rig(config) as bench:
+        await bench.controller.home()
+        for _ in range(moves):
+            mark = bench.mechanics.record.mark()
+            target = drawn_joints(rng, config)
+            move = asyncio.create_task(bench.controller.move(target))
+            await asyncio.wait({move}, timeout=rng.uniform(0.0, 60.0))
+            if not move.done():
+                report = await bench.controller.stop()
+                begun = asyncio.get_running_loop().time()
+                await asyncio.wait({move})
+                assert asyncio.get_running_loop().time() - begun <= report.duration + 0.1
+            error = move.exception()
+            assert error is None or isinstance(error, (Stopped, Unreachable, PathRefused))
+            accepted += error is None or isinstance(error, Stopped)
+            assert_inside(bench, mark, config)
+    return accepted
+
+
+def test_accepted_paths_and_their_stops_stay_inside(campaign: Campaign) -> None:
+    runs = campaign.size(ci=5, long=100)
+    accepted = sum(run_virtual(_moves_and_stops(campaign.rng(case), 40)) for case in range(runs))
+    assert accepted >= 5 * runs
+
+
+async def test_a_stop_keeps_to_the_line() -> None:
+    async with rig() as bench:
+        await bench.controller.home()
+        start = bench.controller.state.joints
+        assert start is not None
+        move = asyncio.create_task(bench.controller.move(Joints(1.0, 1.2, 1.9)))
+        await elapse(9.0)
+        report = await bench.controller.stop()
+        with pytest.raises(Stopped):
+            await move
+        state = bench.controller.state
+        assert state.joints is not None
+        assert state.mode is Mode.IDLE
+        shares = [(now - was) / (to - was) for was, now, to in zip(start, state.joints, (1.0, 1.2, 1.9), strict=True)]
+        assert max(shares) - min(shares) < 2e-4
+        assert 0.0 < report.duration < 1.5
+        assert bench.controller.events.last is not None
+        assert bench.controller.events.last.kind is Kind.STOPPED
+
+
+async def test_the_prediction_is_what_happens() -> None:
+    async with rig() as bench:
+        await bench.controller.home()
+        here = bench.controller.state.joints
+        assert here is not None
+        target = Joints(1.2, 1.0, 1.8)
+        preview = bench.controller.preview([here, target])
+        loop = asyncio.get_running_loop()
+        began = loop.time()
+        await bench.controller.move(target)
+        assert loop.time() - began == pytest.approx(preview.duration, rel=1e-3)
+        there = bench.controller.state.joints
+        assert there is not None
+        assert max(abs(x - y) for x, y in zip(there, preview.end, strict=True)) < 2e-6
