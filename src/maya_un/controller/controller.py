@@ -292,8 +292,11 @@ class GalilController:
     async def _travel(self, name: str, path: Callable[[Joints], list[Joints]], speed: float) -> None:
         monitor = self._monitor
         async with self._motion(name, homed=True) as (wish, driver):
+            known = monitor.here()
+            points, move = self._plan(path(known), speed)  # what is refused says nothing on the wire
             await monitor.look()
-            points, move = self._plan(path(monitor.here()), speed)
+            if monitor.here() != known:
+                points, move = self._plan(path(monitor.here()), speed)
             wish.check()
             if move is not None:
                 self.events.emit(Kind.MOVING, to=str(tuple(round(value, 4) for value in points[-1])))

@@ -16,6 +16,14 @@ _SLACK = 0.035
 """A measured long end may lie 3 % beyond the configured one, plus the way past its switch."""
 
 
+def plausible(config: Config, here: Joints) -> bool:
+    """Tell whether the lines' counts can be those of a homed controller; one that was reset counts from zero."""
+    return all(
+        axis.minimum - _SLACK <= length <= axis.maximum * (1 + _SLACK) + _SLACK
+        for axis, length in ((config.axes.b, here.b), (config.axes.c, here.c))
+    )
+
+
 async def leave(driver: Driver, ends: tuple[float, float], units: Units) -> None:
     """Write the mark; `ends` are the measured long ends of lines b and c [m]."""
     number = int(await driver.value("TIME")) & 0x3FFFFFFF | 1
@@ -44,7 +52,6 @@ async def read(driver: Driver, config: Config, units: Units, here: Joints) -> tu
         return None
     if number == 0 or number != await driver.value("_ZAA"):
         return None
-    for axis, length in ((config.axes.b, here.b), (config.axes.c, here.c)):
-        if not axis.minimum - _SLACK <= length <= axis.maximum * (1 + _SLACK) + _SLACK:
-            return None
+    if not plausible(config, here):
+        return None
     return ends[0] / units.per_unit[1], ends[1] / units.per_unit[2]

@@ -10,8 +10,17 @@ from maya_un.config import AxisConfig, Config, Units
 from maya_un.controller import faults, marker
 from maya_un.controller.link import Dial, Link
 from maya_un.controller.snapshot import Lens, Standing
-from maya_un.controller.wish import Desk
-from maya_un.errors import ControllerReset, Faulted, MachineError, MayaError, MotorOff, NotConnected, NotHomed
+from maya_un.controller.wish import Desk, Wish
+from maya_un.errors import (
+    ControllerReset,
+    Faulted,
+    InternalError,
+    MachineError,
+    MayaError,
+    MotorOff,
+    NotConnected,
+    NotHomed,
+)
 from maya_un.events import EventLog, Kind
 from maya_un.galil.driver import Driver
 from maya_un.galil.record import DataRecord
@@ -224,15 +233,22 @@ class Monitor:
             await asyncio.sleep(period)
             try:
                 record = await self.look()
+                self._watch_for_faults(record)
             except (NotConnected, MachineError):
                 continue  # the link's keeper announces the loss and dials again
-            self._watch_for_faults(record)
+            except Exception as defect:
+                self._fail(InternalError(reason=repr(defect)))
+                raise
 
     def _watch_for_faults(self, record: DataRecord) -> None:
         """Tell the motion under way, or the house, what the machine did unasked."""
         if self.fault is not None:
             return
         wish = self.desk.current
+        if self.homed and not marker.plausible(self.config, self.here()):
+            self.homed = False
+            self._end(wish, ControllerReset())
+            return
         if self.run is not None and wish is not None:
             found = faults.grave(record, self.order, self.run.members)
             if found is not None:
@@ -241,6 +257,13 @@ class Monitor:
         found = self.motor_off()
         if found is not None and wish is None:
             self._fail(found)
+
+    def _end(self, wish: Wish | None, error: MayaError) -> None:
+        """End the wish under way with an error, or enter the fault at once where there is none."""
+        if wish is None:
+            self._fail(error)
+        else:
+            wish.interrupt(error)
 
     def _mode(self) -> Mode:
         if self._down:

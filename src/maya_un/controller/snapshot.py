@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 from maya_un.config import Config, Units
 from maya_un.controller.faults import Order
-from maya_un.errors import MayaError
+from maya_un.errors import MayaError, Unreachable
 from maya_un.galil.record import DataRecord
 from maya_un.kinematics.mechanism import Mechanism
-from maya_un.values import Mode, Notice, Progress, State
+from maya_un.values import Joints, Mode, Notice, Point, Progress, State
 
 _BLANK = (False, False, False)
 
@@ -50,7 +50,7 @@ class Lens:
             homed=standing.homed,
             counts=counts,
             joints=joints,
-            point=None if joints is None else self._mechanism.fk(joints),
+            point=None if joints is None else self._place(joints),
             velocity=(a.velocity / unit[0], b.velocity / unit[1], c.velocity / unit[2]),
             moving=a.moving or b.moving or c.moving,
             motors_on=(not a.motor_off, not b.motor_off, not c.motor_off),
@@ -61,6 +61,13 @@ class Lens:
             progress=standing.progress,
             fault=fault,
         )
+
+    def _place(self, joints: Joints) -> Point | None:
+        """Return the gripper point, None where lines of such lengths cannot meet: the counts are wrong then."""
+        try:
+            return self._mechanism.fk(joints)
+        except Unreachable:
+            return None
 
     def gripper_closed(self, record: DataRecord) -> bool:
         """Tell from the output bit whether the gripper is closed."""

@@ -1,0 +1,199 @@
+"""What the machine does unasked: named, fatal to the motion, cleared only by a person, nothing moves by itself."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
+
+import pytest
+
+from maya_un.controller.controller import GalilController
+from maya_un.errors import (
+    AbortInput,
+    AmplifierFault,
+    ControllerReset,
+    Faulted,
+    FollowingError,
+    LimitReached,
+    MachineError,
+    MarkerMissing,
+    MotorOff,
+    NotHomed,
+    NothingToRecover,
+    Stopped,
+)
+from maya_un.events import Kind
+from maya_un.galil.driver import Driver
+from maya_un.galil.transport import Transport
+from maya_un.testing import Rig, rig
+from maya_un.values import Joints, Mode
+from tests.virtual_time import elapse
+
+FAR = Joints(1.2, 1.0, 1.8)
+COUNT = 5e-5
+"""A count of the boom [rad], more than one of a line [m]: SH takes the reference to a whole count."""
+
+
+@asynccontextmanager
+async def homed(*, stream: bool) -> AsyncIterator[Rig]:
+    async with rig(stream=stream) as bench:
+        await bench.controller.home()
+        yield bench
+
+
+async def foreign(bench: Rig, *commands: str) -> None:
+    """Send commands through a handle of somebody else's."""
+    driver = await Driver.open(bench.virtual.loopback(), timeout=2.0)
+    await driver.batch(list(commands))
+    await driver.close()
+
+
+async def press_abort(bench: Rig) -> None:
+    bench.virtual.abort_input(True)
+
+
+async def break_amplifier(bench: Rig) -> None:
+    bench.virtual.amplifier_fault(1 << 24)
+
+
+async def tighten_error_limit(bench: Rig) -> None:
+    await foreign(bench, "ERB=5")
+
+
+async def fake_a_limit(bench: Rig) -> None:
+    await foreign(bench, "CN 1")
+
+
+async def heal(bench: Rig) -> None:
+    bench.virtual.abort_input(False)
+    bench.virtual.amplifier_fault(0)
+
+
+Cause = Callable[[Rig], Awaitable[None]]
+FAULTS = [
+    (press_abort, AbortInput, Kind.ESTOP),
+    (break_amplifier, AmplifierFault, Kind.FAULT),
+    (tighten_error_limit, FollowingError, Kind.FAULT),
+    (fake_a_limit, LimitReached, Kind.LIMIT),
+]
+
+
+@pytest.mark.parametrize("stream", [True, False])
+@pytest.mark.parametrize(("cause", "error", "kind"), FAULTS)
+async def test_a_fault_in_motion_is_named_and_waits_for_a_person(
+    cause: Cause, error: type[MachineError], kind: Kind, stream: bool
+) -> None:
+    async with homed(stream=stream) as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(8.0)
+        seen = len(bench.controller.events)
+        await cause(bench)
+        with pytest.raises(error):
+            await move
+        assert bench.controller.state.mode is Mode.FAULT
+        assert [event.kind for event in bench.controller.events.since(seen) if event.code] == [kind]
+        with pytest.raises(Faulted):
+            await bench.controller.move(FAR)
+        await heal(bench)
+        await elapse(0.1)
+        rest = bench.mechanics.true_joints()
+        await bench.controller.recover()
+        assert bench.controller.state.mode in {Mode.IDLE, Mode.NOT_HOMED}
+        assert all(bench.controller.state.motors_on)
+        await elapse(60.0)
+        assert bench.mechanics.true_joints() == pytest.approx(rest, abs=COUNT)
+
+
+async def test_recover_is_refused_while_the_abort_input_lasts() -> None:
+    async with homed(stream=True) as bench:
+        await press_abort(bench)
+        await elapse(1.0)
+        assert bench.controller.state.mode is Mode.FAULT
+        with pytest.raises(AbortInput):
+            await bench.controller.recover()
+        assert bench.controller.state.mode is Mode.FAULT
+
+
+async def test_a_motor_switched_off_at_rest_is_noticed() -> None:
+    async with homed(stream=True) as bench:
+        await foreign(bench, "MOC")
+        await elapse(1.0)
+        assert bench.controller.state.fault is not None
+        assert bench.controller.state.fault.code == MotorOff.code
+
+
+async def test_nothing_to_recover_from() -> None:
+    async with rig() as bench:
+        with pytest.raises(NothingToRecover):
+            await bench.controller.recover()
+
+
+async def test_a_foreign_stop_ends_the_motion_as_a_stop() -> None:
+    async with homed(stream=False) as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(8.0)
+        await foreign(bench, "ST S")
+        with pytest.raises(Stopped):
+            await move
+        assert bench.controller.state.mode is Mode.IDLE
+
+
+async def test_abort_stops_at_once_and_waits_for_a_person() -> None:
+    async with homed(stream=False) as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(8.0)
+        await bench.controller.abort()
+        with pytest.raises(Stopped):
+            await move
+        assert bench.controller.state.mode is Mode.FAULT
+        await bench.controller.recover()
+        assert bench.controller.state.homed
+
+
+@asynccontextmanager
+async def second_controller(bench: Rig) -> AsyncIterator[GalilController]:
+    """Open another controller floor on the same machine, as after a restart of ours."""
+
+    async def dial() -> Transport:
+        return bench.virtual.loopback()
+
+    controller = GalilController(dial, "twin", bench.controller.config, stream=False)
+    await controller.open()
+    try:
+        yield controller
+    finally:
+        await controller.close()
+
+
+async def test_a_restart_may_skip_the_homing_whose_mark_stands() -> None:
+    async with homed(stream=False) as bench:
+        async with second_controller(bench) as again:
+            with pytest.raises(NotHomed):
+                await again.move(FAR)
+            await again.skip_home()
+            await again.move(FAR)
+            assert again.workspace.line_c == pytest.approx(bench.controller.workspace.line_c, abs=COUNT)
+
+
+@pytest.mark.parametrize("burn", [False, True])
+async def test_a_reset_loses_the_mark_even_where_it_was_burned(burn: bool) -> None:
+    async with homed(stream=False) as bench:
+        if burn:
+            await foreign(bench, "BV", "BN")
+        await foreign(bench, "RS")
+        async with second_controller(bench) as again:
+            with pytest.raises(MarkerMissing):
+                await again.skip_home()
+            with pytest.raises(NotHomed):
+                await again.move(FAR)
+
+
+async def test_a_reset_under_our_feet_is_named() -> None:
+    async with homed(stream=True) as bench:
+        await foreign(bench, "RS")
+        await elapse(10.0)
+        assert bench.controller.state.fault is not None
+        assert bench.controller.state.fault.code == ControllerReset.code
+        await bench.controller.recover()
+        assert bench.controller.state.mode is Mode.NOT_HOMED
