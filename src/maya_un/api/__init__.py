@@ -1,0 +1,1 @@
+"""The one door: every edge calls the methods of `api.service.Service` and shows the types of `api.messages`."""

@@ -1,0 +1,92 @@
+"""What goes through the door, besides the values of the floors: frozen dataclasses, SI units, one definition.
+
+`to_data` and `to_json` turn any of them, and `State`, `Event`, `JobReport`, `JobPreview`, `StopReport`, into what
+an edge sends. Points are [x, y, z], joints [a, b, c].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from maya_un.events import Event
+from maya_un.process.report import JobSummary
+from maya_un.values import Joints, Point, Progress, State
+
+
+@dataclass(frozen=True, slots=True)
+class JobAccepted:
+    """A job is in the queue under the number `id`, with so many `steps` over all rounds."""
+
+    id: int
+    name: str
+    steps: int
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """Everything about now: the machine, the motion under way, the queue.
+
+    `address` is the controller's, "sim" for the twin; `speed` is the speed of the twin's clock, 1 on a machine.
+    `holding` is None where nobody knows; `last_event` is the number of the newest event; `jobs` has what runs
+    and what waits.
+    """
+
+    version: str
+    address: str
+    speed: float
+    state: State
+    progress: Progress | None
+    can_teleop: bool
+    holding: bool | None
+    jobs: tuple[JobSummary, ...]
+    last_event: int
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """Whether a point can be reached; by which joints (rad, m, m), or why not and where instead [m]."""
+
+    reachable: bool
+    joints: Joints | None
+    reason: str
+    nearest: Point
+
+
+@dataclass(frozen=True, slots=True)
+class EventMessage:
+    """An event as edges send it: number, loop time [s], kind, code (0 where none), details."""
+
+    seq: int
+    time: float
+    kind: str
+    code: int
+    detail: dict[str, str | int | float | bool | None]
+
+    @classmethod
+    def of(cls, event: Event) -> EventMessage:
+        """Return the message for an event; details that are not plain become text."""
+        plain = {key: _plain(value) for key, value in event.detail.items()}
+        return cls(event.seq, event.time, event.kind.value, event.code, plain)
+
+
+def _plain(value: object) -> str | int | float | bool | None:
+    return value if value is None or isinstance(value, str | int | float | bool) else str(value)
+
+
+@cache
+def _adapter(kind: type[Any]) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
+
+
+def to_data(value: object) -> Any:
+    """Return a message as plain data for JSON."""
+    return _adapter(type(value)).dump_python(value, mode="json")
+
+
+def to_json(value: object) -> bytes:
+    """Return a message as JSON."""
+    return _adapter(type(value)).dump_json(value)

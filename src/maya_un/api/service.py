@@ -1,0 +1,161 @@
+"""The service: what can be asked of a running Maya, by whatever edge. Units are m, rad, s.
+
+Raises leaves of `maya_un.errors`, never anything else; edges show code and sentence as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Mapping
+
+import maya_un
+from maya_un.api.messages import JobAccepted, Reach, Status
+from maya_un.config import Config
+from maya_un.controller.homing import homed_pose
+from maya_un.controller.protocol import Controller
+from maya_un.errors import Busy, Stopped
+from maya_un.events import Event
+from maya_un.process.job import Job
+from maya_un.process.preview import JobPreview
+from maya_un.process.process import Process
+from maya_un.process.report import JobReport, JobSummary
+from maya_un.robot.primitives import Primitive, from_dict
+from maya_un.robot.robot import Robot
+from maya_un.values import Joints, Point, StopReport
+
+
+class Service:
+    """The one door to a robot.
+
+    `address` and `speed` are shown in `status`: where the machine is, how fast its clock runs.
+    """
+
+    def __init__(
+        self,
+        process: Process,
+        robot: Robot,
+        controller: Controller,
+        config: Config,
+        *,
+        address: str = "sim",
+        speed: float = 1.0,
+    ) -> None:
+        self._process = process
+        self._robot = robot
+        self._controller = controller
+        self._config = config
+        self._address = address
+        self._speed = speed
+
+    async def submit(self, job: Job | Mapping[str, object]) -> JobAccepted:
+        """Append a job to the queue; it is checked whole, and starts, when its turn comes.
+
+        Raises `InvalidJob`, `UnknownName`, and `NotConnected` or `Faulted` while nothing can run.
+        """
+        parsed = job if isinstance(job, Job) else Job.parse(job)
+        number = self._process.submit(parsed)
+        return JobAccepted(number, parsed.name, len(parsed.steps) * parsed.repeat)
+
+    async def wish(self, wish: Primitive | Mapping[str, object], *, wait: bool = True) -> JobReport:
+        """Append one primitive as a job of its own; with `wait`, return its report when it has ended.
+
+        Raises `InvalidRequest`, `UnknownName`, `InvalidValue`, and `NotConnected` or `Faulted`. What is refused or
+        fails later stands in the report.
+        """
+        primitive = from_dict(wish, self._config.cell.grasp_height) if isinstance(wish, Mapping) else wish
+        number = self._process.wish(primitive)
+        return await self._process.result(number) if wait else self._process.report(number)
+
+    async def jog(self, axis: str, distance: float, *, speed: float = 1.0) -> None:
+        """Move one axis ("a", "b", "c") by `distance` (rad or m), at `speed` (0 to 1) of its limits.
+
+        Raises `Busy` while a job runs, and what motion raises.
+        """
+        if self._process.running is not None:
+            raise Busy(doing=f"job {self._process.running}")
+        await self._controller.jog(axis, distance, speed=speed)
+
+    async def job(self, number: int) -> JobReport:
+        """Return what is known of a job now; raises `NotFound`."""
+        return self._process.report(number)
+
+    async def jobs(self) -> list[JobSummary]:
+        """Return one line for every job that is still known, in the order they came."""
+        return self._process.summaries()
+
+    async def wait(self, number: int) -> JobReport:
+        """Wait until a job has ended and return its report; raises `NotFound`."""
+        return await self._process.result(number)
+
+    async def cancel(self, number: int) -> JobReport:
+        """End a job early; one that runs stops on its path. Returns when it is at rest; raises `NotFound`."""
+        return await self._process.cancel(number)
+
+    async def stop(self) -> StopReport:
+        """Begin to brake at once and empty the queue; tell how long and how far it takes.
+
+        Raises `NotConnected`; the queue is emptied all the same.
+        """
+        self._process.halt(Stopped())
+        return await self._controller.stop()
+
+    async def abort(self) -> None:
+        """Stop without deceleration and empty the queue; raises `NotConnected`."""
+        self._process.halt(Stopped())
+        await self._controller.abort()
+
+    async def recover(self) -> None:
+        """Clear a fault once its cause is gone; moves nothing, starts nothing; raises `NothingToRecover`."""
+        await self._controller.recover()
+
+    async def status(self) -> Status:
+        """Return everything about now."""
+        alive = tuple(line for line in self._process.summaries() if not line.state.ended)
+        return Status(
+            version=maya_un.__version__,
+            address=self._address,
+            speed=self._speed,
+            state=self._controller.state,
+            progress=self._controller.progress(),
+            can_teleop=self._robot.can_teleop and not alive,
+            holding=self._robot.holding,
+            jobs=alive,
+            last_event=len(self._controller.events),
+        )
+
+    def events_since(self, seq: int) -> list[Event]:
+        """Return all events numbered above `seq`; the first has number 1."""
+        return self._controller.events.since(seq)
+
+    def follow_events(self, seq: int = 0) -> AsyncIterator[Event]:
+        """Yield every event numbered above `seq`, those past first, then as they come; none is left out."""
+        return self._controller.events.follow(seq)
+
+    async def preview(self, job: Job | Mapping[str, object], *, from_homed: bool = False) -> JobPreview:
+        """Return what a job would be: times, heights, end counts, and the first refusal; sends nothing.
+
+        It starts where the robot is, or with `from_homed` where homing leaves it. Raises `InvalidJob` and
+        `UnknownName`.
+        """
+        here = self._robot.pose
+        start = here._replace(joints=homed_pose(self._config)) if from_homed else here
+        return await self._process.preview(job if isinstance(job, Job) else Job.parse(job), start)
+
+    def fk(self, joints: Joints) -> Point:
+        """Return the gripper point of joints (rad, m, m); raises `Unreachable`."""
+        return self._controller.mechanism.fk(self._controller.workspace.require(joints))
+
+    def ik(self, point: Point) -> Joints:
+        """Return the joints that hold the gripper at `point` [m]; raises `Unreachable`."""
+        return self._controller.workspace.require(point)
+
+    def reach(self, point: Point) -> Reach:
+        """Tell whether `point` [m] can be reached, and if not why, and where the nearest reachable point is."""
+        workspace = self._controller.workspace
+        reason = workspace.why_not(point)
+        if reason is None:
+            return Reach(True, workspace.require(point), "", point)
+        return Reach(False, None, str(reason), workspace.nearest(point))
+
+    def config(self) -> Config:
+        """Return all constants of the machine."""
+        return self._config

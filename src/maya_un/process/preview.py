@@ -1,0 +1,89 @@
+"""The whole job worked out before its first step: how long, how low, and whether any step would be refused."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from maya_un.config import Units
+from maya_un.errors import RequestError
+from maya_un.process.tasks import Task
+from maya_un.robot.plan import PhasePreview, Pose, PrimitivePreview
+from maya_un.robot.robot import Robot
+from maya_un.values import Notice
+
+
+@dataclass(frozen=True, slots=True)
+class StepPreview:
+    """One step: durations in s (None for a homing), heights in m, `end_counts` in encoder counts."""
+
+    index: int
+    key: str
+    step: str
+    duration: float | None
+    phases: tuple[PhasePreview, ...]
+    lowest: float | None
+    highest: float | None
+    end_counts: tuple[int, int, int] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """The first step that would be refused, and why."""
+
+    index: int
+    key: str
+    step: str
+    notice: Notice
+
+
+@dataclass(frozen=True, slots=True)
+class JobPreview:
+    """What a job will be: `duration` [s] over the steps that can be predicted, extremes of the gripper point [m].
+
+    With a `refusal`, `steps` ends before the refused one and nothing of the job will run.
+    """
+
+    duration: float
+    lowest: float | None
+    highest: float | None
+    steps: tuple[StepPreview, ...]
+    refusal: Refusal | None
+
+
+async def preview_job(robot: Robot, tasks: Sequence[Task], start: Pose) -> JobPreview:
+    """Return what `tasks` will be from `start`; sends nothing and lets others run between two steps."""
+    units = Units.of(robot.config)
+    pose = start
+    steps: list[StepPreview] = []
+    refusal: Refusal | None = None
+    for task in tasks:
+        try:
+            step = robot.preview(task.primitive, pose)
+        except RequestError as error:
+            refusal = Refusal(task.index, task.key, task.label, Notice(error.code, str(error)))
+            break
+        steps.append(_step(task, step, units))
+        pose = step.end
+        await asyncio.sleep(0)
+    return JobPreview(
+        duration=sum(step.duration for step in steps if step.duration is not None),
+        lowest=min((step.lowest for step in steps if step.lowest is not None), default=None),
+        highest=max((step.highest for step in steps if step.highest is not None), default=None),
+        steps=tuple(steps),
+        refusal=refusal,
+    )
+
+
+def _step(task: Task, step: PrimitivePreview, units: Units) -> StepPreview:
+    return StepPreview(
+        index=task.index,
+        key=task.key,
+        step=task.label,
+        duration=step.duration,
+        phases=step.phases,
+        lowest=step.lowest,
+        highest=step.highest,
+        end_counts=None if step.end.joints is None else units.to_counts(step.end.joints),
+    )

@@ -1,0 +1,33 @@
+"""Pick: fetch a part from above."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from maya_un.errors import GripperNotEmpty
+from maya_un.robot.jaws import Jaws
+from maya_un.robot.sketch import Sketch
+from maya_un.values import Point
+
+
+@dataclass(frozen=True, slots=True)
+class Pick:
+    """Close the gripper on the part whose grasp point is `target` [m], and lift it by the clearance."""
+
+    command: ClassVar[str] = "pick"
+    target: Point
+
+    def draw(self, sketch: Sketch) -> None:
+        """Draw the phases `approach`, `open`, `down`, `close`, `up`.
+
+        Raises `GripperNotEmpty` where the gripper was closed: it may hold something.
+        """
+        if sketch.pose.jaws is Jaws.CLOSED:
+            raise GripperNotEmpty
+        above = sketch.above(self.target)
+        sketch.cross("approach", above)
+        sketch.grip("open", open_=True)
+        sketch.straight("down", self.target)
+        sketch.grip("close", open_=False, grasps=True)
+        sketch.straight("up", above)

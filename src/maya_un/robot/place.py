@@ -1,0 +1,32 @@
+"""Place: put down what the gripper holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from maya_un.errors import GripperEmpty
+from maya_un.robot.jaws import Jaws
+from maya_un.robot.sketch import Sketch
+from maya_un.values import Point
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Open the gripper at `target` [m], coming from above, and rise by the clearance."""
+
+    command: ClassVar[str] = "place"
+    target: Point
+
+    def draw(self, sketch: Sketch) -> None:
+        """Draw the phases `approach`, `down`, `open`, `up`.
+
+        Raises `GripperEmpty` where the gripper is open.
+        """
+        if sketch.pose.jaws is Jaws.OPEN:
+            raise GripperEmpty
+        above = sketch.above(self.target)
+        sketch.cross("approach", above)
+        sketch.straight("down", self.target)
+        sketch.grip("open", open_=True)
+        sketch.straight("up", above)

@@ -1,0 +1,100 @@
+"""What a primitive comes to, worked out and checked whole before anything moves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from maya_un.controller.protocol import Preview
+from maya_un.robot.jaws import Jaws
+from maya_un.values import Joints
+
+
+class Pose(NamedTuple):
+    """Where a primitive starts or ends: joints (rad, m, m), None before homing; what the gripper may hold."""
+
+    joints: Joints | None
+    jaws: Jaws
+
+
+@dataclass(frozen=True, slots=True)
+class Homing:
+    """Find the switches; how long that takes depends on where the robot really is, so nobody knows before."""
+
+    phase: str
+    end: Joints
+
+    @property
+    def duration(self) -> None:
+        """Not known before [s]."""
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class Travel:
+    """Go along `path` (joints, its first point is where the robot is), as `preview` says."""
+
+    phase: str
+    path: tuple[Joints, ...]
+    preview: Preview
+
+    @property
+    def duration(self) -> float:
+        """How long it takes [s]."""
+        return self.preview.duration
+
+
+@dataclass(frozen=True, slots=True)
+class Grip:
+    """Open or close the gripper; `duration` is the wait until it has moved [s]. `grasps` a part when it closes."""
+
+    phase: str
+    open: bool
+    duration: float
+    grasps: bool = False
+
+
+Action = Homing | Travel | Grip
+
+
+class PhasePreview(NamedTuple):
+    """Name and duration [s] of one phase; the duration of a homing is not known before."""
+
+    name: str
+    duration: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class PrimitivePreview:
+    """What a primitive will be.
+
+    `duration` [s] is the sum of the phases, None with a homing among them. `lowest` and `highest` bound the
+    gripper point on the way [m], None where nothing travels. `end` is where it leaves the robot.
+    """
+
+    duration: float | None
+    phases: tuple[PhasePreview, ...]
+    lowest: float | None
+    highest: float | None
+    end: Pose
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """The actions of one primitive in order, every path in them checked, and the pose they lead to."""
+
+    actions: tuple[Action, ...]
+    end: Pose
+
+    def preview(self) -> PrimitivePreview:
+        """Return what the plan will be."""
+        travels = [action.preview for action in self.actions if isinstance(action, Travel)]
+        durations = [action.duration for action in self.actions]
+        known = [duration for duration in durations if duration is not None]
+        return PrimitivePreview(
+            duration=sum(known) if len(known) == len(durations) else None,
+            phases=tuple(PhasePreview(action.phase, action.duration) for action in self.actions),
+            lowest=min((travel.lowest for travel in travels), default=None),
+            highest=max((travel.highest for travel in travels), default=None),
+            end=self.end,
+        )

@@ -1,0 +1,148 @@
+"""The robot floor: one primitive at a time, worked out and checked whole before anything moves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from maya_un.config import Config
+from maya_un.controller.protocol import Controller
+from maya_un.errors import Busy, Faulted, NotConnected, NotHomed, PathRefused, Unreachable
+from maya_un.events import Kind
+from maya_un.kinematics.workspace import Workspace
+from maya_un.motion.path import JointPath, check_path
+from maya_un.robot.jaws import JawsMemory
+from maya_un.robot.plan import Action, Grip, Homing, Plan, Pose, PrimitivePreview, Travel
+from maya_un.robot.primitives import Gripper, Home, Primitive
+from maya_un.robot.sketch import Sketch
+from maya_un.values import Mode
+
+_REMEMBERED = 4096
+
+OnPhase = Callable[[str], None]
+"""Told the name of each phase as it begins."""
+
+
+class Robot:
+    """Runs primitives on a controller.
+
+    A plan once made is remembered by primitive and start: what a job previewed is what it runs, and is worked
+    out once.
+    """
+
+    def __init__(self, controller: Controller, config: Config) -> None:
+        self._controller = controller
+        self.config = config
+        self._running: Primitive | None = None
+        self._plans: dict[tuple[Primitive, Pose], tuple[Plan, Workspace]] = {}
+        self._memory = JawsMemory(controller.events)
+
+    @property
+    def running(self) -> Primitive | None:
+        """The primitive under way, None where there is none."""
+        return self._running
+
+    @property
+    def pose(self) -> Pose:
+        """Where the robot is now; its joints are None before homing."""
+        state = self._controller.state
+        return Pose(state.joints if state.homed else None, self._memory.jaws(state))
+
+    @property
+    def can_teleop(self) -> bool:
+        """Whether the robot can take a wish: homed, not moving, nobody else's turn."""
+        state = self._controller.state
+        return state.mode is Mode.IDLE and state.homed and self._running is None
+
+    @property
+    def holding(self) -> bool | None:
+        """Whether the gripper holds a part: True after a pick, False when open, None when closed for other reasons.
+
+        No sensor tells; this is what the robot was told to do and did.
+        """
+        return self._memory.holding(self._controller.state)
+
+    def preview(self, primitive: Primitive, start: Pose) -> PrimitivePreview:
+        """Return what `primitive` would be from `start`; nothing is sent.
+
+        Raises what `run` would raise for its target, its way and the gripper: `Unreachable`, `PathRefused`,
+        `NotHomed`, `GripperNotEmpty`, `GripperEmpty`.
+        """
+        return self._plan(primitive, start).preview()
+
+    async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
+        """Do `primitive` and return when it is done; every phase is an event and told to `on_phase`.
+
+        The whole of it is checked first: what is refused has moved nothing and sent nothing. Raises
+        `NotConnected`, `Faulted`, `NotHomed`, `Busy`, what `preview` raises, and `Stopped` or a `MachineError`
+        where it ended on the way. Cancelling it stops on the path; the gripper stays as it is.
+        """
+        with self._turn(primitive):
+            self._require_ready(primitive)
+            plan = self._plan(primitive, self.pose)
+            for action in plan.actions:
+                self._controller.events.emit(Kind.PHASE, name=action.phase, primitive=primitive.command)
+                if on_phase is not None:
+                    on_phase(action.phase)
+                await self._do(action)
+
+    @contextmanager
+    def _turn(self, primitive: Primitive) -> Iterator[None]:
+        if self._running is not None:
+            raise Busy(doing=self._running.command)
+        self._running = primitive
+        try:
+            yield
+        finally:
+            self._running = None
+
+    def _require_ready(self, primitive: Primitive) -> None:
+        state = self._controller.state
+        match state.mode:
+            case Mode.DISCONNECTED:
+                raise NotConnected
+            case Mode.FAULT:
+                raise Faulted(fault=state.fault.message if state.fault else "")
+            case Mode.HOMING | Mode.MOVING | Mode.STOPPING:
+                raise Busy(doing=state.mode.value)
+            case Mode.NOT_HOMED if not isinstance(primitive, Home | Gripper):
+                raise NotHomed
+            case Mode.NOT_HOMED | Mode.IDLE:
+                pass
+
+    def _plan(self, primitive: Primitive, start: Pose) -> Plan:
+        """Return the plan, remembered or drawn; one that was checked in another workspace is checked in this one."""
+        workspace = self._controller.workspace
+        known = self._plans.get((primitive, start))
+        if known is not None and (known[1] is workspace or _holds(known[0], workspace)):
+            plan = known[0]
+        else:
+            sketch = Sketch(self._controller, start)
+            primitive.draw(sketch)
+            plan = sketch.plan()
+        if len(self._plans) >= _REMEMBERED:
+            self._plans.clear()
+        self._plans[primitive, start] = (plan, workspace)
+        return plan
+
+    async def _do(self, action: Action) -> None:
+        match action:
+            case Homing():
+                await self._controller.home()
+            case Travel(path=path):
+                await self._controller.follow(path)
+            case Grip(open=open_, grasps=grasps):
+                await self._controller.gripper(open_)
+                if grasps:
+                    self._memory.grasped()
+
+
+def _holds(plan: Plan, workspace: Workspace) -> bool:
+    """Whether every path of `plan` is in `workspace`: homing measures the strokes anew."""
+    try:
+        for action in plan.actions:
+            if isinstance(action, Travel):
+                check_path(workspace, JointPath(action.path))
+    except (Unreachable, PathRefused):
+        return False
+    return True

@@ -1,0 +1,162 @@
+"""A controller that records what it is told and takes the time a motion takes; no machine, no wire."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Sequence
+from dataclasses import replace
+
+from maya_un.config import Config, Units
+from maya_un.controller.homing import homed_pose
+from maya_un.controller.protocol import Preview
+from maya_un.errors import Busy, MayaError, Stopped
+from maya_un.events import EventLog, Kind
+from maya_un.kinematics.mechanism import Mechanism
+from maya_un.kinematics.workspace import Workspace
+from maya_un.motion.path import JointPath, check_path, highest_point, lowest_point
+from maya_un.motion.timing import Limits, plan
+from maya_un.values import Joints, Mode, Notice, Progress, State, StopReport
+from tests.virtual_time import elapse
+
+HOMING_TIME = 60.0
+"""How long the fake takes to home [s]."""
+
+
+def state_of(joints: Joints | None, *, closed: bool = False, mode: Mode | None = None) -> State:
+    """Return a state at rest: homed at `joints`, or not homed."""
+    none = (False, False, False)
+    units = Units.of(Config())
+    return State(
+        time=0.0,
+        mode=mode or (Mode.NOT_HOMED if joints is None else Mode.IDLE),
+        homed=joints is not None,
+        counts=(0, 0, 0) if joints is None else units.to_counts(joints),
+        joints=joints,
+        point=None if joints is None else Mechanism.of(Config()).fk(joints),
+        velocity=(0.0, 0.0, 0.0),
+        moving=False,
+        motors_on=(True, True, True),
+        forward_limit=none,
+        reverse_limit=none,
+        stop_code=(0, 0, 0),
+        gripper_closed=closed,
+        progress=None,
+        fault=None,
+    )
+
+
+class FakeController:
+    """Records calls in `calls`; `fail_at` maps the number of a call (from 1) to the error it ends with."""
+
+    def __init__(self, *, homed: bool = True, closed: bool = False) -> None:
+        self.config = Config()
+        self.units = Units.of(self.config)
+        self.mechanism = Mechanism.of(self.config)
+        self.workspace = Workspace.of(self.config)
+        self.events = EventLog(asyncio.get_running_loop().time)
+        self.state = state_of(self._exact(homed_pose(self.config)) if homed else None, closed=closed)
+        self.calls: list[tuple[str, object]] = []
+        self.fail_at: dict[int, MayaError] = {}
+        self.previews = 0
+        self._limits = Limits.of(self.config)
+        self._stop: asyncio.Future[None] | None = None
+
+    def names(self) -> list[str]:
+        """Return the names of the calls so far."""
+        return [name for name, _ in self.calls]
+
+    async def watch(self) -> AsyncIterator[State]:
+        """Yield the state once."""
+        yield self.state
+
+    def progress(self) -> Progress | None:
+        """Nothing to tell."""
+        return None
+
+    def preview(self, path: Sequence[Joints], *, speed: float = 1.0) -> Preview:
+        """Check and time a path as the real floor does."""
+        self.previews += 1
+        exact = tuple(self._exact(joints) for joints in path)
+        way = JointPath(exact)
+        check_path(self.workspace, way)
+        return Preview(
+            duration=plan(way, self._limits, self.units, speed).duration if len(set(exact)) > 1 else 0.0,
+            lowest=lowest_point(self.mechanism, way).z,
+            highest=highest_point(self.mechanism, way).z,
+            end=exact[-1],
+        )
+
+    async def home(self) -> None:
+        """Take a minute and stand at the homed pose."""
+        self.events.emit(Kind.HOMING)
+        await self._take("home", None, HOMING_TIME)
+        self.state = state_of(self._exact(homed_pose(self.config)), closed=self.state.gripper_closed)
+        self.events.emit(Kind.HOMED)
+
+    async def move(self, target: Joints, *, speed: float = 1.0) -> None:
+        """Take the move's time and stand at its end."""
+        assert self.state.joints is not None
+        await self._travel("move", [self.state.joints, target], speed)
+
+    async def follow(self, path: Sequence[Joints], *, speed: float = 1.0) -> None:
+        """Take the path's time and stand at its end."""
+        await self._travel("follow", path, speed)
+
+    async def jog(self, axis: str, distance: float, *, speed: float = 1.0) -> None:
+        """Take a second."""
+        await self._take("jog", (axis, distance, speed), 1.0)
+
+    async def gripper(self, open_: bool) -> None:
+        """Take the settle time."""
+        await self._take("gripper", open_, self.config.gripper.settle_time)
+        self.state = replace(self.state, gripper_closed=not open_)
+        self.events.emit(Kind.GRIPPER_OPEN if open_ else Kind.GRIPPER_CLOSED)
+
+    async def stop(self) -> StopReport:
+        """End what is under way with `Stopped`."""
+        self.calls.append(("stop", None))
+        moving = self._stop is not None
+        if self._stop is not None and not self._stop.done():
+            self._stop.set_exception(Stopped())
+        return StopReport(moving, 0.5 if moving else 0.0, (0.0, 0.0, 0.0))
+
+    async def abort(self) -> None:
+        """As stop."""
+        await self.stop()
+
+    async def recover(self) -> None:
+        """Clear the fault."""
+        self.calls.append(("recover", None))
+        self.state = replace(self.state, mode=Mode.IDLE, fault=None)
+
+    def break_down(self, error: MayaError) -> None:
+        """Stand in a fault."""
+        self.state = replace(self.state, mode=Mode.FAULT, fault=Notice(error.code, str(error)))
+
+    def _exact(self, joints: Joints) -> Joints:
+        return self.units.to_joints(self.units.to_counts(joints))
+
+    async def _travel(self, name: str, path: Sequence[Joints], speed: float) -> None:
+        preview = self.preview(path, speed=speed)
+        await self._take(name, tuple(path), preview.duration)
+        self.state = state_of(preview.end, closed=self.state.gripper_closed)
+
+    async def _take(self, name: str, argument: object, duration: float) -> None:
+        """Record a call and let its time pass; ends early by `stop`, by its failure, or by cancellation."""
+        if self._stop is not None:
+            raise Busy(doing=self.calls[-1][0])
+        self.calls.append((name, argument))
+        failure = self.fail_at.get(len(self.calls))
+        self._stop = asyncio.get_running_loop().create_future()
+        try:
+            await asyncio.wait({self._stop}, timeout=duration * (0.5 if failure else 1.0))
+            if self._stop.done():
+                self._stop.result()
+            if failure is not None:
+                raise failure
+        except asyncio.CancelledError:
+            await elapse(0.5)
+            self.calls.append(("at rest", None))
+            raise
+        finally:
+            self._stop = None

@@ -1,0 +1,53 @@
+"""The examples, as they stand in the repository, on the twin in virtual time."""
+
+from __future__ import annotations
+
+import runpy
+import sys
+from math import dist
+from pathlib import Path
+
+import pytest
+
+from maya_un.assembly import stack
+from maya_un.config import Config
+from maya_un.process.files import load_job
+from maya_un.values import Point
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+TWO_COUNTS = 2e-4
+"""Two counts of the boom, far out [m]."""
+
+JOBS = sorted(EXAMPLES.glob("*.yaml"))
+
+
+@pytest.mark.system
+@pytest.mark.parametrize("path", JOBS, ids=[path.stem for path in JOBS])
+async def test_a_job_leaves_its_parts_where_it_was_told(path: Path) -> None:
+    job, config = load_job(path), Config()
+    parts = job.part_points(config.cell.grasp_height)
+    async with stack(config, parts=parts, stream=False) as maya:
+        assert maya.twin is not None
+        report = await maya.service.wait((await maya.service.submit(job)).id)
+        assert report.state == "done", report.message
+        assert report.parts.keys() == parts.keys()
+        for name, commanded in report.parts.items():
+            assert commanded is not None
+            assert commanded != parts[name]
+            assert dist(maya.twin.mechanics.parts[name], commanded) < TWO_COUNTS
+        assert report.predicted == pytest.approx(sum(step.duration or 0.0 for step in report.steps[1:]), rel=1e-3)
+        record = maya.twin.mechanics.record
+        assert not record.drops
+        assert record.stall_time == 0.0
+
+
+@pytest.mark.system
+def test_the_python_example_ends_with_the_cube_on_the_tray(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = EXAMPLES / "03_python_api.py"
+    monkeypatch.setattr(sys, "argv", [str(path)])
+    space = runpy.run_path(str(path), run_name="__main__")
+    tray = space["TRAY"]
+    assert isinstance(tray, Point)
+    assert f"the cube stands at ({tray.x}, {tray.y}, {tray.z})" in capsys.readouterr().out

@@ -1,0 +1,180 @@
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+import pytest
+
+from maya_un.api.messages import EventMessage, to_data, to_json
+from maya_un.api.service import Service
+from maya_un.errors import Busy, InvalidJob, InvalidRequest, NotFound, Unreachable
+from maya_un.events import Event, Kind
+from maya_un.process.process import Process
+from maya_un.robot.primitives import Home
+from maya_un.robot.robot import Robot
+from maya_un.values import Joints, Point
+from tests.fakes import FakeController
+from tests.virtual_time import elapse
+
+JOB = {"parts": {"cube": [0.5, 1.1]}, "steps": [{"pick": "cube"}, {"place": [1.1, 0.5]}]}
+
+
+@asynccontextmanager
+async def door(*, homed: bool = True) -> AsyncIterator[tuple[FakeController, Service]]:
+    controller = FakeController(homed=homed)
+    robot = Robot(controller, controller.config)
+    process = Process(robot, controller, controller.config)
+    try:
+        yield controller, Service(process, robot, controller, controller.config, address="sim", speed=20.0)
+    finally:
+        await process.close()
+
+
+async def test_a_job_goes_in_and_its_report_comes_out() -> None:
+    async with door() as (_, service):
+        accepted = await service.submit(JOB)
+        assert (accepted.id, accepted.steps) == (1, 2)
+        assert (await service.job(1)).state.value == "queued"
+        assert (await service.wait(1)).state.value == "done"
+        assert [line.done for line in await service.jobs()] == [2]
+
+
+async def test_a_wish_is_waited_for_or_not() -> None:
+    async with door() as (_, service):
+        assert (await service.wish({"command": "home"}, wait=False)).state.value == "queued"
+        assert (await service.wish(Home())).state.value == "done"
+
+
+async def test_a_refused_wish_says_so_in_its_report() -> None:
+    async with door() as (controller, service):
+        report = await service.wish({"command": "pick", "target": [3, 3]})
+        assert (report.state.value, report.code) == ("failed", 2101)
+        assert controller.calls == []
+
+
+async def test_what_cannot_be_understood_is_refused_at_the_door() -> None:
+    async with door() as (_, service):
+        with pytest.raises(InvalidJob):
+            await service.submit({"steps": []})
+        with pytest.raises(InvalidRequest):
+            await service.wish({"command": "pick"})
+        with pytest.raises(NotFound):
+            await service.wait(7)
+        assert await service.jobs() == []
+
+
+async def test_stop_ends_the_job_and_empties_the_queue() -> None:
+    async with door() as (controller, service):
+        await service.submit(JOB)
+        await service.submit(JOB)
+        await elapse(3.0)
+        report = await service.stop()
+        assert report.was_moving
+        assert [(await service.wait(number)).state.value for number in (1, 2)] == ["cancelled", "cancelled"]
+        assert controller.names() == ["follow", "stop"]
+
+
+async def test_stop_before_the_first_step_lets_none_begin() -> None:
+    async with door() as (controller, service):
+        await service.submit(JOB)
+        await service.stop()
+        assert (await service.wait(1)).state.value == "cancelled"
+        assert controller.names() == ["stop"]
+
+
+async def test_recover_starts_nothing() -> None:
+    async with door() as (controller, service):
+        await service.recover()
+        await elapse(10.0)
+        assert controller.names() == ["recover"]
+
+
+async def test_a_jog_waits_for_nobody() -> None:
+    async with door() as (controller, service):
+        await service.jog("b", 0.01, speed=0.5)
+        assert controller.calls == [("jog", ("b", 0.01, 0.5))]
+        await service.submit(JOB)
+        await elapse(1.0)
+        with pytest.raises(Busy, match="job 1"):
+            await service.jog("b", 0.01)
+
+
+async def test_status_tells_everything_about_now() -> None:
+    async with door() as (controller, service):
+        assert (await service.status()).can_teleop
+        await service.submit(JOB)
+        await elapse(1.0)
+        status = await service.status()
+        assert (status.address, status.speed, status.can_teleop, status.holding) == ("sim", 20.0, False, False)
+        assert [(line.id, line.state.value, line.steps) for line in status.jobs] == [(1, "running", 2)]
+        assert status.last_event == len(controller.events)
+
+
+async def test_events_are_numbered_without_gaps_for_everyone() -> None:
+    async with door() as (_, service):
+        await service.submit(JOB)
+        await service.wait(1)
+        events = service.events_since(0)
+        assert [event.seq for event in events] == list(range(1, len(events) + 1))
+        followed: list[Event] = []
+        async for event in service.follow_events(3):
+            followed.append(event)
+            if event.seq == len(events):
+                break
+        assert followed == events[3:]
+
+
+async def test_a_preview_starts_here_or_where_homing_ends() -> None:
+    async with door(homed=False) as (controller, service):
+        here = await service.preview(JOB)
+        assert here.refusal is not None
+        assert here.refusal.notice.code == 2103
+        homed = await service.preview(JOB, from_homed=True)
+        assert homed.refusal is None
+        assert controller.calls == []
+
+
+async def test_kinematics_at_the_door() -> None:
+    async with door() as (_, service):
+        joints = service.ik(Point(0.5, 1.1, 0.4))
+        assert tuple(service.fk(joints)) == pytest.approx((0.5, 1.1, 0.4))
+        with pytest.raises(Unreachable):
+            service.fk(Joints(0.0, 0.6, 0.6))
+
+
+async def test_reach_says_why_not_and_where_instead() -> None:
+    async with door() as (_, service):
+        assert service.reach(Point(0.5, 1.1, 0.4)).reachable
+        answer = service.reach(Point(0.5, 1.1, 2.2))
+        assert not answer.reachable
+        assert answer.reason
+        assert service.reach(answer.nearest).reachable
+
+
+async def test_everything_that_leaves_is_json() -> None:
+    async with door() as (_, service):
+        await service.submit(JOB)
+        report = await service.wait(1)
+        preview = await service.preview(JOB, from_homed=True)
+        status = await service.status()
+        messages = (report, preview, status, *map(EventMessage.of, service.events_since(0)))
+        for message in (*messages, service.reach(Point(0.5, 1.1, 0.4)), await service.stop()):
+            assert json.loads(to_json(message)) == to_data(message)
+        assert to_data(report)["steps"][0]["end_point"] == list(report.steps[0].end_point or ())
+        assert to_data(report)["parts"] == {"cube": [1.1, 0.5, 0.4]}
+
+
+def test_details_that_are_not_plain_become_text() -> None:
+    message = EventMessage.of(Event(1, 0.0, Kind.FAULT, 2308, {"axis": "b", "where": (1, 2), "n": 3}))
+    assert message.detail == {"axis": "b", "where": "(1, 2)", "n": 3}
+
+
+async def test_waiting_does_not_hold_up_others() -> None:
+    async with door() as (_, service):
+        await service.submit(JOB)
+        waiters = [asyncio.create_task(service.wait(1)) for _ in range(3)]
+        await elapse(1.0)
+        assert (await service.status()).jobs[0].id == 1
+        assert len({(await waiter).duration for waiter in waiters}) == 1

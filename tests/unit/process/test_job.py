@@ -1,0 +1,144 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from maya_un.errors import FileUnreadable, InvalidJob
+from maya_un.process.files import MOST_BYTES, load_job
+from maya_un.process.job import Job
+
+YAML = """
+name: one cube
+parts: {cube: [0.50, 1.10]}
+places: {tray: [1.10, 0.50, 0.42]}
+steps:
+  - home
+  - pick: cube
+  - place: tray
+  - approach: {x: 1.0, y: 0.6}
+  - gripper: close
+  - move: {a: 0.4, b: 1.6, c: 1.3}
+repeat: 3
+"""
+
+
+def job(**changes: Any) -> dict[str, Any]:
+    return {"parts": {"cube": [0.5, 1.1]}, "places": {"tray": [1.1, 0.5]}, "steps": ["home"], **changes}
+
+
+def written(tmp_path: Path, text: str, name: str = "job.yaml") -> Path:
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_yaml_file_is_read(tmp_path: Path) -> None:
+    read = load_job(written(tmp_path, YAML))
+    assert (read.name, read.repeat) == ("one cube", 3)
+    assert [str(step) for step in read.steps] == [
+        "home",
+        "pick cube",
+        "place tray",
+        "approach 1 0.6",
+        "gripper close",
+        "move 0.4 1.6 1.3",
+    ]
+
+
+def test_a_json_file_is_the_same(tmp_path: Path) -> None:
+    path = written(tmp_path, json.dumps(job()), "job.json")
+    assert load_job(path) == Job.parse(job())
+
+
+def test_height_left_out_is_the_grasp_height() -> None:
+    read = Job.parse(job(places={"low": [1.1, 0.5], "high": [1.1, 0.5, 0.6]}))
+    assert [place.z for place in read.place_points(0.4).values()] == [0.4, 0.6]
+    assert read.part_points(0.4)["cube"] == (0.5, 1.1, 0.4)
+
+
+@pytest.mark.parametrize(
+    ("data", "key"),
+    [
+        (None, "job"),
+        ([], "job"),
+        ("home", "job"),
+        ({}, "steps"),
+        (job(steps=[]), "steps"),
+        (job(steps="home"), "steps"),
+        (job(steps={"home": 1}), "steps"),
+        (job(steps=[5]), "steps.0"),
+        (job(steps=["home", "fly"]), "steps.1"),
+        (job(steps=["home", {"pik": "cube"}]), "steps.1.pik"),
+        (job(steps=[{"pick": "cube", "place": "tray"}]), "steps.0"),
+        (job(steps=[{}]), "steps.0"),
+        (job(steps=[{"pick": None}]), "steps.0"),
+        (job(steps=[{"pick": 3}]), "steps.0.pick"),
+        (job(steps=[{"pick": [1]}]), "steps.0.pick"),
+        (job(steps=[{"pick": [1, float("nan")]}]), "steps.0.pick"),
+        (job(steps=[{"pick": [1, float("-inf")]}]), "steps.0.pick"),
+        (job(steps=[{"pick": [1, "2"]}]), "steps.0.pick"),
+        (job(steps=[{"gripper": "ajar"}]), "steps.0.gripper"),
+        (job(steps=[{"gripper": True}]), "steps.0.gripper"),
+        (job(steps=[{"move": [1, 2]}]), "steps.0.move"),
+        (job(steps=[{"move": {"a": 1, "b": 2, "d": 3}}]), "steps.0.move"),
+        (job(steps=[{"home": "now"}]), "steps.0.home"),
+        (job(steps=["home"] * 1001), "steps"),
+        (job(repeat=0), "repeat"),
+        (job(repeat=10_001), "repeat"),
+        (job(repeat=1.5), "repeat"),
+        (job(repeat=True), "repeat"),
+        (job(repeat="3"), "repeat"),
+        (job(steps=["home"] * 3, repeat=10_000), "job"),
+        (job(parts=["cube"]), "parts"),
+        (job(parts={"cube": "here"}), "parts.cube"),
+        (job(parts={"cube": [1, 2, 3, 4]}), "parts.cube"),
+        (job(parts={3: [1, 2]}), "parts.3"),
+        (job(parts={"x" * 65: [1, 2]}), "parts." + "x" * 65),
+        (job(places={"cube": [1, 2]}), "job"),
+        (job(name=""), "name"),
+        (job(name=7), "name"),
+        (job(speed=2), "speed"),
+        ({**job(), 3: 4}, "3"),
+    ],
+)
+def test_a_wrong_job_is_refused_at_its_key(data: object, key: str) -> None:
+    with pytest.raises(InvalidJob) as caught:
+        Job.parse(data)
+    assert caught.value.details["key"] == key
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("steps: [home", "line"),
+        ("steps: [home]\nsteps: [home]", "twice"),
+        ("steps: &s [home]\nparts: *s", "aliases"),
+        ("steps: !!python/object/apply:os.getcwd []", "constructor"),
+        ("{? [1, 2] : 3}", "key must be a text"),
+        ("[" * 50_000, "deeply"),
+    ],
+)
+def test_broken_yaml_is_unreadable(tmp_path: Path, text: str, reason: str) -> None:
+    with pytest.raises(FileUnreadable, match=reason):
+        load_job(written(tmp_path, text))
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"), [("{", "line 1"), ('{"steps": [], "steps": []}', "twice"), ("[" * 200_000, "deeply")]
+)
+def test_broken_json_is_unreadable(tmp_path: Path, text: str, reason: str) -> None:
+    with pytest.raises(FileUnreadable, match=reason):
+        load_job(written(tmp_path, text, "job.json"))
+
+
+def test_what_is_no_text_file_is_unreadable(tmp_path: Path) -> None:
+    binary = tmp_path / "binary.yaml"
+    binary.write_bytes(b"\xff\xfe\x00")
+    large = written(tmp_path, "#" * (MOST_BYTES + 1), "large.yaml")
+    for path in (tmp_path, tmp_path / "absent.yaml", binary, large):
+        with pytest.raises(FileUnreadable):
+            load_job(path)

@@ -1,0 +1,30 @@
+from __future__ import annotations
+
+from itertools import product
+
+import pytest
+
+from maya_un.process.states import TRANSITIONS, TaskState, advance
+
+
+def test_every_state_is_in_the_table_and_can_be_reached() -> None:
+    assert set(TRANSITIONS) == set(TaskState)
+    assert frozenset().union(*TRANSITIONS.values()) == set(TaskState) - {TaskState.QUEUED}
+
+
+@pytest.mark.parametrize(("old", "new"), list(product(TaskState, TaskState)))
+def test_the_table_is_obeyed(old: TaskState, new: TaskState) -> None:
+    if new in TRANSITIONS[old]:
+        assert advance(old, new) is new
+    else:
+        with pytest.raises(ValueError, match="cannot follow"):
+            advance(old, new)
+
+
+def test_what_has_ended_stays_so() -> None:
+    assert {state for state in TaskState if state.ended} == {
+        TaskState.DONE,
+        TaskState.FAILED,
+        TaskState.CANCELLED,
+        TaskState.SKIPPED,
+    }

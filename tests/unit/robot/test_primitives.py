@@ -1,0 +1,79 @@
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from maya_un.errors import InvalidRequest, InvalidValue, MayaError, UnknownName
+from maya_un.robot.primitives import (
+    Approach,
+    CanTeleop,
+    Gripper,
+    Home,
+    MoveJoints,
+    Pick,
+    Place,
+    Primitive,
+    from_dict,
+    to_dict,
+)
+from maya_un.values import Joints, Point
+
+numbers = st.floats(-10.0, 10.0)
+points = st.builds(Point, numbers, numbers, numbers)
+primitives: st.SearchStrategy[Primitive] = st.one_of(
+    st.sampled_from((Home(), CanTeleop(), Gripper(True), Gripper(False))),
+    st.builds(Pick, points),
+    st.builds(Place, points),
+    st.builds(Approach, points),
+    st.builds(MoveJoints, st.builds(Joints, numbers, numbers, numbers)),
+)
+
+
+@given(primitives)
+def test_what_is_written_is_read_back(primitive: Primitive) -> None:
+    assert from_dict(to_dict(primitive), 0.4) == primitive
+
+
+def test_a_target_without_height_is_at_the_grasp_height() -> None:
+    assert from_dict({"command": "pick", "target": [0.5, 1.1]}, 0.4) == Pick(Point(0.5, 1.1, 0.4))
+
+
+def test_coordinates_may_be_named() -> None:
+    assert from_dict({"command": "place", "target": {"y": 1, "x": 2}}, 0.4) == Place(Point(2.0, 1.0, 0.4))
+    named = {"command": "move", "joints": {"a": 0.1, "b": 1.2, "c": 1.5}}
+    assert from_dict(named, 0.4) == MoveJoints(Joints(0.1, 1.2, 1.5))
+
+
+@pytest.mark.parametrize(
+    ("data", "error"),
+    [
+        (None, InvalidRequest),
+        ("home", InvalidRequest),
+        ({}, InvalidRequest),
+        ({"command": "fly"}, UnknownName),
+        ({"command": 7}, UnknownName),
+        ({"command": ["home"]}, UnknownName),
+        ({"command": "home", "target": [1, 1]}, InvalidRequest),
+        ({"command": "pick"}, InvalidRequest),
+        ({"command": "pick", "target": [1, 1], "speed": 2}, InvalidRequest),
+        ({"command": "pick", "target": "cube"}, InvalidValue),
+        ({"command": "pick", "target": [1]}, InvalidValue),
+        ({"command": "pick", "target": [1, 2, 3, 4]}, InvalidValue),
+        ({"command": "pick", "target": [1, float("nan"), 3]}, InvalidValue),
+        ({"command": "pick", "target": [1, float("inf"), 3]}, InvalidValue),
+        ({"command": "pick", "target": [10**400, 1, 3]}, InvalidValue),
+        ({"command": "pick", "target": [True, 1, 3]}, InvalidValue),
+        ({"command": "pick", "target": ["1", 1, 3]}, InvalidValue),
+        ({"command": "pick", "target": {"x": 1}}, InvalidValue),
+        ({"command": "pick", "target": {"x": 1, "y": 1, "w": 0}}, InvalidValue),
+        ({"command": "gripper", "open": "yes"}, InvalidValue),
+        ({"command": "gripper", "open": 1}, InvalidValue),
+        ({"command": "move", "joints": [1, 2]}, InvalidValue),
+        ({"command": "move", "joints": {"a": 1, "b": 2}}, InvalidValue),
+    ],
+)
+def test_bad_data_is_refused_in_one_short_sentence(data: object, error: type[MayaError]) -> None:
+    with pytest.raises(error) as caught:
+        from_dict(data, 0.4)
+    assert len(str(caught.value)) < 200

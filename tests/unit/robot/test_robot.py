@@ -1,0 +1,249 @@
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from maya_un.errors import (
+    Busy,
+    Faulted,
+    FollowingError,
+    GripperEmpty,
+    GripperNotEmpty,
+    MayaError,
+    NotConnected,
+    NotHomed,
+    Stopped,
+    Unreachable,
+)
+from maya_un.events import Kind
+from maya_un.kinematics.workspace import Workspace
+from maya_un.robot.jaws import Jaws
+from maya_un.robot.plan import Pose
+from maya_un.robot.primitives import Approach, CanTeleop, Gripper, Home, MoveJoints, Pick, Place, Primitive
+from maya_un.robot.robot import Robot
+from maya_un.values import Joints, Mode, Point
+from tests.fakes import HOMING_TIME, FakeController, state_of
+from tests.virtual_time import elapse
+
+HERE = Point(0.50, 1.10, 0.40)
+THERE = Point(1.10, 0.50, 0.40)
+COUNT = 5e-5
+"""One count of the boom at its end [m] or in itself [rad]."""
+
+NOWHERE = Point(3.0, 3.0, 0.40)
+
+
+def made(*, homed: bool = True, closed: bool = False) -> tuple[FakeController, Robot]:
+    controller = FakeController(homed=homed, closed=closed)
+    return controller, Robot(controller, controller.config)
+
+
+async def test_pick_comes_from_above_opens_goes_down_closes_and_lifts() -> None:
+    controller, robot = made()
+    phases: list[str] = []
+    await robot.run(Pick(HERE), phases.append)
+    assert phases == ["approach", "open", "down", "close", "up"]
+    assert controller.names() == ["follow", "gripper", "follow", "gripper", "follow"]
+    assert controller.state.point == pytest.approx(HERE._replace(z=0.50), abs=COUNT)
+    assert controller.state.gripper_closed
+
+
+async def test_place_comes_from_above_goes_down_opens_and_lifts() -> None:
+    controller, robot = made(closed=True)
+    phases: list[str] = []
+    await robot.run(Place(THERE), phases.append)
+    assert phases == ["approach", "down", "open", "up"]
+    assert not controller.state.gripper_closed
+    assert controller.state.point == pytest.approx(THERE._replace(z=0.50), abs=COUNT)
+
+
+async def test_approach_waits_the_clearance_above() -> None:
+    controller, robot = made()
+    await robot.run(Approach(HERE))
+    assert controller.state.point == pytest.approx(HERE._replace(z=0.50), abs=COUNT)
+
+
+async def test_every_phase_is_an_event() -> None:
+    controller, robot = made()
+    await robot.run(Pick(HERE))
+    phases = [event.detail["name"] for event in controller.events.since(0) if event.kind is Kind.PHASE]
+    assert phases == ["approach", "open", "down", "close", "up"]
+
+
+async def test_going_to_where_the_robot_is_is_left_out() -> None:
+    _, robot = made()
+    await robot.run(Approach(HERE))
+    phases: list[str] = []
+    await robot.run(Pick(HERE), phases.append)
+    assert phases == ["open", "down", "close", "up"]
+
+
+async def test_a_stop_on_the_way_down_is_left_straight_up() -> None:
+    controller, robot = made()
+    low = controller.workspace.require(HERE._replace(z=0.43))
+    controller.state = state_of(low)
+    await robot.run(Approach(THERE))
+    _, path = controller.calls[0]
+    assert isinstance(path, tuple)
+    x, y, z = controller.mechanism.fk(path[1])
+    assert (x, y) == pytest.approx(HERE[:2], abs=1e-5)
+    assert z >= 0.50 - 1e-5
+
+
+@pytest.mark.parametrize(
+    "primitive", [Home(), Approach(HERE), Pick(HERE), Gripper(False), MoveJoints(Joints(0.4, 1.6, 1.3))]
+)
+async def test_what_is_previewed_is_what_runs(primitive: Primitive) -> None:
+    _, robot = made()
+    loop = asyncio.get_running_loop()
+    preview = robot.preview(primitive, robot.pose)
+    phases: list[str] = []
+    began = loop.time()
+    await robot.run(primitive, phases.append)
+    took = loop.time() - began
+    assert phases == [phase.name for phase in preview.phases]
+    assert took == pytest.approx(HOMING_TIME if preview.duration is None else preview.duration)
+    assert robot.pose.jaws == preview.end.jaws
+    assert robot.pose.joints == pytest.approx(preview.end.joints, abs=COUNT)
+
+
+async def test_a_preview_sends_nothing() -> None:
+    controller, robot = made(homed=False)
+    robot.preview(Pick(HERE), Pose(controller.workspace.require(THERE), Jaws.OPEN))
+    assert controller.calls == []
+
+
+async def test_a_plan_is_worked_out_once() -> None:
+    controller, robot = made()
+    robot.preview(Pick(HERE), robot.pose)
+    count = controller.previews
+    robot.preview(Pick(HERE), robot.pose)
+    controller.workspace = Workspace.of(controller.config)
+    robot.preview(Pick(HERE), robot.pose)
+    assert controller.previews == count
+
+
+async def test_a_plan_is_checked_again_in_another_workspace() -> None:
+    controller, robot = made()
+    robot.preview(Pick(HERE), robot.pose)
+    longest = controller.workspace.require(HERE).b
+    strokes = ((0.0, 2.0), (0.575, longest - 0.001), (0.565, 2.3))
+    controller.workspace = Workspace.of(controller.config, strokes)
+    with pytest.raises(Unreachable):
+        robot.preview(Pick(HERE), robot.pose)
+
+
+@pytest.mark.parametrize(
+    ("primitive", "closed", "error"),
+    [
+        (Pick(HERE), True, GripperNotEmpty),
+        (Place(HERE), False, GripperEmpty),
+        (Pick(NOWHERE), False, Unreachable),
+        (Approach(Point(0.5, 1.1, 2.1)), False, Unreachable),
+        (Place(Point(0.5, 1.1, -0.3)), True, Unreachable),
+        (MoveJoints(Joints(0.0, 0.6, 0.6)), False, Unreachable),
+    ],
+)
+async def test_a_refused_wish_moves_nothing(primitive: Primitive, closed: bool, error: type[MayaError]) -> None:
+    controller, robot = made(closed=closed)
+    with pytest.raises(error):
+        await robot.run(primitive)
+    assert controller.calls == []
+
+
+@pytest.mark.parametrize(
+    ("mode", "error"),
+    [(Mode.NOT_HOMED, NotHomed), (Mode.DISCONNECTED, NotConnected), (Mode.FAULT, Faulted), (Mode.MOVING, Busy)],
+)
+async def test_preconditions_are_asked_first(mode: Mode, error: type[MayaError]) -> None:
+    controller, robot = made()
+    controller.state = state_of(None, mode=mode)
+    for primitive in (Pick(HERE), CanTeleop()):
+        with pytest.raises(error):
+            await robot.run(primitive)
+    assert controller.calls == []
+
+
+async def test_the_gripper_needs_no_homing() -> None:
+    controller, robot = made(homed=False)
+    await robot.run(Gripper(open=False))
+    assert controller.state.gripper_closed
+
+
+async def test_one_wish_at_a_time() -> None:
+    _, robot = made()
+    first = asyncio.create_task(robot.run(Pick(HERE)))
+    await elapse(1.0)
+    assert not robot.can_teleop
+    with pytest.raises(Busy, match="pick"):
+        await robot.run(Home())
+    await first
+    assert robot.can_teleop
+    await robot.run(CanTeleop())
+
+
+@pytest.mark.parametrize("instant", [0.0, 1.0, 22.5, 30.0, 31.3, 35.0])
+async def test_cancelling_stops_on_the_path_and_leaves_the_gripper_as_it_is(instant: float) -> None:
+    controller, robot = made()
+    task = asyncio.create_task(robot.run(Pick(HERE)))
+    await elapse(instant)
+    closed = controller.state.gripper_closed
+    task.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await task
+    assert controller.state.gripper_closed == closed
+    assert controller.names()[-1] == "at rest"
+    assert robot.running is None
+
+
+async def test_a_stop_ends_the_primitive() -> None:
+    controller, robot = made()
+    task = asyncio.create_task(robot.run(Pick(HERE)))
+    await elapse(3.0)
+    await controller.stop()
+    with pytest.raises(Stopped):
+        await task
+    assert controller.names() == ["follow", "stop"]
+
+
+async def test_holding_is_what_a_pick_did_and_nobody_undid() -> None:
+    controller, robot = made()
+    assert robot.holding is False
+    await robot.run(Pick(HERE))
+    assert robot.holding is True
+    await controller.gripper(open_=True)
+    assert robot.holding is False
+    await controller.gripper(open_=False)
+    assert robot.holding is None
+
+
+async def test_a_gripper_found_closed_after_power_up_is_opened_by_a_pick() -> None:
+    _, robot = made(homed=False, closed=True)
+    await robot.run(Home())
+    assert robot.pose.jaws is Jaws.FOUND
+    assert robot.holding is None
+    await robot.run(Pick(HERE))
+    assert robot.holding is True
+
+
+async def test_a_gripper_closed_by_command_may_hold_something() -> None:
+    _, robot = made(homed=False)
+    await robot.run(Home())
+    await robot.run(Gripper(open=False))
+    assert robot.pose.jaws is Jaws.CLOSED
+    with pytest.raises(GripperNotEmpty):
+        await robot.run(Pick(HERE))
+
+
+async def test_a_gripper_found_closed_under_a_homing_taken_over_may_hold_something() -> None:
+    _, robot = made(closed=True)
+    assert robot.pose.jaws is Jaws.CLOSED
+
+
+async def test_a_pick_that_failed_before_it_closed_holds_nothing() -> None:
+    controller, robot = made()
+    controller.fail_at = {3: FollowingError(axis="b")}
+    with pytest.raises(FollowingError):
+        await robot.run(Pick(HERE))
+    assert robot.holding is False
