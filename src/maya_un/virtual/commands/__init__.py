@@ -1,0 +1,16 @@
+"""The commands, by what they concern; every module has a `TABLE` of two-letter names and handlers."""
+
+from __future__ import annotations
+
+from maya_un.virtual.commands import coordinated, inquiry, message, motion, setting, system
+from maya_un.virtual.context import Handler
+
+TABLE: dict[str, Handler] = {
+    **setting.TABLE,
+    **motion.TABLE,
+    **coordinated.TABLE,
+    **inquiry.TABLE,
+    **system.TABLE,
+    **message.TABLE,
+}
+"""Every command that this controller knows."""

@@ -1,0 +1,126 @@
+"""Commands of coordinated motion in straight segments: CA, LM, LI, LE, CS and the rates of a plane."""
+
+from __future__ import annotations
+
+import re
+from functools import partial
+
+from maya_un.galil.codes import ErrorCode
+from maya_un.virtual.arguments import QUERY, by_axis, mask
+from maya_un.virtual.context import Answer, Context, Handler
+from maya_un.virtual.path import Segment
+from maya_un.virtual.plane import Plane
+from maya_un.virtual.refusal import Refused
+from maya_un.virtual.registers import PLANE, Register, When
+
+LONGEST = 8_388_607
+"""Largest count of one axis in one segment."""
+
+PLANES = "ST"
+
+_SEGMENT = re.compile(r"([^<>]*)(?:<([^<>]*))?(?:>([^<>]*))?")
+_USE_VV = -1.0
+
+
+def _current(context: Context) -> Plane:
+    return context.core.planes[context.unit.plane]
+
+
+def _select_plane(context: Context, text: str) -> Answer:
+    name = text.strip()
+    if name == QUERY:
+        return context.unit.position_text([PLANES.index(context.unit.plane)])
+    if len(name) != 1 or name not in PLANES:
+        raise Refused(ErrorCode.S_OPERAND_INVALID)
+    context.unit.plane = name
+    return None
+
+
+def _members(context: Context, text: str) -> Answer:
+    if text.strip() == QUERY:
+        return context.unit.position_text([_current(context).free(context.core.now)])
+    _current(context).select(tuple(mask(text, context.unit.letters)))
+    return None
+
+
+def _segment(context: Context, text: str) -> Answer:
+    plane = _current(context)
+    if not plane.members:
+        raise Refused(ErrorCode.NO_SEQUENCE)
+    form = _SEGMENT.fullmatch(text)
+    if form is None:
+        raise Refused(ErrorCode.OPERAND_ERROR)
+    deltas = _deltas(context, plane, form[1])
+    segment = Segment.of(deltas, _speed(context, form[2], _USE_VV), _speed(context, form[3], 0.0))
+    plane.append(segment, context.core.now)
+    return None
+
+
+def _deltas(context: Context, plane: Plane, text: str) -> tuple[int, ...]:
+    deltas = dict.fromkeys(plane.members, 0)
+    if text.strip():
+        for place, argument in by_axis(text, context.unit.letters):
+            if argument == QUERY:
+                raise Refused(ErrorCode.QUESTION_MARK_INVALID)
+            if place not in deltas:
+                raise Refused(ErrorCode.OPERAND_ERROR)
+            deltas[place] = context.integer(argument, -LONGEST, LONGEST)
+    return tuple(deltas.values())
+
+
+def _speed(context: Context, text: str | None, lowest: float) -> float | None:
+    """Return a segment's own speed; `<-1` stands for VV, so that `lowest` is -1 there."""
+    if text is None:
+        return None
+    value = context.number(text)
+    if lowest < 0.0 and value == lowest:
+        return value
+    if not (2.0 if lowest < 0.0 else 0.0) <= value <= PLANE["VS"].maximum:
+        raise Refused(ErrorCode.OUT_OF_RANGE)
+    return int(value) // 2 * 2.0
+
+
+def _end(context: Context, text: str) -> Answer:
+    plane = _current(context)
+    if text.strip() == QUERY:
+        return context.unit.position_text([plane.total])
+    plane.close()
+    return None
+
+
+def _clear(context: Context, text: str) -> Answer:
+    planes = mask(text, PLANES) if text.strip() else [PLANES.index(context.unit.plane)]
+    for place in planes:
+        context.core.planes[PLANES[place]].clear()
+    return None
+
+
+def _rate(name: str, register: Register, context: Context, text: str) -> Answer:
+    asked: list[float] = []
+    changes: list[tuple[Plane, float]] = []
+    for place, argument in by_axis(text, PLANES):
+        plane = context.core.planes[PLANES[place]]
+        if argument == QUERY:
+            asked.append(plane.registers[name])
+            continue
+        if register.when is When.RESTING and plane.running:
+            raise Refused(ErrorCode.NOT_WHILE_RUNNING)
+        changes.append((plane, register.rounded(context.number(argument))))
+    for plane, value in changes:
+        plane.registers[name] = value
+        plane.stale = True
+    if not asked:
+        return None
+    unit = context.unit
+    return unit.fixed_text(asked, register.places) if register.places else unit.position_text(asked)
+
+
+TABLE: dict[str, Handler] = {
+    "CA": _select_plane,
+    "LM": _members,
+    "LI": _segment,
+    "LE": _end,
+    "VE": _end,
+    "CS": _clear,
+    **{name: partial(_rate, name, register) for name, register in PLANE.items()},
+}

@@ -1,0 +1,122 @@
+"""Commands that ask: positions, errors, switches, codes, who and what the controller is, the data record."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from maya_un.galil.codes import ERROR_TEXTS, ErrorCode
+from maya_un.galil.numbers import format_value, join_positions
+from maya_un.virtual import status
+from maya_un.virtual.arguments import QUERY, mask
+from maya_un.virtual.axis import LETTERS, Axis
+from maya_un.virtual.context import Answer, Context, Handler
+from maya_un.virtual.handles import Handles
+from maya_un.virtual.refusal import Refused
+
+_Reader = Callable[[Context, Axis], float]
+
+_BLOCKS = "STI"
+
+
+def _positions(read: _Reader, context: Context, text: str) -> Answer:
+    axes = context.axes(mask(text, context.unit.letters))
+    return context.unit.position_text([read(context, axis) for axis in axes])
+
+
+def _codes(read: _Reader, context: Context, text: str) -> Answer:
+    """Answer as TS and SC do: three digits, whatever PF says."""
+    axes = context.axes(mask(text, context.unit.letters))
+    return context.unit.fixed_text([read(context, axis) for axis in axes], 0)
+
+
+def _torque(context: Context, text: str) -> Answer:
+    axes = context.axes(mask(text, context.unit.letters))
+    values = [context.core.plant.torque(axis.index) for axis in axes]
+    return join_positions([format_value(value, 1, 4) for value in values])
+
+
+def _error_code(context: Context, text: str) -> Answer:
+    """TC: the code of the last refusal, which this clears; with 1 also its words."""
+    words = False if text.strip() in ("", QUERY) else context.integer(text, 0, 1) == 1
+    code, context.unit.error_code = context.unit.error_code, 0
+    if words and code:
+        return f"{code} {ERROR_TEXTS.get(code, '')}".rstrip()
+    return context.unit.fixed_text([code], 0)
+
+
+def _byte(read: Callable[[Context, int], int], most: int, context: Context, text: str) -> Answer:
+    number = context.integer(text, 0, most) if text.strip() not in ("", QUERY) else 0
+    return context.unit.fixed_text([read(context, number)], 0)
+
+
+def _record(context: Context, text: str) -> Answer:
+    blocks = text.replace(" ", "")
+    if any(block not in context.unit.letters + _BLOCKS for block in blocks):
+        raise Refused(ErrorCode.INVALID_AXIS)
+    return status.record(context.unit, blocks)
+
+
+def _layout(context: Context, _: str) -> Answer:
+    return f" {len(context.unit.axes)}, {status.GENERAL}, {status.COORDINATE}, {status.AXIS}"
+
+
+def _identity(context: Context, _: str) -> Answer:
+    return f"FW, {context.unit.identity.firmware}\r\nDMC, 4103, Rev 11"
+
+
+def _firmware(context: Context, _: str) -> Answer:
+    return context.unit.identity.firmware
+
+
+def _who(context: Context, _: str) -> Answer:
+    return f"IH{context.caller.letter}"
+
+
+def _handles(context: Context, _: str) -> Answer:
+    own = context.unit.identity
+    address = ",".join(map(str, own.address))
+    first = f"CONTROLLER IP ADDRESS {address} ETHERNET ADDRESS {own.hardware_address}"
+    return "\r\n".join([first, *_handle_lines(context.unit.handles)])
+
+
+def _handle_lines(handles: Handles) -> list[str]:
+    lines: list[str] = []
+    for letter, handle in zip(LETTERS, handles, strict=True):
+        if handle is None:
+            lines.append(f"IH{letter} AVAILABLE")
+            continue
+        host, port = handle.peer
+        remote = ",".join(map(str, status.address_bytes(host)))
+        lines.append(f"IH{letter} TCP PORT 23 TO IP ADDRESS {remote} PORT {port}")
+    return lines
+
+
+def _variables(context: Context, _: str) -> Answer:
+    unit = context.unit
+    names = sorted(unit.variables)
+    return "\r\n".join(f"{name}={unit.value_text(unit.variables[name] / 65536)}" for name in names) or b""
+
+
+TABLE: dict[str, Handler] = {
+    "TP": partial(_positions, lambda context, axis: context.core.position(axis)),
+    "RP": partial(_positions, lambda context, axis: axis.reference(context.core.now)),
+    "TE": partial(_positions, lambda context, axis: context.core.error(axis)),
+    "TD": partial(_positions, lambda _, axis: axis.auxiliary),
+    "TV": partial(_positions, lambda context, axis: round(context.core.velocity(axis))),
+    "RL": partial(_positions, lambda _, axis: axis.latched),
+    "TS": partial(_codes, lambda context, axis: status.switches_byte(context.unit, axis)),
+    "SC": partial(_codes, lambda context, axis: context.core.stop_code(axis)),
+    "TT": _torque,
+    "TC": _error_code,
+    "TB": partial(_byte, lambda context, _: context.unit.echo, 0),
+    "TI": partial(_byte, lambda _, __: 255, 1),
+    "TA": partial(_byte, lambda context, number: status.amplifier_byte(context.unit, number), 3),
+    "QR": _record,
+    "QZ": _layout,
+    "ID": _identity,
+    "\x12\x16": _firmware,
+    "WH": _who,
+    "TH": _handles,
+    "LV": _variables,
+}

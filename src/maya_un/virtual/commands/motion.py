@@ -1,0 +1,180 @@
+"""Commands of independent motion: where to, begin, stop, servo on and off, define a position."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from maya_un.galil.codes import ErrorCode, StopCode
+from maya_un.virtual.arguments import QUERY, axes_and_planes, by_axis, mask
+from maya_un.virtual.axis import Axis, Kind
+from maya_un.virtual.commands.setting import allowed
+from maya_un.virtual.context import Answer, Context, Handler
+from maya_un.virtual.refusal import Refused
+from maya_un.virtual.registers import JOG, POSITION, When
+from maya_un.virtual.status import distance_set
+
+_Reader = Callable[[Context, Axis], float]
+_Check = Callable[[Context, Axis], None]
+_Writer = Callable[[Context, Axis, int], None]
+
+
+def _per_axis(check: _Check, write: _Writer, read: _Reader, context: Context, text: str) -> Answer:
+    """Set or tell a whole number of each axis named; nothing is set where one of them is refused."""
+    asked: list[float] = []
+    changes: list[tuple[Axis, int]] = []
+    for place, argument in by_axis(text, context.unit.letters):
+        axis = context.unit.axes[place]
+        if argument == QUERY:
+            asked.append(read(context, axis))
+            continue
+        check(context, axis)
+        changes.append((axis, int(POSITION.rounded(context.number(argument)))))
+    for axis, value in changes:
+        write(context, axis, value)
+    return context.unit.position_text(asked) if asked else None
+
+
+def _resting(_: Context, axis: Axis) -> None:
+    allowed(axis, When.RESTING)
+
+
+def _at_rest_or_tracking(_: Context, axis: Axis) -> None:
+    if not axis.tracking or axis.plane:
+        allowed(axis, When.RESTING)
+    elif not axis.on:
+        raise Refused(ErrorCode.BEGIN_MOTOR_OFF)
+
+
+def _any_time(_: Context, _axis: Axis) -> None:
+    return None
+
+
+def _absolute(context: Context, axis: Axis, value: int) -> None:
+    if axis.tracking:
+        context.core.track(axis, value)
+    else:
+        axis.kind, axis.destination = Kind.ABSOLUTE, value
+
+
+def _relative(_: Context, axis: Axis, value: int) -> None:
+    axis.kind, axis.distance = Kind.RELATIVE, value
+
+
+def _auxiliary(_: Context, axis: Axis, value: int) -> None:
+    axis.auxiliary = value
+
+
+def _track(_: Context, axis: Axis, value: int) -> None:
+    if value not in (0, 1):
+        raise Refused(ErrorCode.OUT_OF_RANGE)
+    axis.tracking = value == 1
+
+
+def _shift(context: Context, axis: Axis, value: int) -> None:
+    context.core.shift(axis, value)
+
+
+def _define(context: Context, axis: Axis, value: int) -> None:
+    context.core.define(axis, value)
+
+
+def _jog_check(_: Context, axis: Axis) -> None:
+    if axis.motion is not None and axis.motion.kind is not Kind.JOG:
+        raise Refused(ErrorCode.JOG_ONLY_IN_JOG_MODE)
+    if axis.plane:
+        raise Refused(ErrorCode.NOT_WHILE_RUNNING)
+
+
+def _jog(context: Context, text: str) -> Answer:
+    """JG: the jog mode and its signed speed; a jog under way follows at once, also backwards."""
+    asked: list[float] = []
+    changes: list[tuple[Axis, float]] = []
+    for place, argument in by_axis(text, context.unit.letters):
+        axis = context.unit.axes[place]
+        if argument == QUERY:
+            asked.append(abs(axis.jog_speed))
+            continue
+        _jog_check(context, axis)
+        changes.append((axis, JOG.rounded(context.number(argument))))
+    for axis, speed in changes:
+        axis.kind, axis.jog_speed = Kind.JOG, speed
+        axis.registers["SP"] = abs(speed)
+        context.core.jog_at(axis, speed)
+    return context.unit.position_text(asked) if asked else None
+
+
+def _begin(context: Context, text: str) -> Answer:
+    places, planes = axes_and_planes(text, context.unit.letters)
+    if not places and not planes:
+        places = mask("", context.unit.letters)
+    if places:
+        context.core.begin(context.axes(places))
+    for letter in planes:
+        context.core.begin_plane(context.core.planes[letter])
+    return None
+
+
+def _stop(context: Context, text: str) -> Answer:
+    places, planes = axes_and_planes(text, context.unit.letters)
+    if not places and not planes:
+        places, planes = mask("", context.unit.letters), ["S", "T"]
+    for letter in planes:
+        context.core.stop_plane(context.core.planes[letter])
+    for axis in context.axes(places):
+        context.core.stop(axis)
+    return None
+
+
+def _abort(context: Context, text: str) -> Answer:
+    """AB 0 also ends programs, of which there are none here; AB 1 ends motion only."""
+    if text.strip():
+        context.integer(text, 0, 1)
+    context.core.abort(StopCode.ABORTED)
+    return None
+
+
+def _servo(on: bool, context: Context, text: str) -> Answer:
+    axes = context.axes(mask(text, context.unit.letters))
+    for axis in axes:
+        allowed(axis, When.RESTING)
+    for axis in axes:
+        context.core.servo(axis, on)
+    return None
+
+
+def _seek(kind: Kind, context: Context, text: str) -> Answer:
+    """FE, FI, HM: choose a homing for the next BG."""
+    axes = context.axes(mask(text, context.unit.letters))
+    for axis in axes:
+        allowed(axis, When.RESTING)
+    for axis in axes:
+        axis.kind = kind
+    return None
+
+
+def _arm(context: Context, text: str) -> Answer:
+    """AL: arm the position latch; nothing in this plant ever trips it."""
+    for axis in context.axes(mask(text, context.unit.letters)):
+        axis.latch_armed = True
+    return None
+
+
+TABLE: dict[str, Handler] = {
+    "PA": partial(_per_axis, _at_rest_or_tracking, _absolute, lambda _, axis: axis.last_stop),
+    "PR": partial(_per_axis, _resting, _relative, lambda context, axis: distance_set(context.unit, axis)),
+    "IP": partial(_per_axis, _any_time, _shift, lambda context, axis: axis.reference(context.core.now)),
+    "DP": partial(_per_axis, _resting, _define, lambda context, axis: context.core.position(axis)),
+    "DE": partial(_per_axis, _any_time, _auxiliary, lambda _, axis: axis.auxiliary),
+    "PT": partial(_per_axis, _resting, _track, lambda _, axis: axis.tracking),
+    "JG": _jog,
+    "BG": _begin,
+    "ST": _stop,
+    "AB": _abort,
+    "SH": partial(_servo, True),
+    "MO": partial(_servo, False),
+    "FE": partial(_seek, Kind.FIND_EDGE),
+    "FI": partial(_seek, Kind.FIND_INDEX),
+    "HM": partial(_seek, Kind.HOME),
+    "AL": _arm,
+}

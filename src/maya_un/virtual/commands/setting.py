@@ -1,0 +1,68 @@
+"""Commands that set or tell a register of each axis (SP, AC, OE, ...), and CN."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from maya_un.galil.codes import ErrorCode
+from maya_un.virtual.arguments import QUERY, by_axis, split
+from maya_un.virtual.axis import Axis
+from maya_un.virtual.context import Answer, Context, Handler
+from maya_un.virtual.refusal import Refused
+from maya_un.virtual.registers import AXIS, Register, When
+
+
+def allowed(axis: Axis, when: When) -> None:
+    """Raise `Refused` where a register may not be changed in the present state of the axis."""
+    if when is When.ALWAYS:
+        return
+    if when is When.BRAKING:
+        if axis.motion is not None and axis.motion.positions and not axis.motion.stopping:
+            raise Refused(ErrorCode.NOT_WHILE_RUNNING)
+        return
+    if axis.moving:
+        raise Refused(ErrorCode.NOT_WHILE_RUNNING)
+    if when is When.OFF and axis.on:
+        raise Refused(ErrorCode.MOTOR_MUST_BE_OFF)
+
+
+def _register(name: str, register: Register, context: Context, text: str) -> Answer:
+    asked: list[float] = []
+    changes: list[tuple[Axis, float]] = []
+    for place, argument in by_axis(text, context.unit.letters):
+        axis = context.unit.axes[place]
+        if argument == QUERY:
+            asked.append(axis.registers[name])
+            continue
+        allowed(axis, register.when)
+        value = register.rounded(context.number(argument))
+        changes.append((axis, abs(value) if name == "SP" else value))
+    for axis, value in changes:
+        axis.registers[name] = value
+        context.core.settings_changed(axis, name)
+    if not asked:
+        return None
+    unit = context.unit
+    return unit.fixed_text(asked, register.places) if register.places else unit.position_text(asked)
+
+
+def _polarity(context: Context, text: str) -> Answer:
+    """CN: polarity of limits, home and latch; selective abort; whether the abort input ends the program."""
+    cn, asked = list(context.core.cn), list[float]()
+    arguments = split(text)
+    if len(arguments) > len(cn):
+        raise Refused(ErrorCode.OPERAND_ERROR)
+    for place, argument in enumerate(arguments):
+        if argument == QUERY:
+            asked.append(cn[place])
+        elif argument:
+            cn[place] = context.integer(argument, -1 if place < 3 else 0, 1)
+            if place < 3 and cn[place] == 0:
+                raise Refused(ErrorCode.OUT_OF_RANGE)
+    context.core.cn = cn
+    context.core.look()
+    return context.unit.position_text(asked) if asked else None
+
+
+TABLE: dict[str, Handler] = {name: partial(_register, name, register) for name, register in AXIS.items()}
+TABLE["CN"] = _polarity

@@ -1,0 +1,230 @@
+"""Commands of the controller itself: outputs, variables, formats, handles, burning, reset, programs it has none of."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from functools import partial
+
+from maya_un.galil.codes import ErrorCode
+from maya_un.virtual.arguments import QUERY, split
+from maya_un.virtual.context import Answer, Context, Handler
+from maya_un.virtual.expressions import is_name
+from maya_un.virtual.refusal import Refused
+from maya_un.virtual.unit import Format, Unit
+
+THREADS = 8
+
+_CLOSE = re.compile(r"\s*([A-HST])\s*=\s*>?\s*-([123])\s*")
+_TCP_OR_ANY = ("2", "3")
+_COPYRIGHT = "Virtual DMC-41x3 of Maya-UN, Apache License 2.0"
+
+
+def _bit(on: bool, context: Context, text: str) -> Answer:
+    context.unit.set_output(context.integer(text, 1, len(context.unit.outputs)), on)
+    return None
+
+
+def _bit_by_value(context: Context, text: str) -> Answer:
+    """OB n,expression: the output follows whether the expression is nonzero."""
+    arguments = split(text)
+    if len(arguments) != 2:
+        raise Refused(ErrorCode.NOT_ENOUGH_FIELDS)
+    bit = context.integer(arguments[0], 1, len(context.unit.outputs))
+    context.unit.set_output(bit, context.number(arguments[1]) != 0.0)
+    return None
+
+
+def _port(context: Context, text: str) -> Answer:
+    """OP: all outputs of a bank of eight at once."""
+    unit = context.unit
+    arguments = split(text)
+    if 8 * len(arguments) > len(unit.outputs):
+        raise Refused(ErrorCode.OPERAND_ERROR)
+    masks = [context.integer(argument, 0, 255) if argument else None for argument in arguments]
+    for bank, bits in enumerate(masks):
+        for bit in range(8 if bits is not None else 0):
+            unit.set_output(8 * bank + bit + 1, bool((bits or 0) >> bit & 1))
+    return None
+
+
+def _deallocate(context: Context, text: str) -> Answer:
+    """DA: forget variables by name, or all of them; `*[0]` means arrays, of which there are none."""
+    variables = context.unit.variables
+    for name in split(text):
+        if name == "*":
+            variables.clear()
+        elif name == "*[0]":
+            continue
+        elif not is_name(name) or name not in variables:
+            raise Refused(ErrorCode.VARIABLE_ERROR)
+        else:
+            del variables[name]
+    return None
+
+
+def _close_handle(context: Context, text: str) -> Answer:
+    """IH...=>-1, -2, -3: close a handle, one's own (S) or all the others (T), of kind UDP, TCP or any."""
+    form = _CLOSE.fullmatch(text)
+    if form is None:
+        raise Refused(ErrorCode.NOT_SUPPORTED)
+    which, kind = form.groups()
+    handles, caller = context.unit.handles, context.caller
+    if kind not in _TCP_OR_ANY:
+        return None
+    if which == "T":
+        closing = [handle for handle in handles if handle is not None and handle is not caller]
+    else:
+        handle = caller if which == "S" else handles.at(which)
+        if handle is None:
+            raise Refused(ErrorCode.HANDLE_CLOSED)
+        closing = [handle]
+    for handle in closing:
+        handles.close(handle)
+    return None
+
+
+def _flag(read: Callable[[Unit], int], write: Callable[[Unit, int], None], context: Context, text: str) -> Answer:
+    """Set or tell a flag of 0 or 1."""
+    if text.strip() == QUERY:
+        return context.unit.position_text([read(context.unit)])
+    write(context.unit, context.integer(text, 0, 1))
+    return None
+
+
+def _set_echo(unit: Unit, value: int) -> None:
+    unit.echo = value  # honoured on serial ports only: Ethernet never echoes
+
+
+def _set_zeros(unit: Unit, value: int) -> None:
+    unit.suppress_zeros = value
+
+
+def _copyright(context: Context, text: str) -> Answer:
+    """CW: 1 marks unsolicited characters by bit 7, 2 does not; else the copyright."""
+    arguments = split(text)
+    if arguments[0] in ("", "0", QUERY):
+        return _COPYRIGHT
+    context.unit.mark_unsolicited = context.integer(arguments[0], 1, 2)
+    return None
+
+
+def _message_port(context: Context, text: str) -> Answer:
+    """CF: where a program's messages go; `I` is the port that asks."""
+    name = text.strip()
+    if name == QUERY:
+        return context.unit.position_text([ord(context.unit.message_port)])
+    if len(name) != 1 or name not in "ABCDEFGHIST":
+        raise Refused(ErrorCode.OPERAND_ERROR)
+    context.unit.message_port = context.caller.letter if name == "I" else name
+    return None
+
+
+def _format(name: str, context: Context, text: str) -> Answer:
+    """PF, VF: digits before and after the point, negative for hexadecimal."""
+    unit = context.unit
+    present = unit.position_format if name == "PF" else unit.value_format
+    if text.strip() == QUERY:
+        return f" {present.code:.1f}"
+    value = context.number(text)
+    digits = round(abs(value) * 10)
+    before, after = divmod(digits, 10)
+    if before > (8 if value < 0 else 10) or after > 4:
+        raise Refused(ErrorCode.OUT_OF_RANGE)
+    form = Format(before, after, value < 0)
+    if name == "PF":
+        unit.position_format = form
+    else:
+        unit.value_format = form
+    return None
+
+
+def _reset(context: Context, text: str) -> Answer:
+    if text.strip():
+        context.integer(text, -1, 0)
+    context.unit.reset()
+    return None
+
+
+def _burn(context: Context, text: str) -> Answer:
+    _bare(text)
+    context.unit.burn()
+    return None
+
+
+def _burn_variables(context: Context, text: str) -> Answer:
+    _bare(text)
+    context.unit.burned_variables = dict(context.unit.variables)
+    return None
+
+
+def _data_record_rate(context: Context, text: str) -> Answer:
+    """DR: records by themselves go to a UDP handle only; 0 switches them off."""
+    first = split(text)[0]
+    if first == QUERY:
+        return context.unit.position_text([0])
+    if context.integer(first, 0, 30000):
+        raise Refused(ErrorCode.HANDLE_MUST_BE_UDP)
+    return None
+
+
+def _sample_time(context: Context, text: str) -> Answer:
+    """TM: this controller samples every 1000 µs and no other way."""
+    if text.strip() == QUERY:
+        return context.unit.position_text([1000])
+    if any(axis.moving for axis in context.unit.axes):
+        raise Refused(ErrorCode.NOT_WHILE_RUNNING)
+    context.integer(text, 1000, 1000)
+    return None
+
+
+def _execute(context: Context, text: str) -> Answer:
+    """XQ: there is no program to execute."""
+    raise Refused(ErrorCode.UNDEFINED_LABEL)
+
+
+def _halt(context: Context, text: str) -> Answer:
+    if text.strip():
+        context.integer(text, 0, THREADS - 1)
+    return None
+
+
+def _nothing(context: Context, text: str) -> Answer:
+    return None
+
+
+def _program_only(context: Context, text: str) -> Answer:
+    raise Refused(ErrorCode.PROGRAM_ONLY)
+
+
+def _bare(text: str) -> None:
+    if text.strip():
+        raise Refused(ErrorCode.OPERAND_ERROR)
+
+
+TABLE: dict[str, Handler] = {
+    "SB": partial(_bit, True),
+    "CB": partial(_bit, False),
+    "OB": _bit_by_value,
+    "OP": _port,
+    "DA": _deallocate,
+    "IH": _close_handle,
+    "EO": partial(_flag, lambda unit: unit.echo, _set_echo),
+    "LZ": partial(_flag, lambda unit: unit.suppress_zeros, _set_zeros),
+    "CW": _copyright,
+    "CF": _message_port,
+    "PF": partial(_format, "PF"),
+    "VF": partial(_format, "VF"),
+    "RS": _reset,
+    "BN": _burn,
+    "BV": _burn_variables,
+    "DR": _data_record_rate,
+    "TM": _sample_time,
+    "XQ": _execute,
+    "HX": _halt,
+    "NO": _nothing,
+    **dict.fromkeys(
+        ("AD", "AI", "AM", "AP", "AR", "AS", "AT", "AV", "EN", "IF", "JP", "JS", "MC", "MF", "MR", "RE", "RI", "WT"),
+        _program_only,
+    ),
+}

@@ -1,0 +1,53 @@
+"""What a command is executed with: the unit, the one who sent it, and the evaluation of its arguments."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from maya_un.galil.codes import ErrorCode
+from maya_un.virtual.axis import Axis
+from maya_un.virtual.expressions import ONE, evaluate
+from maya_un.virtual.handles import Handle
+from maya_un.virtual.motion import MotionCore
+from maya_un.virtual.operands import Names
+from maya_un.virtual.refusal import Refused
+from maya_un.virtual.unit import Unit
+
+Answer: TypeAlias = str | bytes | None
+"""Text (a line end is added), bytes as they are, or nothing but the prompt."""
+
+
+@dataclass(slots=True)
+class Context:
+    """One caller's view of the unit; `outbox` takes bytes for other handles."""
+
+    unit: Unit
+    caller: Handle
+    names: Names
+    outbox: list[tuple[Handle, bytes]]
+
+    @property
+    def core(self) -> MotionCore:
+        """The motion of the unit."""
+        return self.unit.core
+
+    def axes(self, places: list[int]) -> list[Axis]:
+        """Return axes by their places."""
+        return [self.unit.axes[place] for place in places]
+
+    def number(self, text: str) -> float:
+        """Return the value of an expression; raises `Refused`."""
+        return evaluate(text, self.names) / ONE
+
+    def integer(self, text: str, minimum: int, maximum: int) -> int:
+        """Return the value of an expression without its fraction; raises `Refused` (6) where it is out of range."""
+        value = int(self.number(text))
+        if not minimum <= value <= maximum:
+            raise Refused(ErrorCode.OUT_OF_RANGE)
+        return value
+
+
+Handler: TypeAlias = Callable[[Context, str], Answer]
+"""A command: gets the text behind its two letters; raises `Refused` where the answer is `?`."""

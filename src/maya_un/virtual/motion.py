@@ -1,0 +1,507 @@
+"""The controller's motion: axes and coordinate systems over time, limits, errors, stops. No text, no wire.
+
+Time moves only in `advance`. Between two events nothing is computed: profiles are closed-form, and the machine looks
+where one ends, a switch changes its level, an axis turns or a soft limit is crossed. Where the following error of an
+axis could reach ER it looks every 10 ms.
+
+Where the manual is silent: an abort sets the stop code of every axis; when a limit or an error of one member ends a
+sequence, that member has its code and its partners, braking along the path at VD, have 4 (stopped); a sequence that
+ends without LE leaves code 1; to change VD while a sequence runs is refused with 7.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import inf, nextafter
+
+from maya_un.galil.codes import ErrorCode, StopCode
+from maya_un.virtual import homing, profile
+from maya_un.virtual.axis import FORWARD_OFF, REVERSE_OFF, Axis, Kind, Motion
+from maya_un.virtual.plane import Plane
+from maya_un.virtual.plant import Plant
+from maya_un.virtual.profile import Profile
+from maya_un.virtual.refusal import Refused
+from maya_un.virtual.timeline import Piece
+
+SAMPLE = 1.0 / 1024.0
+"""Sample time of the servo at TM 1000 [s]."""
+
+ERROR_LOOK = 0.010
+"""How often the following error is looked at where it could reach ER [s]."""
+
+_ON_ERROR, _ON_LIMIT = 1, 2
+_FAR = 1e9
+_LIMITS = (StopCode.FORWARD_LIMIT, StopCode.REVERSE_LIMIT)
+
+
+class MotionCore:
+    """Axes, planes S and T, and the plant they drive; `now` is the time advanced to [s].
+
+    `cn` holds the five values of CN. Everything here takes indices of axes and motor counts; commands that cannot be
+    obeyed raise `Refused`.
+    """
+
+    def __init__(self, plant: Plant, axes: Sequence[Axis], planes: dict[str, Plane]) -> None:
+        self.plant = plant
+        self.axes = axes
+        self.planes = planes
+        self.now = 0.0
+        self.cn = [-1, -1, -1, 0, 0]
+        self.abort_active = False
+        self.amplifier_status = 0
+
+    def advance(self, now: float) -> None:
+        """Bring everything to time `now` [s]; an earlier time changes nothing."""
+        while self.now < now:
+            self.refresh()
+            t = min(now, max(self._own_event(), nextafter(self.now, inf)))
+            event = self.plant.next_event(t)
+            if event is not None and event < t:
+                t = event
+            self.plant.advance(t)
+            self.now = t
+            self.look()
+
+    def next_event(self, until: float) -> float | None:
+        """Return the earliest time in (now, until] at which something happens by itself, None where nothing does."""
+        self.refresh()
+        t = self._own_event()
+        event = self.plant.next_event(min(t, until))
+        t = t if event is None else min(t, event)
+        return t if t <= until else None
+
+    def refresh(self) -> None:
+        """Carry out new plans of sequences whose segments or rates were changed at this instant."""
+        for plane in self.planes.values():
+            if plane.stale and plane.running:
+                plane.replan(self.now)
+                self._follow(plane)
+
+    def look(self) -> None:
+        """See to everything that is due now: ends, limits, errors."""
+        if self.abort_active and any(axis.moving for axis in self.axes):
+            self.abort(StopCode.ABORT_INPUT)
+        for axis in self.axes:
+            if axis.motion is not None:
+                self._look_at_motion(axis, axis.motion)
+            if axis.moving:
+                self._look_at_limits(axis)
+            if axis.on:
+                self._look_at_error(axis)
+        for plane in self.planes.values():
+            if plane.running and self.now >= plane.end:
+                self._finish_plane(plane)
+
+    def position(self, axis: Axis) -> int:
+        """Return the encoder position TP [counts]."""
+        return round(self.plant.position(axis.index)) + axis.offset
+
+    def error(self, axis: Axis) -> int:
+        """Return the following error TE = RP - TP [counts]."""
+        return axis.reference(self.now) - self.position(axis)
+
+    def limit_active(self, axis: Axis, forward: bool) -> bool:
+        """Tell whether a limit switch is active, by the polarity of CN n0."""
+        level = self.plant.inputs(axis.index)[0 if forward else 1]
+        return level == (self.cn[0] == 1)
+
+    def home_state(self, axis: Axis) -> bool:
+        """Return the home input as `_HM` reads it, by the polarity of CN n1."""
+        return self.plant.inputs(axis.index)[2] == (self.cn[1] == -1)
+
+    def stop_code(self, axis: Axis) -> StopCode:
+        """Return SC now: that a positioning arrives is reported from its last deceleration on."""
+        motion = axis.motion
+        if motion is not None and motion.positions and not motion.stopping and self.now >= motion.profile.braking:
+            return StopCode.COMMANDED
+        return axis.stop_code
+
+    def velocity(self, axis: Axis) -> float:
+        """Return the actual velocity [counts/s]."""
+        return self.plant.velocity(axis.index)
+
+    def servo(self, axis: Axis, on: bool) -> None:
+        """Switch a motor on at its present position (SH), or off (MO); refused while it moves."""
+        if axis.moving:
+            raise Refused(ErrorCode.NOT_WHILE_RUNNING)
+        if on:
+            self._rest_at(axis, round(self.plant.position(axis.index)))
+        self._power(axis, on)
+        axis.tracking = axis.tracking and on
+        self.look()
+
+    def define(self, axis: Axis, position: int) -> None:
+        """Call the present place `position` [controller counts] (DP); refused while the axis moves."""
+        if axis.moving:
+            raise Refused(ErrorCode.NOT_WHILE_RUNNING)
+        here = round(self.plant.position(axis.index))
+        axis.offset = position - here
+        self._rest_at(axis, here)
+
+    def begin(self, axes: Sequence[Axis]) -> None:
+        """Begin the motions set up for `axes` (BG): all of them or, where one may not, none."""
+        for axis in axes:
+            self._may_begin(axis, self._direction(axis))
+        for axis in axes:
+            self._start(axis)
+        self.look()
+
+    def begin_plane(self, plane: Plane) -> None:
+        """Begin the sequence of a plane (BG S)."""
+        members = [self.axes[i] for i in plane.members]
+        if plane.running or any(axis.moving for axis in members):
+            raise Refused(ErrorCode.BEGIN_WHILE_RUNNING)
+        if not plane.segments:
+            raise Refused(ErrorCode.NO_SEQUENCE)
+        for place, axis in enumerate(members):
+            self._may_begin(axis, plane.heading(place))
+        for axis in members:
+            axis.plane = plane.letter
+            axis.stop_code = StopCode.SEQUENCE_RUNNING
+        plane.begin(self.now, tuple(round(axis.timeline.at(self.now)[0]) for axis in members))
+        self._follow(plane)
+        self.look()
+
+    def stop(self, axis: Axis) -> None:
+        """Decelerate an axis at DC (ST); one that takes part in a sequence stops the sequence."""
+        axis.tracking = False
+        if axis.plane:
+            self.stop_plane(self.planes[axis.plane])
+        elif axis.motion is not None and not axis.motion.stopping:
+            self._brake(axis, axis.motion, axis.registers["DC"], StopCode.STOPPED)
+
+    def stop_plane(self, plane: Plane) -> None:
+        """Decelerate a sequence at VD along its path (ST S)."""
+        if not plane.running or plane.stopping:
+            return
+        plane.brake(self.now)
+        for i in plane.members:
+            if self.axes[i].plane == plane.letter:
+                self.axes[i].stop_code = StopCode.STOPPED
+        self._follow(plane)
+
+    def abort(self, code: StopCode) -> None:
+        """Stop everything at once, without deceleration; axes with OE 1 or 3 lose their motors' power."""
+        for plane in self.planes.values():
+            if plane.running:
+                plane.stopping = True
+                plane.finish(self.now)
+        for axis in self.axes:
+            if axis.moving:
+                self._rest_at(axis, round(axis.timeline.at(self.now)[0]))
+            axis.motion, axis.plane, axis.tracking = None, "", False
+            axis.stop_code = code
+            if axis.on and int(axis.registers["OE"]) & _ON_ERROR:
+                self._power(axis, False)
+
+    def set_abort_input(self, active: bool) -> None:
+        """Set the abort input; while it is active nothing moves."""
+        self.abort_active = active
+        if active:
+            self.abort(StopCode.ABORT_INPUT)
+
+    def set_amplifier_status(self, status: int) -> None:
+        """Set the amplifiers' fault bits (laid out as in the data record); axes with OE lose their power."""
+        self.amplifier_status = status
+        self.look()
+
+    def settings_changed(self, axis: Axis, register: str) -> None:
+        """Act on a register that was changed while the axis may be moving."""
+        motion = axis.motion
+        if motion is not None and register in ("SP", "AC", "DC", "SD") and motion.kind not in homing.KINDS:
+            self._replan(axis, motion)
+        if register in ("FL", "BL"):
+            self._watch_soft_limits(axis)
+        if register in ("ER", "OE", "LD"):
+            self.look()
+
+    def jog_at(self, axis: Axis, speed: float) -> None:
+        """Change the velocity of a jog under way [counts/s, signed]; refused in a move to a place (13)."""
+        motion = axis.motion
+        if motion is None:
+            return
+        if motion.kind is not Kind.JOG:
+            raise Refused(ErrorCode.JOG_ONLY_IN_JOG_MODE)
+        motion.speed = speed
+        if not motion.stopping:
+            self._replan(axis, motion)
+            self.look()
+
+    def shift(self, axis: Axis, distance: int) -> None:
+        """Increment the position (IP): lengthen a move, step a jog, or move an idle axis."""
+        motion = axis.motion
+        if axis.plane or (motion is not None and motion.kind in homing.KINDS):
+            raise Refused(ErrorCode.NOT_WHILE_RUNNING)
+        if motion is None:
+            axis.kind, axis.distance = Kind.RELATIVE, distance
+            self.begin([axis])
+        elif motion.kind is Kind.JOG:
+            p, v = axis.timeline.at(self.now)
+            self._adopt(axis, motion, self._jog(axis, motion, p + distance, v))
+        elif motion.stopping or distance * axis.heading(self.now) < 0:
+            raise Refused(ErrorCode.IP_WRONG_SIGN)
+        else:
+            motion.target += distance
+            self._replan(axis, motion)
+
+    def track(self, axis: Axis, destination: int) -> None:
+        """Go to `destination` [controller counts] at once, from any state of motion (PA with PT 1)."""
+        if axis.motion is not None:
+            axis.motion.target = destination - axis.offset
+            axis.motion.stopping = False
+            axis.stop_code = StopCode.RUNNING
+            self._replan(axis, axis.motion)
+            return
+        axis.kind, axis.destination = Kind.ABSOLUTE, destination
+        self.begin([axis])
+
+    def reset(self) -> None:
+        """Forget every motion and set all counters to 0 where the axes are, as power-up does."""
+        self.abort(StopCode.COMMANDED)
+        for plane in self.planes.values():
+            plane.select(())
+        for axis in self.axes:
+            self._power(axis, False)
+            self.define(axis, 0)
+            axis.kind, axis.distance, axis.destination = Kind.RELATIVE, 0, 0
+            axis.auxiliary = axis.latched = 0
+            axis.latch_armed = False
+
+    def power(self, axis: Axis, on: bool) -> None:
+        """Set a motor's power as the burned setting has it, at power-up."""
+        self._power(axis, on)
+
+    def _own_event(self) -> float:
+        t = inf
+        for axis in self.axes:
+            if not axis.moving:
+                continue
+            if axis.motion is not None:
+                t = min(t, axis.motion.profile.end)
+            if axis.soft_limit is not None:
+                t = min(t, axis.soft_limit)
+            if axis.turns:
+                t = min(t, axis.turns[0])
+            if self._error_near(axis):
+                t = min(t, self.now + ERROR_LOOK)
+        for plane in self.planes.values():
+            if plane.running:
+                t = min(t, plane.end)
+        return t
+
+    def _error_near(self, axis: Axis) -> bool:
+        """Tell whether the speed of the plan could bring the following error to ER, by what was seen so far."""
+        limit = axis.registers["ER"]
+        if not axis.on or limit < 0 or not int(axis.registers["OE"]) & _ON_ERROR:
+            return False
+        if axis.error_gain is None:
+            return axis.peak > 0.0
+        return axis.error_gain * axis.peak * 1.25 >= limit
+
+    def _look_at_motion(self, axis: Axis, motion: Motion) -> None:
+        if self.now >= motion.profile.end:
+            self._finish(axis, motion)
+        elif motion.kind in homing.KINDS and not motion.stopping:
+            level = self.plant.inputs(axis.index)[2]
+            if level != motion.level and (onward := homing.edge(axis, motion, self.now)) is not None:
+                self._adopt(axis, motion, onward)
+
+    def _look_at_limits(self, axis: Axis) -> None:
+        while axis.turns and axis.turns[0] <= self.now:
+            del axis.turns[0]
+        if axis.stop_code in _LIMITS:
+            axis.soft_limit = None
+            return
+        heading = axis.heading(self.now)
+        code = StopCode.FORWARD_LIMIT if heading > 0 else StopCode.REVERSE_LIMIT
+        if axis.soft_limit is not None and self.now >= axis.soft_limit:
+            axis.soft_limit = None
+            self._limit_stop(axis, code)
+        elif heading and self._enabled(axis, heading) and self.limit_active(axis, heading > 0):
+            self._limit_stop(axis, code)
+            if int(axis.registers["OE"]) & _ON_LIMIT:
+                self._fault(axis, code)
+
+    def _look_at_error(self, axis: Axis) -> None:
+        oe = int(axis.registers["OE"])
+        if oe and self.amplifier_status:
+            self._fault(axis, StopCode.AMPLIFIER_FAULT)
+        elif oe & _ON_ERROR:
+            error = abs(axis.timeline.at(self.now)[0] - self.plant.position(axis.index))
+            if 0 <= axis.registers["ER"] < error:
+                self._fault(axis, StopCode.OFF_ON_ERROR)
+            elif axis.moving:
+                self._learn(axis, error)
+
+    def _learn(self, axis: Axis, error: float) -> None:
+        """Note how much error a unit of speed causes, where the axis runs with its reference."""
+        wanted, actual = axis.timeline.at(self.now)[1], self.plant.velocity(axis.index)
+        if wanted * actual > 0.0 and 0.8 * abs(wanted) <= abs(actual) <= 1.25 * abs(wanted):
+            axis.error_gain = error / abs(actual)
+
+    def _limit_stop(self, axis: Axis, code: StopCode) -> None:
+        """Stop at a limit: an axis by itself at SD, a sequence along its path at VD."""
+        if axis.plane:
+            self.stop_plane(self.planes[axis.plane])
+            axis.stop_code = code
+        elif axis.motion is not None:
+            self._brake(axis, axis.motion, axis.registers["SD"], code)
+
+    def _fault(self, axis: Axis, code: StopCode) -> None:
+        """Switch a motor off where it is; the other axes of its sequence stop along the path."""
+        plane = self.planes.get(axis.plane)
+        if axis.moving:
+            self._rest_at(axis, round(axis.timeline.at(self.now)[0]))
+        axis.motion, axis.plane, axis.tracking = None, "", False
+        self._power(axis, False)
+        axis.stop_code = code
+        if plane is not None:
+            self.stop_plane(plane)
+            if not any(self.axes[i].plane == plane.letter for i in plane.members):
+                self._finish_plane(plane)
+
+    def _power(self, axis: Axis, on: bool) -> None:
+        axis.on = on
+        self.plant.power(axis.index, on)
+
+    def _rest_at(self, axis: Axis, p: int) -> None:
+        axis.timeline.plan(self.now, (Piece(self.now, p, 0.0, 0.0),))
+        axis.last_stop = p + axis.offset
+        axis.turns, axis.soft_limit = [], None
+
+    def _may_begin(self, axis: Axis, direction: int) -> None:
+        if axis.moving:
+            raise Refused(ErrorCode.BEGIN_WHILE_RUNNING)
+        if not axis.on:
+            raise Refused(ErrorCode.BEGIN_MOTOR_OFF)
+        if not direction:
+            return
+        beyond = self._beyond(axis, direction)
+        if beyond or (self._enabled(axis, direction) and self.limit_active(axis, direction > 0)):
+            raise Refused(ErrorCode.BEGIN_AT_LIMIT)
+
+    def _beyond(self, axis: Axis, direction: int) -> bool:
+        """Tell whether the axis is past the soft limit of a direction."""
+        here = axis.reference(self.now)
+        if direction > 0:
+            return axis.registers["FL"] < FORWARD_OFF and here > axis.registers["FL"]
+        return axis.registers["BL"] > REVERSE_OFF and here < axis.registers["BL"]
+
+    @staticmethod
+    def _enabled(axis: Axis, direction: int) -> bool:
+        """Tell whether LD leaves the limit switch of a direction in force."""
+        return not int(axis.registers["LD"]) & (1 if direction > 0 else 2)
+
+    def _direction(self, axis: Axis) -> int:
+        match axis.kind:
+            case Kind.ABSOLUTE:
+                way = axis.destination - axis.reference(self.now)
+            case Kind.RELATIVE:
+                way = axis.distance
+            case Kind.FIND_EDGE | Kind.HOME:
+                way = -1 if self.home_state(axis) else 1
+            case Kind.JOG | Kind.FIND_INDEX:
+                way = axis.jog_speed
+        return (way > 0) - (way < 0)
+
+    def _start(self, axis: Axis) -> None:
+        t, (p, _) = self.now, axis.timeline.at(self.now)
+        if axis.kind in homing.KINDS:
+            level = self.plant.inputs(axis.index)[2]
+            motion = homing.start(axis, t, self._direction(axis) or 1, level)
+        elif axis.kind is Kind.JOG:
+            motion = Motion(Kind.JOG, _nothing(t), speed=axis.jog_speed)
+            motion.profile = self._jog(axis, motion, p, 0.0)
+        else:
+            absolute = axis.kind is Kind.ABSOLUTE
+            target = axis.destination - axis.offset if absolute else round(p) + axis.distance
+            motion = Motion(axis.kind, _nothing(t), target=target)
+            motion.profile = self._move(axis, motion, p, 0.0)
+        axis.motion = motion
+        axis.stop_code = StopCode.RUNNING
+        self._adopt(axis, motion, motion.profile)
+
+    def _jog(self, axis: Axis, motion: Motion, p: float, v: float) -> Profile:
+        registers = axis.registers
+        return profile.jog(self.now, p, v, motion.speed, registers["AC"], registers["DC"])
+
+    def _move(self, axis: Axis, motion: Motion, p: float, v: float) -> Profile:
+        registers = axis.registers
+        way = profile.move(self.now, p, v, motion.target, registers["SP"], registers["AC"], registers["DC"])
+        # Even a move of no counts takes a sample.
+        return way._replace(end=max(way.end, self.now + SAMPLE))
+
+    def _replan(self, axis: Axis, motion: Motion) -> None:
+        p, v = axis.timeline.at(self.now)
+        if motion.stopping:
+            rate = "SD" if motion.result in _LIMITS else "DC"
+            way = profile.stop(self.now, p, v, axis.registers[rate])
+        elif motion.kind is Kind.JOG:
+            way = self._jog(axis, motion, p, v)
+        else:
+            way = self._move(axis, motion, p, v)
+        self._adopt(axis, motion, way)
+
+    def _brake(self, axis: Axis, motion: Motion, rate: float, code: StopCode) -> None:
+        p, v = axis.timeline.at(self.now)
+        motion.stopping, motion.result = True, code
+        axis.stop_code = code
+        self._adopt(axis, motion, profile.stop(self.now, p, v, rate))
+
+    def _adopt(self, axis: Axis, motion: Motion, way: Profile) -> None:
+        motion.profile = way
+        axis.timeline.plan(self.now, way.pieces)
+        axis.peak = way.peak
+        axis.turns = [piece.t for piece in way.pieces[1:-1] if piece.v == 0.0 and piece.t > self.now]
+        self._watch_soft_limits(axis)
+
+    def _finish(self, axis: Axis, motion: Motion) -> None:
+        if motion.kind in homing.KINDS:
+            onward = homing.rested(axis, motion, self.now, self.plant.inputs(axis.index)[2])
+            if onward is not None:
+                self._adopt(axis, motion, onward)
+                return
+        axis.motion = None
+        axis.stop_code = motion.result
+        axis.last_stop = axis.reference(self.now)
+        if motion.result is StopCode.HOMED:
+            axis.offset = -round(axis.timeline.at(self.now)[0])
+            axis.last_stop = 0
+
+    def _follow(self, plane: Plane) -> None:
+        """Put the plan of a sequence into the timelines of its axes."""
+        for place, i in enumerate(plane.members):
+            axis = self.axes[i]
+            if axis.plane == plane.letter:
+                pieces, axis.peak = plane.pieces(place, self.now)
+                axis.timeline.plan(self.now, pieces)
+                axis.turns = plane.turns(place, self.now)
+                self._watch_soft_limits(axis)
+
+    def _finish_plane(self, plane: Plane) -> None:
+        result = plane.finish(self.now)
+        for i in plane.members:
+            axis = self.axes[i]
+            if axis.plane == plane.letter:
+                axis.plane = ""
+                axis.last_stop = axis.reference(self.now)
+                if axis.stop_code is StopCode.SEQUENCE_RUNNING:
+                    axis.stop_code = result
+
+    def _watch_soft_limits(self, axis: Axis) -> None:
+        """Work out when the reference passes FL or BL."""
+        axis.soft_limit = None
+        if not axis.moving or axis.stop_code in _LIMITS:
+            return
+        forward, reverse = axis.registers["FL"], axis.registers["BL"]
+        until = self.now + _FAR
+        times: list[float | None] = []
+        if forward < FORWARD_OFF:
+            times.append(axis.timeline.crossing(forward + 1 - axis.offset, self.now, until, True))
+        if reverse > REVERSE_OFF:
+            times.append(axis.timeline.crossing(reverse - 1 - axis.offset, self.now, until, False))
+        axis.soft_limit = min((t for t in times if t is not None), default=None)
+
+
+def _nothing(t: float) -> Profile:
+    return Profile([], t, t, 0.0)

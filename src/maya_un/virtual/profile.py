@@ -1,0 +1,94 @@
+"""Profiles of one independent axis: trapezoids, ramps and stops as pieces of constant acceleration.
+
+Everything is in motor counts and seconds and starts from any state of motion, so a change of speed on the way is
+a new profile from where the axis is. A profile that ends rests on a whole count.
+"""
+
+from __future__ import annotations
+
+from math import copysign, inf, sqrt
+from typing import NamedTuple
+
+from maya_un.virtual.timeline import Piece
+
+
+class Profile(NamedTuple):
+    """What an axis will do.
+
+    `pieces` begin at the time of planning; `braking` is when the last deceleration begins and `end` when the axis
+    rests [s] (infinite for a jog); `peak` is the largest speed on the way [counts/s].
+    """
+
+    pieces: list[Piece]
+    braking: float
+    end: float
+    peak: float
+
+
+def stop(t: float, p: float, v: float, deceleration: float) -> Profile:
+    """Return the way to rest at a constant `deceleration` [counts/s²]."""
+    if v == 0.0:
+        return Profile([Piece(t, round(p), 0.0, 0.0)], t, t, 0.0)
+    duration = abs(v) / deceleration
+    braking = Piece(t, p, v, -copysign(deceleration, v))
+    rest = Piece(t + duration, round(p + 0.5 * v * duration), 0.0, 0.0)
+    return Profile([braking, rest], t, rest.t, abs(v))
+
+
+def jog(t: float, p: float, v: float, wanted: float, acceleration: float, deceleration: float) -> Profile:
+    """Return the way to the velocity `wanted` [counts/s], kept for ever; a reversal brakes first."""
+    pieces: list[Piece] = []
+    if v * wanted < 0.0:
+        t, p, v = _ramp(pieces, t, p, v, 0.0, deceleration)
+    t, p, v = _ramp(pieces, t, p, v, wanted, acceleration if abs(wanted) > abs(v) else deceleration)
+    pieces.append(Piece(t, p if wanted else round(p), wanted, 0.0))
+    return Profile(pieces, inf, inf, max(abs(piece.v) for piece in pieces))
+
+
+def move(t: float, p: float, v: float, target: int, speed: float, acceleration: float, deceleration: float) -> Profile:
+    """Return the way to rest at `target` [counts]: accelerate, slew at `speed` [counts/s], decelerate.
+
+    An axis that moves away, or too fast to stop in time, brakes to rest first and then comes back. A `speed`
+    of 0 leaves the axis at rest where it is, its move never ending.
+    """
+    pieces: list[Piece] = []
+    way = 1.0 if target >= p else -1.0
+    gap, w = way * (target - p), way * v
+    if w < 0.0 or w * w > 2.0 * deceleration * gap * (1.0 + 1e-9) + 1e-6 or (speed == 0.0 and w > 0.0):
+        t, p, v = _ramp(pieces, t, p, v, 0.0, deceleration)
+        way = 1.0 if target >= p else -1.0
+        gap, w = way * (target - p), 0.0
+    if speed == 0.0 and gap > 0.0:
+        pieces.append(Piece(t, p, 0.0, 0.0))
+        return Profile(pieces, inf, inf, abs(v))
+    _approach(pieces, t, p, w, way, gap, (speed, acceleration, deceleration))
+    end = pieces[-1]
+    pieces[-1] = Piece(end.t, target, 0.0, 0.0)
+    braking = pieces[-2].t if len(pieces) > 1 else t
+    return Profile(pieces, braking, end.t, max(abs(piece.v) for piece in pieces))
+
+
+def _approach(
+    pieces: list[Piece], t: float, p: float, w: float, way: float, gap: float, limits: tuple[float, float, float]
+) -> None:
+    """Append the pieces from speed `w` towards the target to rest there; it can be reached without reversal."""
+    speed, acceleration, deceleration = limits
+    reachable = sqrt((2.0 * gap * acceleration * deceleration + w * w * deceleration) / (acceleration + deceleration))
+    peak = max(min(speed, reachable), 0.0)
+    rate = acceleration if peak > w else deceleration
+    t, p, v = _ramp(pieces, t, p, way * w, way * peak, rate)
+    rest = gap - abs(peak * peak - w * w) / (2.0 * rate) - peak * peak / (2.0 * deceleration)
+    if peak and rest > 0.0 and speed <= reachable:
+        pieces.append(Piece(t, p, v, 0.0))
+        t, p = t + rest / peak, p + way * rest
+    t, p, _ = _ramp(pieces, t, p, v, 0.0, deceleration)
+    pieces.append(Piece(t, p, 0.0, 0.0))
+
+
+def _ramp(pieces: list[Piece], t: float, p: float, v: float, wanted: float, rate: float) -> tuple[float, float, float]:
+    """Append the piece that changes the velocity from `v` to `wanted`; return the state at its end."""
+    if v == wanted:
+        return t, p, v
+    duration = abs(wanted - v) / rate
+    pieces.append(Piece(t, p, v, copysign(rate, wanted - v)))
+    return t + duration, p + 0.5 * (v + wanted) * duration, wanted

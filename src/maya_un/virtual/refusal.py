@@ -1,0 +1,13 @@
+"""How the virtual controller says no: inside as an exception, on the wire as `?` and a code for TC."""
+
+from __future__ import annotations
+
+from maya_un.galil.codes import ErrorCode
+
+
+class Refused(Exception):
+    """A command is answered `?`; `code` is what TC then reports."""
+
+    def __init__(self, code: ErrorCode) -> None:
+        self.code = code
+        super().__init__(code.name)

@@ -1,0 +1,132 @@
+"""Everything a DMC-41x3 remembers besides its motion: variables, outputs, formats, handles, error code."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from maya_un.galil.numbers import format_value, join_positions
+from maya_un.virtual import registers
+from maya_un.virtual.axis import LETTERS, Axis
+from maya_un.virtual.handles import Handles
+from maya_un.virtual.motion import MotionCore
+from maya_un.virtual.plane import Plane
+from maya_un.virtual.plant import Plant
+
+SAMPLES = 1024
+"""Samples in a second at TM 1000."""
+
+
+class Format(NamedTuple):
+    """How numbers print: digits before and after the point, or hexadecimal."""
+
+    before: int
+    after: int
+    hexadecimal: bool = False
+
+    @property
+    def code(self) -> float:
+        """The number that sets this format, 10.4 for ten and four digits."""
+        return (-1 if self.hexadecimal else 1) * (self.before + self.after / 10)
+
+
+class Identity(NamedTuple):
+    """What the controller says it is: firmware line, serial number, its own address."""
+
+    firmware: str
+    serial: int
+    address: tuple[int, int, int, int]
+    hardware_address: str
+
+
+class Unit:
+    """One controller. `plane` is the coordinate system that CA selected; `motors_off` how motors power up."""
+
+    def __init__(self, plant: Plant, axes: int, identity: Identity, motors_off: bool) -> None:
+        self.identity = identity
+        self.motors_off = motors_off
+        lines = (Axis(i, plant.timelines[i], registers.defaults(registers.AXIS)) for i in range(axes))
+        planes = {letter: Plane(letter, registers.defaults(registers.PLANE)) for letter in "ST"}
+        self.core = MotionCore(plant, tuple(lines), planes)
+        self.handles = Handles()
+        self.started = 0.0
+        self.burned_registers: list[dict[str, float]] | None = None
+        self.burned_polarity = [-1, -1, -1, 0, 0]
+        self.burned_variables: dict[str, int] = {}
+        self.outputs = [False] * (8 if axes <= 4 else 16)
+        self._forget()
+        for axis in self.axes:
+            self.core.power(axis, not motors_off)
+
+    def _forget(self) -> None:
+        """Set what power-up sets."""
+        self.variables: dict[str, int] = dict(self.burned_variables)
+        self.error_code = 0
+        self.plane = "S"
+        self.value_format = Format(10, 4)
+        self.position_format = Format(10, 0)
+        self.suppress_zeros = 1
+        self.echo = 1
+        self.mark_unsolicited = 2
+        self.message_port = "S"
+
+    @property
+    def axes(self) -> Sequence[Axis]:
+        """The axes."""
+        return self.core.axes
+
+    @property
+    def letters(self) -> str:
+        """Names of the axes there are."""
+        return LETTERS[: len(self.core.axes)]
+
+    @property
+    def time(self) -> int:
+        """TIME: samples since power-up, of 32 bits with a sign."""
+        samples = int((self.core.now - self.started) * SAMPLES)
+        return (samples + (1 << 31)) % (1 << 32) - (1 << 31)
+
+    def reset(self) -> None:
+        """Do what power-up does (RS): counters from zero, burned or factory registers, variables lost."""
+        self.core.reset()
+        self.core.cn = list(self.burned_polarity)
+        stored = self.burned_registers or [registers.defaults(registers.AXIS) for _ in self.axes]
+        for axis, values in zip(self.axes, stored, strict=True):
+            axis.registers.update(values)
+            axis.jog_speed = registers.JOG.default
+        for plane in self.core.planes.values():
+            plane.registers.update(registers.defaults(registers.PLANE))
+        for bit in range(1, len(self.outputs) + 1):
+            self.set_output(bit, False)
+        self.started = self.core.now
+        self._forget()
+        for axis in self.axes:
+            self.core.power(axis, not self.motors_off)
+
+    def burn(self) -> None:
+        """Keep the registers over a reset (BN)."""
+        self.burned_registers = [dict(axis.registers, ZA=0.0) for axis in self.axes]
+        self.burned_polarity = list(self.core.cn)
+
+    def set_output(self, bit: int, on: bool) -> None:
+        """Set digital output `bit`, from 1."""
+        if self.outputs[bit - 1] != on:
+            self.outputs[bit - 1] = on
+            self.core.plant.output(bit, on)
+
+    def value_text(self, value: float) -> str:
+        """Return a number as VF has it printed."""
+        return self._text(value, self.value_format)
+
+    def position_text(self, values: Sequence[float]) -> str:
+        """Return numbers as PF has them printed, separated by commas."""
+        return join_positions([self._text(value, self.position_format) for value in values])
+
+    def fixed_text(self, values: Sequence[float], places: int) -> str:
+        """Return numbers with a fixed number of decimals, whatever PF says."""
+        zeros = not self.suppress_zeros
+        before = 1 if places == 4 else 3
+        return join_positions([format_value(value, before, places, zeros) for value in values])
+
+    def _text(self, value: float, form: Format) -> str:
+        return format_value(value, form.before, form.after, not self.suppress_zeros, form.hexadecimal)
