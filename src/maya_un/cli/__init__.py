@@ -1,0 +1,1 @@
+"""The command line: it starts fast, translates, and decides nothing."""

@@ -1,0 +1,249 @@
+"""The commands that go through the parser: their arguments, their help, and where each is carried out."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import typer
+
+from maya_un.cli import output
+from maya_un.cli.quantities import SIM, angle, length
+from maya_un.cli.settings import Settings
+from maya_un.errors import InvalidCommandLine, UnknownName
+from maya_un.values import AXES, Joints, Point
+
+EVERYWHERE = "Everywhere: --json, --lang en|es, --config FILE."
+
+# Unknown options become arguments, so that `maya pick -0.2 1.1` means a place and not an option.
+_CONTEXT = {"help_option_names": ["--help"], "ignore_unknown_options": True}
+_HOW: dict[str, Any] = {"epilog": EVERYWHERE, "context_settings": _CONTEXT}
+
+app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False, no_args_is_help=True)
+dmc = typer.Typer(add_completion=False, rich_markup_mode=None, help="A virtual DMC-41x3, and a word with any.")
+config = typer.Typer(add_completion=False, rich_markup_mode=None, help="The machine's constants.")
+app.add_typer(dmc, name="dmc")
+app.add_typer(config, name="config")
+
+Length = Annotated[str, typer.Argument(help="a length in m, or like 120mm")]
+Angle = Annotated[str, typer.Argument(help="an angle in rad, or like 30deg")]
+MaybeLength = Annotated[str | None, typer.Argument(metavar="[Z]", help="default: the cell's grasp height")]
+Speed = Annotated[float | None, typer.Option(help="how fast the twin's clock runs, up to 1000; the twin only")]
+Seed = Annotated[int | None, typer.Option(help="draws where the twin powers up")]
+Table = Annotated[str | None, typer.Option(metavar="JOB", help="the parts of this job stand on the twin's table")]
+Address = Annotated[str, typer.Option(help="sim, HOST or HOST:PORT")]
+File = Annotated[str | None, typer.Argument(metavar="[FILE]", help="default: --config, else the user's own")]
+
+
+def run(arguments: list[str], settings: Settings) -> int:
+    """Carry out a command line and return its exit code; raises `InvalidCommandLine` for one not understood."""
+    command = typer.main.get_command(app)
+    try:
+        code = command.main(arguments, prog_name="maya", standalone_mode=False, obj=settings)
+    except typer.TyperException as error:
+        context = getattr(error, "ctx", None)
+        reason = " ".join(error.format_message().split()).rstrip(".") or "the command is incomplete"
+        raise InvalidCommandLine(reason=reason, command=context.command_path if context else "maya") from error
+    return code if isinstance(code, int) else output.DONE
+
+
+def _settings(context: typer.Context) -> Settings:
+    settings = context.obj
+    assert isinstance(settings, Settings)
+    return settings
+
+
+def _point(x: str, y: str, z: str) -> Point:
+    return Point(length(x, "x"), length(y, "y"), length(z, "z"))
+
+
+def _joints(a: str, b: str, c: str) -> Joints:
+    return Joints(angle(a, "a"), length(b, "b"), length(c, "c"))
+
+
+def _aimed(command: str, x: str, y: str, z: str | None) -> dict[str, object]:
+    target = [length(x, "x"), length(y, "y")]
+    return {"command": command, "target": target if z is None else [*target, length(z, "z")]}
+
+
+@app.command(**_HOW)
+def up(
+    context: typer.Context,
+    address: Address = SIM,
+    speed: Speed = None,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="of the HTTP door on loopback; 0: any")] = 4133,
+    seed: Seed = None,
+    table: Table = None,
+) -> int:
+    """Keep a robot running, real or virtual, and serve it on loopback."""
+    from maya_un.cli import up as command
+
+    options = command.Options(address, speed, port, seed or 0, table)
+    return command.up(options, _settings(context))
+
+
+@app.command("run", **_HOW)
+def run_job(
+    context: typer.Context,
+    job: Annotated[str, typer.Argument(metavar="JOB", help="a YAML or JSON file")],
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="in virtual time, on the twin: nothing real moves")
+    ] = False,
+    speed: Speed = None,
+    seed: Seed = None,
+    address: Annotated[str | None, typer.Option(help="sim, HOST or HOST:PORT")] = None,
+) -> int:
+    """Carry out a job and report every step.
+
+    By the running robot if there is one; with --address, --speed or --seed, or without one, on a stack of its own.
+    """
+    from maya_un.cli import run as command
+
+    return command.run(job, command.Options(dry_run, address, speed, seed), _settings(context))
+
+
+def _wish(primitive: dict[str, object], context: typer.Context) -> int:
+    from maya_un.cli import wishes
+
+    return wishes.wish(primitive, _settings(context))
+
+
+@app.command(**_HOW)
+def home(context: typer.Context) -> int:
+    """Find the switches and define the position."""
+    return _wish({"command": "home"}, context)
+
+
+@app.command(**_HOW)
+def pick(context: typer.Context, x: Length, y: Length, z: MaybeLength = None) -> int:
+    """Fetch the part that stands at x, y (z)."""
+    return _wish(_aimed("pick", x, y, z), context)
+
+
+@app.command(**_HOW)
+def place(context: typer.Context, x: Length, y: Length, z: MaybeLength = None) -> int:
+    """Put the part that is held down at x, y (z)."""
+    return _wish(_aimed("place", x, y, z), context)
+
+
+@app.command(**_HOW)
+def approach(context: typer.Context, x: Length, y: Length, z: Length) -> int:
+    """Go above a place."""
+    return _wish(_aimed("approach", x, y, z), context)
+
+
+@app.command(**_HOW)
+def gripper(context: typer.Context, state: Annotated[Literal["open", "close"], typer.Argument()]) -> int:
+    """Open or close the gripper."""
+    return _wish({"command": "gripper", "open": state == "open"}, context)
+
+
+@app.command(**_HOW)
+def move(context: typer.Context, a: Angle, b: Length, c: Length) -> int:
+    """Go to joints a (rad), b, c (m) on a straight line in joint space."""
+    return _wish({"command": "move", "joints": list(_joints(a, b, c))}, context)
+
+
+@app.command(**_HOW)
+def jog(
+    context: typer.Context,
+    axis: Annotated[str, typer.Argument(metavar="AXIS", help="a, b or c")],
+    distance: Annotated[str, typer.Argument(metavar="DISTANCE", help="in rad or m, or like 5deg, 20mm")],
+) -> int:
+    """Move one axis by a distance."""
+    from maya_un.cli import wishes
+
+    if axis not in AXES:
+        raise UnknownName(name=axis, known=", ".join(AXES))
+    way = angle(distance, "DISTANCE") if axis == "a" else length(distance, "DISTANCE")
+    return wishes.jog(axis, way, _settings(context))
+
+
+@app.command(**_HOW)
+def abort(context: typer.Context) -> int:
+    """Stop without deceleration."""
+    from maya_un.cli import wishes
+
+    return wishes.at_once("abort", "aborted", _settings(context))
+
+
+@app.command(**_HOW)
+def recover(context: typer.Context) -> int:
+    """Clear a fault once its cause is gone; moves nothing."""
+    from maya_un.cli import wishes
+
+    return wishes.at_once("recover", "recovered", _settings(context))
+
+
+@app.command(**_HOW)
+def fk(context: typer.Context, a: Angle, b: Length, c: Length) -> int:
+    """Tell where joints a, b, c hold the gripper."""
+    from maya_un.cli import offline
+
+    return offline.fk(_joints(a, b, c), _settings(context))
+
+
+@app.command(**_HOW)
+def ik(context: typer.Context, x: Length, y: Length, z: Length) -> int:
+    """Tell which joints hold the gripper at x, y, z."""
+    from maya_un.cli import offline
+
+    return offline.ik(_point(x, y, z), _settings(context))
+
+
+@app.command(**_HOW)
+def reach(context: typer.Context, x: Length, y: Length, z: Length) -> int:
+    """Tell whether x, y, z can be reached; if not why, and the nearest place that can."""
+    from maya_un.cli import offline
+
+    return offline.reach(_point(x, y, z), _settings(context))
+
+
+@dmc.command(**_HOW)
+def serve(
+    context: typer.Context,
+    host: Annotated[str, typer.Option(help="where to listen")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=0, max=65535, help="0: any")] = 5023,
+    speed: Speed = None,
+    seed: Seed = None,
+    table: Table = None,
+) -> int:
+    """Serve a virtual DMC-41x3 with Maya's mechanics on TCP; prints its address when it listens."""
+    from maya_un.cli import dmc as command
+
+    return command.serve(host, port, speed, seed or 0, table, _settings(context))
+
+
+@dmc.command(**_HOW)
+def send(
+    context: typer.Context,
+    host: Annotated[str, typer.Argument(metavar="HOST[:PORT]")],
+    commands: Annotated[list[str], typer.Argument(metavar="CMD...")],
+) -> int:
+    """Send commands to a controller and print its replies."""
+    from maya_un.cli import dmc as command
+
+    return command.send(host, commands, _settings(context))
+
+
+@config.command(**_HOW)
+def show(context: typer.Context) -> int:
+    """Print every constant in force."""
+    from maya_un.cli import configure
+
+    return configure.show(_settings(context))
+
+
+@config.command(**_HOW)
+def check(context: typer.Context, file: File = None) -> int:
+    """Say whether a configuration file is good."""
+    from maya_un.cli import configure
+
+    return configure.check(file, _settings(context))
+
+
+@config.command(**_HOW)
+def init(context: typer.Context, file: File = None) -> int:
+    """Write a configuration file to start from."""
+    from maya_un.cli import configure
+
+    return configure.init(file, _settings(context))

@@ -1,0 +1,74 @@
+"""Talking to the running `maya up`: one request at a time by http.client, errors come back as themselves."""
+
+from __future__ import annotations
+
+import json
+from http.client import HTTPConnection, HTTPException, HTTPResponse
+from typing import Any, cast
+from urllib.parse import urlsplit
+
+from maya_un.cli import runtime
+from maya_un.errors import MayaError, ServiceNotAnswering, ServiceNotRunning, from_notice
+
+
+class Client:
+    """A door to the service at `url`.
+
+    `timeout` [s] is how long connecting and each answer may take.
+    """
+
+    def __init__(self, url: str, timeout: float = 5.0) -> None:
+        address = urlsplit(url)
+        self.host = address.hostname or "127.0.0.1"
+        self.port = address.port or 80
+        self._timeout = timeout
+
+    @classmethod
+    def find(cls, timeout: float = 5.0) -> Client:
+        """Return the door to the running service; raises `ServiceNotRunning` where no file names one."""
+        running = runtime.find()
+        if running is None:
+            raise ServiceNotRunning
+        return cls(running.url, timeout)
+
+    def get(self, path: str, timeout: float | None = None) -> Any:
+        """Return the answer to GET `path`; raises as `request`."""
+        return self.request("GET", path, timeout=timeout)
+
+    def post(self, path: str, body: object = None, timeout: float | None = None) -> Any:
+        """Return the answer to POST `path`; raises as `request`."""
+        return self.request("POST", path, body, timeout)
+
+    def request(self, method: str, path: str, body: object = None, timeout: float | None = None) -> Any:
+        """Return the decoded answer.
+
+        Raises `ServiceNotRunning` where nobody listens, `ServiceNotAnswering` without an answer in time, and the
+        service's own refusal as the error it is.
+        """
+        connection = HTTPConnection(self.host, self.port, timeout=self._timeout if timeout is None else timeout)
+        try:
+            payload = None if body is None else json.dumps(body)
+            connection.request(method, path, payload, {"Content-Type": "application/json"})
+            response = connection.getresponse()
+            return _decode(response, response.read())
+        except ConnectionRefusedError:
+            raise ServiceNotRunning from None
+        except (OSError, HTTPException, ValueError) as error:
+            reason = str(error) or type(error).__name__
+            raise ServiceNotAnswering(reason=reason) from error
+        finally:
+            connection.close()
+
+
+def _decode(response: HTTPResponse, text: bytes) -> Any:
+    answer = json.loads(text)
+    if response.status < 400:
+        return answer
+    raise _refusal(cast("dict[str, Any]", answer))
+
+
+def _refusal(problem: dict[str, Any]) -> MayaError:
+    try:
+        return from_notice(int(problem["code"]), dict(problem["details"]))
+    except (KeyError, TypeError):
+        return ServiceNotAnswering(reason=f"its answer is not understood: {problem}")

@@ -1,0 +1,54 @@
+"""`maya config`: show what is in force, check a file, write one to start from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from maya_un.cli import output
+from maya_un.cli.settings import Settings
+from maya_un.cli.words import word
+from maya_un.config import Config, default_path, load, template, to_toml
+from maya_un.errors import FileUnwritable
+
+
+def configuration(settings: Settings) -> Config:
+    """Return the configuration in force: --config, else $MAYA_CONFIG, else the user's, else the manual's."""
+    return load(None if settings.config is None else Path(settings.config))
+
+
+def _place(file: str | None, settings: Settings) -> Path:
+    named = file or settings.config
+    return default_path() if named is None else Path(named)
+
+
+def show(settings: Settings) -> int:
+    """Print every key in force with its meaning and unit; return the exit code."""
+    config = configuration(settings)
+    return output.answer(config.model_dump(mode="json"), to_toml(config).rstrip(), settings)
+
+
+def check(file: str | None, settings: Settings) -> int:
+    """Say whether a file is a good configuration; raises `FileUnreadable` and `InvalidConfig`."""
+    place = _place(file, settings)
+    if file is None and settings.config is None and not place.exists():
+        return output.answer(
+            {"path": str(place), "exists": False}, word("config_defaults", settings.language, path=place), settings
+        )
+    load(place)
+    return output.answer(
+        {"path": str(place), "exists": True}, word("config_good", settings.language, path=place), settings
+    )
+
+
+def init(file: str | None, settings: Settings) -> int:
+    """Write a configuration with every key commented out; raises `FileUnwritable`, also where one stands already."""
+    place = _place(file, settings)
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        with place.open("x", encoding="utf-8") as target:
+            target.write(template())
+    except FileExistsError as error:
+        raise FileUnwritable(path=place, reason="there is a file already") from error
+    except OSError as error:
+        raise FileUnwritable(path=place, reason=error.strerror or str(error)) from error
+    return output.answer({"path": str(place)}, word("config_written", settings.language, path=place), settings)

@@ -1,0 +1,49 @@
+"""Following a job of the running robot to its end, over HTTP."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from maya_un.cli.client import Client
+from maya_un.cli.display import Display
+from maya_un.cli.narrate import tell
+from maya_un.cli.settings import Settings
+from maya_un.cli.words import word
+
+PATIENCE = 0.2
+"""How long the service keeps a question for news before it answers that there are none [s]."""
+
+_ENDED = {"done", "failed", "cancelled"}
+
+
+def follow(client: Client, job: int, since: int, display: Display, settings: Settings) -> tuple[dict[str, Any], bool]:
+    """Show events numbered above `since` and the motion under way until `job` has ended.
+
+    Returns its report and whether Ctrl-C ended it: then the job is cancelled, which stops the robot on its path.
+    """
+    try:
+        return _to_the_end(client, job, since, display), False
+    except KeyboardInterrupt:
+        display.note(word("interrupted", settings.language))
+        return client.request("DELETE", f"/v1/jobs/{job}", timeout=60.0), True
+
+
+def _to_the_end(client: Client, job: int, since: int, display: Display) -> dict[str, Any]:
+    report: dict[str, Any] = client.get(f"/v1/jobs/{job}")
+    while report["state"] not in _ENDED:
+        events = client.get(f"/v1/events?since={since}&wait={PATIENCE}")
+        for event in events:
+            since = event["seq"]
+            tell(event, display)
+        if events:
+            report = client.get(f"/v1/jobs/{job}")
+        _animate(client, display)
+    return report
+
+
+def _animate(client: Client, display: Display) -> None:
+    progress = client.get("/v1/status")["progress"]
+    if progress is None:
+        display.rest()
+    else:
+        display.motion(progress["phase"], progress["elapsed"], progress["duration"])

@@ -1,0 +1,40 @@
+"""The pages of help that must not wait for a command parser."""
+
+from __future__ import annotations
+
+OVERVIEW = """\
+maya: the robot Maya, real or virtual.
+
+Start
+  up [--address sim|HOST[:PORT]] [--speed X]   keep a robot running and serve it on loopback
+  run JOB [--dry-run] [--speed X]              carry out a job; without a running robot, on a virtual one
+  status                                       what the running robot is doing
+  stop [--address HOST[:PORT]]                 stop now, even if the service hangs
+  abort                                        stop without deceleration
+  recover                                      clear a fault once its cause is gone; moves nothing
+
+Wishes (to the running robot; lengths in m, or 120mm; angles in rad, or 30deg)
+  home                                         find the switches and define the position
+  pick X Y [Z]    place X Y [Z]                fetch a part, put it down
+  approach X Y Z                               go above a place
+  gripper open|close
+  move A B C      jog AXIS DISTANCE            joint space
+
+Ask (no robot needed)
+  fk A B C        ik X Y Z        reach X Y Z
+  config show|check|init
+  dmc serve [--port N] [--speed X]             a virtual DMC-41x3 with Maya's mechanics, on TCP
+  dmc send HOST[:PORT] CMD...                  talk to a controller in its own language
+
+Everywhere: --json, --lang en|es, --config FILE; `maya COMMAND --help` tells more.
+Exit codes: 0 done, 1 not carried out, 2 refused as asked, 130 interrupted."""
+
+QUICK = {
+    "status": "Usage: maya status [--json]\n\nTell what the running robot is doing.",
+    "stop": (
+        "Usage: maya stop [--address HOST[:PORT]] [--json]\n\n"
+        "Stop the running robot on its path. If the service does not answer, or with --address, the controller\n"
+        "is told directly."
+    ),
+}
+"""Help of the commands that go past the parser."""

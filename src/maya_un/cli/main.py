@@ -1,0 +1,60 @@
+"""Entry of `maya`: imports next to nothing, answers the hurried commands at once, and leaves the rest to `app`.
+
+`stop` and `status` go past the command parser and every heavy import; a test looks at `sys.modules`.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+from maya_un import __version__
+from maya_un.cli import output
+from maya_un.cli.settings import Settings, from_environment, split
+from maya_un.errors import MayaError
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Carry out one command line (without the program's name) and return its exit code; never raises."""
+    settings = from_environment()
+    try:
+        settings, rest = split(sys.argv[1:] if argv is None else argv, settings)
+        return _dispatch(rest, settings)
+    except MayaError as error:
+        return output.complain(error, settings)
+    except KeyboardInterrupt:
+        return output.INTERRUPTED
+    except BrokenPipeError:
+        return _unheard()
+    except Exception as error:  # noqa: BLE001 - the last door: a person gets one sentence, the log the rest
+        from maya_un.server.crash import written_down
+
+        return output.complain(written_down(error), settings)
+
+
+def _dispatch(rest: list[str], settings: Settings) -> int:
+    if not rest or rest[0] in {"--help", "-h", "help"}:
+        from maya_un.cli.help import OVERVIEW
+
+        output.say(OVERVIEW)
+        return output.DONE
+    if rest[0] == "--version":
+        return output.answer({"version": __version__}, f"maya-un {__version__}", settings)
+    if rest[0] in {"stop", "status"}:
+        from maya_un.cli import quick
+
+        return quick.run(rest[0], rest[1:], settings)
+    from maya_un.cli import app
+
+    return app.run(rest, settings)
+
+
+def _unheard() -> int:
+    # Nobody reads any more (`maya … | head`); without this the interpreter complains once more on its way out.
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return output.FAILED
+
+
+if __name__ == "__main__":
+    sys.exit(main())

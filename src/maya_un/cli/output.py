@@ -1,0 +1,79 @@
+"""What goes to the screen: sentences, JSON, and errors with their code and the exit code that belongs to it."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Mapping
+from typing import Any
+
+from maya_un.cli.settings import Settings
+from maya_un.errors import MayaError
+
+DONE = 0
+"""Everything asked for was done."""
+
+FAILED = 1
+"""The wish was understood but not carried out, or not to its end."""
+
+REFUSED = 2
+"""The command line, a value, a file or the configuration is wrong; nothing was tried."""
+
+INTERRUPTED = 130
+"""Ctrl-C ended it; motion was stopped on its path."""
+
+
+def say(text: str) -> None:
+    """Print one line for people."""
+    print(text, flush=True)
+
+
+def emit(value: object) -> None:
+    """Print `value` as JSON; its keys are stable."""
+    print(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False, default=str), flush=True)
+
+
+def answer(value: Mapping[str, object], text: str, settings: Settings) -> int:
+    """Print an answer the way it was asked for, as `value` or as `text`, and return the exit code of success."""
+    if settings.json:
+        emit(value)
+    else:
+        say(text)
+    return DONE
+
+
+def complain(error: MayaError, settings: Settings) -> int:
+    """Print an error, one sentence with its code (or JSON), and return its exit code."""
+    text = error.text(settings.language)
+    if settings.json:
+        details = {key: _plain(value) for key, value in error.details.items()}
+        emit({"error": {"code": error.code, "message": text, "details": details}})
+    else:
+        print(f"maya: error {error.code}: {text}", file=sys.stderr, flush=True)
+    return exit_code(error.code)
+
+
+def concluded(report: Mapping[str, Any], settings: Settings) -> int:
+    """Say on the error line why a job or wish was not done, and return the exit code; 0 where it was.
+
+    `report` is a JobReport as JSON has it. With --json the report itself has said it.
+    """
+    if report["state"] == "done":
+        return DONE
+    if not settings.json:
+        print(f"maya: error {report['code']}: {report['message']}", file=sys.stderr, flush=True)
+    return exit_code(report["code"]) or FAILED
+
+
+def exit_code(code: int) -> int:
+    """Return the exit code of an error's code: 2 for wrong requests and configuration (4xxx, 5xxx), else 1."""
+    return REFUSED if 4000 <= code < 5999 else FAILED
+
+
+def _plain(value: object) -> object:
+    """Return a detail as it is where JSON can say it, else as text."""
+    try:
+        json.dumps(value, allow_nan=False)
+    except (TypeError, ValueError):
+        return str(value)
+    return value

@@ -1,0 +1,71 @@
+"""Values in front of people: plain numbers are SI, a unit may follow (30deg, 120mm)."""
+
+from __future__ import annotations
+
+import re
+from math import isfinite, pi
+
+from maya_un.errors import InvalidValue, SpeedOnRealMachine
+
+_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµ°]*)")
+_LENGTHS = {"": 1.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6}
+_ANGLES = {"": 1.0, "rad": 1.0, "mrad": 1e-3, "deg": pi / 180.0, "°": pi / 180.0}
+SIM = "sim"
+"""The address of the twin in this process."""
+
+FASTEST = 1000.0
+"""Largest factor of the twin's clock."""
+
+
+def length(text: str, key: str) -> float:
+    """Return a length [m]; raises `InvalidValue` naming `key`."""
+    return _quantity(text, key, _LENGTHS, "a length is a number in m, or with m, cm, mm or um behind it")
+
+
+def angle(text: str, key: str) -> float:
+    """Return an angle [rad]; raises `InvalidValue` naming `key`."""
+    return _quantity(text, key, _ANGLES, "an angle is a number in rad, or with rad, mrad or deg behind it")
+
+
+def _quantity(text: str, key: str, units: dict[str, float], rule: str) -> float:
+    found = _NUMBER.fullmatch(text.strip())
+    if found is None or found[2] not in units:
+        raise InvalidValue(key=key, value=repr(text), reason=rule)
+    value = float(found[1]) * units[found[2]]
+    if not isfinite(value):
+        raise InvalidValue(key=key, value=repr(text), reason="it is not finite")
+    return value
+
+
+def clock_factor(speed: float | None, address: str) -> float:
+    """Return how many times as fast as the wall the twin's clock runs, 1 where nothing is said.
+
+    Raises `SpeedOnRealMachine` where a factor is named for anything but the twin, and `InvalidValue` outside
+    0 < speed ≤ 1000.
+    """
+    if speed is None:
+        return 1.0
+    if address != SIM:
+        raise SpeedOnRealMachine(address=address)
+    if not 0.0 < speed <= FASTEST:
+        raise InvalidValue(key="--speed", value=speed, reason=f"it is above 0 and at most {FASTEST:g}")
+    return speed
+
+
+def target_address(text: str) -> str:
+    """Return the address of a controller as given, "sim" or HOST[:PORT]; raises `InvalidValue`."""
+    if text != SIM:
+        host_and_port(text)
+    return text
+
+
+def host_and_port(text: str, key: str = "--address", port: int = 23) -> tuple[str, int]:
+    """Return host and port of HOST or HOST:PORT (`port` where none is named); raises `InvalidValue`."""
+    host, colon, number = text.rpartition(":")
+    if not colon:
+        host, number = text, str(port)
+    if not number.isascii() or not number.isdigit() or not 0 < int(number) < 65536:
+        raise InvalidValue(key=key, value=repr(text), reason="the port behind the colon is 1 to 65535")
+    if not re.fullmatch(r"[A-Za-z0-9](?:[A-Za-z0-9._-]*[A-Za-z0-9])?", host):
+        raise InvalidValue(key=key, value=repr(text), reason="it is sim, HOST or HOST:PORT")
+    return host, int(number)

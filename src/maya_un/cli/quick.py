@@ -1,0 +1,124 @@
+"""The hurried commands: `stop` and `status`, with nothing between them and the wire but http.client."""
+
+from __future__ import annotations
+
+from math import degrees
+from typing import Any
+
+from maya_un.cli import output, runtime
+from maya_un.cli.client import Client
+from maya_un.cli.help import QUICK
+from maya_un.cli.settings import Settings
+from maya_un.cli.words import word
+from maya_un.errors import InvalidCommandLine, MayaError, ServiceNotRunning
+
+STOP_BUDGET = 0.1
+"""How long the service may take to answer a stop [s], before the controller is told directly."""
+
+CONTROLLER_TIMEOUT = 2.0
+"""Longest wait for each answer of a controller told directly [s]."""
+
+
+def run(command: str, arguments: list[str], settings: Settings) -> int:
+    """Carry out "stop" or "status" with the rest of its command line; return the exit code."""
+    if {"--help", "-h"} & set(arguments):
+        output.say(QUICK[command])
+        return output.DONE
+    return stop(arguments, settings) if command == "stop" else status(arguments, settings)
+
+
+def stop(arguments: list[str], settings: Settings) -> int:
+    """Stop by the service, or past it where it does not stop the robot in time.
+
+    With --address the controller is told at once. Raises `ServiceNotRunning` where there is neither.
+    """
+    address = _address(arguments)
+    if address is not None:
+        return _directly(address, settings)
+    running = runtime.find()
+    if running is None:
+        raise ServiceNotRunning
+    try:
+        report = Client(running.url).post("/v1/stop", timeout=STOP_BUDGET)
+    except MayaError:
+        if running.controller is None:
+            raise
+        return _directly(running.controller, settings)
+    return output.answer({"service": True, **report}, _stopping(report, settings), settings)
+
+
+def _address(arguments: list[str]) -> tuple[str, int] | None:
+    match arguments:
+        case []:
+            return None
+        case ["--address", address]:
+            text = address
+        case [word_] if word_.startswith("--address="):
+            text = word_.removeprefix("--address=")
+        case _:
+            raise InvalidCommandLine(reason=f"{' '.join(arguments)} is not understood", command="maya stop")
+    from maya_un.cli.quantities import host_and_port
+
+    return host_and_port(text)
+
+
+def _directly(address: tuple[str, int], settings: Settings) -> int:
+    from maya_un.galil import emergency
+
+    outcome = emergency.stop(*address, CONTROLLER_TIMEOUT)
+    place = f"{address[0]}:{address[1]}"
+    axes = outcome.decelerating
+    text = word("stopped_directly" if axes else "quiet_directly", settings.language, address=place, axes=axes)
+    value = {"service": False, "address": place, "was_moving": bool(axes), "axes": axes}
+    return output.answer(value, text, settings)
+
+
+def _stopping(report: dict[str, Any], settings: Settings) -> str:
+    if not report["was_moving"]:
+        return word("nothing_moved", settings.language)
+    a, b, c = report["distance"]
+    return word("stopping", settings.language, seconds=report["duration"], a=degrees(a), b=abs(b) * 1e3, c=abs(c) * 1e3)
+
+
+def status(arguments: list[str], settings: Settings) -> int:
+    """Tell what the running robot is doing; raises `ServiceNotRunning` or `ServiceNotAnswering`."""
+    if arguments:
+        raise InvalidCommandLine(reason=f"{' '.join(arguments)} is not understood", command="maya status")
+    found = Client.find(timeout=2.0).get("/v1/status")
+    return output.answer(found, _described(found, settings.language), settings)
+
+
+def _described(found: dict[str, Any], language: str) -> str:
+    state = found["state"]
+    lines = [
+        f"{state['mode'].replace('_', ' ')}   {word('controller', language, address=found['address'])}",
+        _place(state, language),
+        word("gripper_closed" if state["gripper_closed"] else "gripper_open", language),
+    ]
+    limits = _active_limits(state)
+    if limits:
+        lines.append(word("limits", language, names=limits))
+    if found["jobs"]:
+        running = sum(job["state"] == "running" for job in found["jobs"])
+        lines.append(word("queue", language, running=running, waiting=len(found["jobs"]) - running))
+    if state["fault"] is not None:
+        lines.append(word("fault", language, **state["fault"]))
+    return "\n".join(lines)
+
+
+def _place(state: dict[str, Any], language: str) -> str:
+    if state["joints"] is None:
+        return word("no_position", language)
+    a, b, c = state["joints"]
+    joints = f"a {degrees(a):.2f}°  b {b * 1e3:.1f} mm  c {c * 1e3:.1f} mm"
+    if state["point"] is None:
+        return joints
+    x, y, z = state["point"]
+    return f"{joints}   x {x:.4f}  y {y:.4f}  z {z:.4f} m"
+
+
+def _active_limits(state: dict[str, Any]) -> str:
+    sides = (("forward_limit", "+"), ("reverse_limit", "−"))
+    return " ".join(
+        axis + sign for side, sign in sides for axis, active in zip("abc", state[side], strict=True) if active
+    )

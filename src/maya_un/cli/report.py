@@ -1,0 +1,91 @@
+"""The report of a job: as data with stable keys, and as a table for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from math import dist
+from typing import Any
+
+from maya_un.cli.words import word
+
+STEP_KEYS = (
+    "index", "step", "state", "code", "message", "predicted", "duration", "end_counts", "end_point"
+)  # fmt: skip
+_JOB_KEYS = ("state", "code", "message", "predicted", "duration", "lowest", "highest")
+
+
+def as_data(report: Mapping[str, Any], places: Mapping[str, Sequence[float]] | None) -> dict[str, Any]:
+    """Return the report of a job with the parts' final places.
+
+    `report` is a JobReport as JSON has it; `places` is where the parts stand now by the twin's own record [m], None
+    on a real machine, which has no such record. `error` is the distance between place and `commanded` [m].
+    """
+    data: dict[str, Any] = {"job": report["name"], **{key: report[key] for key in _JOB_KEYS}}
+    data["steps"] = [{key: step[key] for key in STEP_KEYS} for step in report["steps"]]
+    data["parts"] = {
+        name: _part(commanded, None if places is None else places.get(name))
+        for name, commanded in report["parts"].items()
+    }
+    return data
+
+
+def _part(commanded: Sequence[float] | None, place: Sequence[float] | None) -> dict[str, Any]:
+    error = None if commanded is None or place is None else dist(commanded, place)
+    return {"place": None if place is None else list(place), "commanded": commanded, "error": error}
+
+
+def as_text(data: Mapping[str, Any], language: str) -> str:
+    """Return the report for people: a headline, the steps, the parts."""
+    blocks = [_headline(data, language), _steps(data["steps"], language)]
+    if data["parts"]:
+        blocks.append(_parts(data["parts"], language))
+    return "\n\n".join(blocks)
+
+
+def _headline(data: Mapping[str, Any], language: str) -> str:
+    line = word("job", language, name=data["job"], state=data["state"], duration=data["duration"] or 0.0)
+    if data["lowest"] is None:
+        return line
+    return f"{line}; {word('lowest', language, lowest=data['lowest'], highest=data['highest'])}"
+
+
+def _steps(steps: Iterable[Mapping[str, Any]], language: str) -> str:
+    head = ("", *(word(key, language) for key in ("step", "result", "predicted", "took")))
+    return table(head, [_step_row(step) for step in steps], right=(0, 3, 4))
+
+
+def _step_row(step: Mapping[str, Any]) -> tuple[str, ...]:
+    result = f"{step['state']} ({step['code']})" if step["code"] else step["state"]
+    return (str(step["index"]), step["step"], result, _seconds(step["predicted"]), _seconds(step["duration"]))
+
+
+def _seconds(value: float | None) -> str:
+    return "–" if value is None else f"{value:.1f}"
+
+
+def _parts(parts: Mapping[str, Mapping[str, Any]], language: str) -> str:
+    head = tuple(word(key, language) for key in ("part", "place", "off"))
+    rows = [(name, _place(part["place"]), _millimetres(part["error"])) for name, part in parts.items()]
+    return table(head, rows, right=(2,))
+
+
+def _place(place: Sequence[float] | None) -> str:
+    return "–" if place is None else " ".join(f"{value:.4f}" for value in place)
+
+
+def _millimetres(error: float | None) -> str:
+    return "–" if error is None else f"{error * 1e3:.3f}"
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[int] = ()) -> str:
+    """Return rows of text under a head, in columns; those numbered in `right` are aligned to the right."""
+    widths = [max(len(row[column]) for row in (head, *rows)) for column in range(len(head))]
+    return "\n".join(_row(row, widths, right) for row in (head, *rows))
+
+
+def _row(row: Sequence[str], widths: Sequence[int], right: Sequence[int]) -> str:
+    cells = (
+        text.rjust(width) if column in right else text.ljust(width)
+        for column, (text, width) in enumerate(zip(row, widths, strict=True))
+    )
+    return "   ".join(cells).rstrip()

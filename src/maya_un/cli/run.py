@@ -1,0 +1,207 @@
+"""`maya run`: carry out a job, on a stack of its own or by the running robot, and report what came of it."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from maya_un.api.messages import EventMessage, to_data
+from maya_un.assembly import SIM, Stack, stack
+from maya_un.cli import output
+from maya_un.cli.client import Client
+from maya_un.cli.configure import configuration
+from maya_un.cli.display import Display, chosen
+from maya_un.cli.follow import follow
+from maya_un.cli.narrate import tell
+from maya_un.cli.quantities import clock_factor, target_address
+from maya_un.cli.report import as_data, as_text
+from maya_un.cli.settings import Settings
+from maya_un.cli.signals import on_end
+from maya_un.cli.words import word
+from maya_un.config import Config
+from maya_un.errors import ServiceNotRunning
+from maya_un.loops import ScaledLoop, run_virtual
+from maya_un.loops import run as run_loop
+from maya_un.process.files import load_job
+from maya_un.process.job import Job
+from maya_un.process.report import JobReport
+from maya_un.server.crash import keep_quiet
+
+FRAME = 0.1
+"""Time between two looks at the motion under way [s, real time]."""
+
+HORIZON = 1e9
+"""Longest job that a dry run goes through [s]."""
+
+
+class Options(NamedTuple):
+    """What `maya run` was asked for; None where nothing was said."""
+
+    dry_run: bool = False
+    address: str | None = None
+    speed: float | None = None
+    seed: int | None = None
+
+    @property
+    def own_stack(self) -> bool:
+        """Whether the wish names a stack of its own, rather than the robot that may be running."""
+        return (self.address, self.speed, self.seed) != (None, None, None)
+
+
+class Outcome(NamedTuple):
+    """A report as data, and whether somebody interrupted."""
+
+    report: dict[str, Any]
+    interrupted: bool = False
+
+
+def run(file: str, options: Options, settings: Settings) -> int:
+    """Carry out the job of `file`, print its report, and return the exit code: 0 only if every step was done."""
+    address = target_address(options.address or SIM)
+    factor = clock_factor(options.speed, address)
+    config = configuration(settings)
+    job = load_job(Path(file))
+    if options.dry_run:
+        outcome = _dry_run(job, config, address, options, settings)
+    else:
+        client = None if options.own_stack else _running()
+        with chosen(settings) as display:
+            if client is not None:
+                outcome = _by_service(client, job, display, settings)
+            else:
+                outcome = _own_stack(job, config, address, factor, options, display, settings)
+    return _concluded(outcome, settings)
+
+
+def _running() -> Client | None:
+    with suppress(ServiceNotRunning):
+        client = Client.find()
+        client.get("/v1/health")
+        return client
+    return None
+
+
+def _concluded(outcome: Outcome, settings: Settings) -> int:
+    report = outcome.report
+    if settings.json:
+        output.emit(report)
+    else:
+        output.say(as_text(report, settings.language))
+    if outcome.interrupted:
+        return output.INTERRUPTED
+    return output.concluded(report, settings)
+
+
+def _dry_run(job: Job, config: Config, address: str, options: Options, settings: Settings) -> Outcome:
+    """Go through the job on the twin in virtual time; what it predicts of a real machine starts homed."""
+    if not settings.json:
+        output.say(word("dry", settings.language))
+    performance = _Performance(job, Display(), settings, home_first=address != SIM)
+    return run_virtual(performance.perform(config, SIM, options.seed or 0), HORIZON)
+
+
+def _own_stack(
+    job: Job, config: Config, address: str, factor: float, options: Options, display: Display, settings: Settings
+) -> Outcome:
+    key, details = ("twin", {"speed": factor}) if address == SIM else ("on", {"address": address})
+    display.note(word(key, settings.language, **details))
+    performance = _Performance(job, display, settings, factor=factor, pace=FRAME * factor)
+    clock: Callable[[], asyncio.AbstractEventLoop] | None = (lambda: ScaledLoop(factor)) if address == SIM else None
+    return run_loop(performance.perform(config, address, options.seed or 0), clock)
+
+
+class _Performance:
+    """One job on a stack of its own.
+
+    `pace` is the time between two looks at the motion [s, of the stack's clock], None for no looking at all.
+    """
+
+    def __init__(
+        self,
+        job: Job,
+        display: Display,
+        settings: Settings,
+        *,
+        factor: float = 1.0,
+        pace: float | None = None,
+        home_first: bool = False,
+    ) -> None:
+        self._job = job
+        self._factor = factor
+        self._display = display
+        self._settings = settings
+        self._pace = pace
+        self._home_first = home_first
+
+    async def perform(self, config: Config, address: str, seed: int) -> Outcome:
+        """Carry the job out and return its report."""
+        keep_quiet(asyncio.get_running_loop())
+        parts = self._job.part_points(config.cell.grasp_height)
+        streamed = self._pace is not None
+        async with stack(config, address, seed=seed, parts=parts, stream=streamed, speed=self._factor) as robot:
+            if self._home_first:
+                await robot.controller.home()
+            accepted = await robot.service.submit(self._job)
+            report, interrupted = await self._watched(robot, accepted.id)
+            places = None if robot.twin is None else robot.twin.mechanics.parts
+            return Outcome(as_data(to_data(report), places), interrupted)
+
+    async def _watched(self, robot: Stack, job: int) -> tuple[JobReport, bool]:
+        watchers = [asyncio.create_task(self._narrate(robot)), asyncio.create_task(self._animate(robot))]
+        with _ended_by_sigterm():
+            try:
+                return await robot.service.wait(job), False
+            except asyncio.CancelledError:
+                _go_on()
+                self._display.note(word("interrupted", self._settings.language))
+                return await robot.service.cancel(job), True
+            finally:
+                for watcher in watchers:
+                    watcher.cancel()
+                await asyncio.gather(*watchers, return_exceptions=True)
+
+    async def _narrate(self, robot: Stack) -> None:
+        async for event in robot.controller.events.follow():
+            tell(to_data(EventMessage.of(event)), self._display)
+
+    async def _animate(self, robot: Stack) -> None:
+        while self._pace is not None:
+            progress = robot.controller.progress()
+            if progress is None:
+                self._display.rest()
+            else:
+                self._display.motion(progress.phase, progress.elapsed, progress.duration)
+            await asyncio.sleep(self._pace)
+
+
+def _go_on() -> None:
+    """Take the cancellation of Ctrl-C back: the task still has a stop to wait for and a report to give."""
+    task = asyncio.current_task()
+    if task is not None:
+        task.uncancel()
+
+
+@contextmanager
+def _ended_by_sigterm() -> Iterator[None]:
+    """Have SIGTERM do what Ctrl-C does, in the thread that signals come to."""
+    task = asyncio.current_task()
+    if threading.current_thread() is not threading.main_thread() or task is None:
+        yield
+        return
+    with on_end(task.cancel, signal.SIGTERM):
+        yield
+
+
+def _by_service(client: Client, job: Job, display: Display, settings: Settings) -> Outcome:
+    url = f"http://{client.host}:{client.port}"
+    display.note(word("with_service", settings.language, url=url))
+    since = client.get("/v1/status")["last_event"]
+    accepted = client.post("/v1/jobs", job.model_dump(exclude_none=True, warnings=False))
+    report, interrupted = follow(client, accepted["id"], since, display, settings)
+    places = client.get("/v1/twin")["parts"] if client.get("/v1/status")["address"] == SIM else None
+    return Outcome(as_data(report, places), interrupted)

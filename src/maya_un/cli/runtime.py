@@ -1,0 +1,100 @@
+"""The runtime file: how other commands find the `maya up` that runs, and the controller it drives."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from maya_un.errors import AlreadyRunning, FileUnwritable
+
+
+class Running(NamedTuple):
+    """A `maya up` as its file describes it; `controller` is host and port, None for a twin in the process."""
+
+    url: str
+    pid: int
+    controller: tuple[str, int] | None
+
+
+def folder() -> Path:
+    """Return the folder of runtime files: $MAYA_RUNTIME_DIR, else $XDG_RUNTIME_DIR/maya, else /tmp/maya-<uid>."""
+    named = os.environ.get("MAYA_RUNTIME_DIR")
+    if named:
+        return Path(named)
+    session = os.environ.get("XDG_RUNTIME_DIR")
+    return Path(session) / "maya" if session else Path(f"/tmp/maya-{os.getuid()}")
+
+
+def find() -> Running | None:
+    """Return what the runtime file says, None where there is none that can be read or that we may trust."""
+    place = folder() / "service.json"
+    try:
+        if place.stat().st_uid != os.getuid():
+            return None
+        return _parse(json.loads(place.read_text(encoding="utf-8")))
+    except (OSError, ValueError, KeyError, TypeError):
+        return None  # a half-written or foreign file is no service
+
+
+def _parse(found: dict[str, Any]) -> Running:
+    controller = found["controller"]
+    address = None if controller is None else (str(controller["host"]), int(controller["port"]))
+    return Running(str(found["url"]), int(found["pid"]), address)
+
+
+@contextmanager
+def claimed() -> Iterator[None]:
+    """Be the only `maya up` of this user while the block runs; removes the runtime file at its end.
+
+    Raises `AlreadyRunning` and `FileUnwritable`. The claim is a lock that the system gives up with the process,
+    so one that was killed leaves nothing in the way.
+    """
+    place = _own_folder()
+    lock = os.open(place / "service.lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    try:
+        _take(lock)
+        try:
+            yield
+        finally:
+            (place / "service.json").unlink(missing_ok=True)
+    finally:
+        os.close(lock)
+
+
+def _take(lock: int) -> None:
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        running = find()
+        raise AlreadyRunning(pid="unknown" if running is None else running.pid) from None
+
+
+def publish(running: Running) -> None:
+    """Write the runtime file, whole or not at all; raises `FileUnwritable`."""
+    controller = None if running.controller is None else {"host": running.controller[0], "port": running.controller[1]}
+    text = json.dumps({"url": running.url, "pid": running.pid, "controller": controller})
+    place = _own_folder()
+    draft = place / "service.json.new"
+    try:
+        draft.write_text(text + "\n", encoding="utf-8")
+        draft.replace(place / "service.json")
+    except OSError as error:
+        raise FileUnwritable(path=draft, reason=error.strerror) from error
+
+
+def _own_folder() -> Path:
+    place = folder()
+    try:
+        place.mkdir(mode=0o700, parents=True, exist_ok=True)
+        found = place.lstat()
+    except OSError as error:
+        raise FileUnwritable(path=place, reason=error.strerror) from error
+    if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid():
+        raise FileUnwritable(path=place, reason="it belongs to somebody else")
+    return place

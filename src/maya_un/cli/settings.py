@@ -1,0 +1,56 @@
+"""What holds for every command, wherever on the line it stands: --json, --lang, --config."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from maya_un.errors import InvalidCommandLine, InvalidValue
+from maya_un.messages import LANGUAGES
+
+_WITH_VALUE = ("--lang", "--config")
+
+
+class Settings(NamedTuple):
+    """How to answer: in which language, as JSON or as sentences; `config` is the file named, None without one."""
+
+    language: str = "en"
+    json: bool = False
+    config: str | None = None
+
+
+def from_environment() -> Settings:
+    """Return what holds where the command line says nothing: $MAYA_LANG, English for a language we lack."""
+    wanted = os.environ.get("MAYA_LANG", "en")[:2].lower()
+    return Settings(language=wanted if wanted in LANGUAGES else "en")
+
+
+def split(arguments: Sequence[str], settings: Settings) -> tuple[Settings, list[str]]:
+    """Take the options that hold everywhere out of `arguments`; return them and the rest, in order.
+
+    Raises `InvalidCommandLine` for an option without its value and `InvalidValue` for an unknown language.
+    """
+    rest: list[str] = []
+    words = iter(arguments)
+    for word in words:
+        name, given, value = word.partition("=")
+        if word == "--":
+            rest.extend(words)
+        elif word == "--json":
+            settings = settings._replace(json=True)
+        elif name in _WITH_VALUE:
+            settings = _with(settings, name, value if given else next(words, None))
+        else:
+            rest.append(word)
+    return settings, rest
+
+
+def _with(settings: Settings, name: str, value: str | None) -> Settings:
+    if not value:
+        raise InvalidCommandLine(reason=f"{name} needs a value", command="maya")
+    if name == "--config":
+        return settings._replace(config=value)
+    if value not in LANGUAGES:
+        raise InvalidValue(key=name, value=value, reason=f"it is one of {', '.join(LANGUAGES)}")
+    return settings._replace(language=value)

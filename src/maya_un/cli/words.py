@@ -1,0 +1,66 @@
+"""What the command line says of itself, in every language; errors have their words in `maya_un.messages`."""
+
+from __future__ import annotations
+
+_WORDS: dict[str, tuple[str, str]] = {
+    "stopping": (
+        "Stopping: at rest within {seconds:.2f} s; still to go a {a:.2f}°, b {b:.1f} mm, c {c:.1f} mm.",
+        "Deteniendo: en reposo en {seconds:.2f} s; quedan a {a:.2f}°, b {b:.1f} mm, c {c:.1f} mm.",
+    ),
+    "nothing_moved": ("Nothing was moving.", "Nada se movía."),
+    "stopped_directly": (
+        "The controller at {address} was told directly: {axes} began to brake.",
+        "Se avisó directamente al controlador en {address}: {axes} empezaron a frenar.",
+    ),
+    "quiet_directly": (
+        "The controller at {address} was told directly: nothing was moving.",
+        "Se avisó directamente al controlador en {address}: nada se movía.",
+    ),
+    "aborted": ("Aborted: the axes stand.", "Abortado: los ejes están quietos."),
+    "recovered": ("Recovered: no fault any more.", "Recuperado: ya no hay fallo."),
+    "done": ("Done.", "Hecho."),
+    "homed": ("homed", "con homing"),
+    "gripper_closed": ("gripper closed", "pinza cerrada"),
+    "gripper_open": ("gripper open", "pinza abierta"),
+    "controller": ("controller {address}", "controlador {address}"),
+    "no_position": ("position unknown until homed", "posición desconocida hasta el homing"),
+    "fault": ("fault {code}: {message}", "fallo {code}: {message}"),
+    "queue": ("{running} running, {waiting} waiting", "{running} en marcha, {waiting} en espera"),
+    "limits": ("limit switches active: {names}", "finales de carrera activos: {names}"),
+    "ready": (
+        "Maya is up on {address}, clock × {speed:g}. Door: {url}",
+        "Maya está en marcha en {address}, reloj × {speed:g}. Puerta: {url}",
+    ),
+    "next": (
+        "Next, in another terminal: maya home · maya status · maya run JOB · maya stop. Ctrl-C ends it.",
+        "Ahora, en otra terminal: maya home · maya status · maya run JOB · maya stop. Ctrl-C la termina.",
+    ),
+    "ending": ("Ending.", "Terminando."),
+    "twin": ("On the twin, clock × {speed:g}.", "En el gemelo, reloj × {speed:g}."),
+    "dry": ("Dry run on the twin: nothing real moves.", "Ensayo en el gemelo: nada real se mueve."),
+    "on": ("On the controller at {address}.", "En el controlador en {address}."),
+    "with_service": ("With the running robot at {url}.", "Con el robot en marcha en {url}."),
+    "interrupted": ("Interrupted: stopping on the path.", "Interrumpido: deteniendo sobre el camino."),
+    "job": ("{name}: {state} in {duration:.1f} s", "{name}: {state} en {duration:.1f} s"),
+    "lowest": ("gripper between {lowest:.3f} m and {highest:.3f} m", "pinza entre {lowest:.3f} m y {highest:.3f} m"),
+    "step": ("step", "paso"),
+    "result": ("result", "resultado"),
+    "predicted": ("predicted [s]", "previsto [s]"),
+    "took": ("took [s]", "duró [s]"),
+    "part": ("part", "pieza"),
+    "place": ("place [m]", "lugar [m]"),
+    "off": ("off by [mm]", "desvío [mm]"),
+    "unmoved": ("not moved", "no movida"),
+    "reachable": ("reachable", "alcanzable"),
+    "out_of_reach": ("not reachable: {reason}; nearest {nearest}", "no alcanzable: {reason}; lo más cercano {nearest}"),
+    "config_good": ("{path} is a good configuration.", "{path} es una buena configuración."),
+    "config_defaults": ("no file at {path}: the manual's values hold", "sin archivo en {path}: valen los del manual"),
+    "config_written": ("Written: {path}", "Escrito: {path}"),
+    "left": ("left", "faltan"),
+}
+
+
+def word(key: str, language: str, **details: object) -> str:
+    """Return the words of `key` in `language`, with their details filled in."""
+    english, spanish = _WORDS[key]
+    return (spanish if language == "es" else english).format(**details)

@@ -1,0 +1,144 @@
+"""The HTTP interface, version 1: paths to methods of the Service, one to one."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import Depends, FastAPI, Query, Request, Response
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
+
+from maya_un import __version__
+from maya_un.api.messages import EventMessage, to_json
+from maya_un.errors import InvalidRequest, InvalidValue, MayaError, NotFound
+from maya_un.server import problems
+from maya_un.server.bridge import Bridge
+from maya_un.server.codec import decode_object
+from maya_un.server.guard import Guard
+
+LONGEST_WAIT = 60.0
+"""Longest wait for a new event [s, real time]."""
+
+
+def create_app(bridge: Bridge) -> FastAPI:
+    """Return the application that hands every request to the service behind `bridge`.
+
+    Every error, ours or the framework's, is answered as problem+json with its code.
+    """
+    app = FastAPI(title="Maya-UN", version=__version__, docs_url=None, redoc_url=None)
+    app.add_middleware(Guard)
+    app.add_exception_handler(MayaError, problems.on_maya_error)
+    app.add_exception_handler(RequestValidationError, problems.on_validation_error)
+    app.add_exception_handler(HTTPException, problems.on_http_error)
+    _add_reading(app, bridge)
+    _add_jobs(app, bridge)
+    _add_wishes(app, bridge)
+    return app
+
+
+async def _json_body(request: Request) -> dict[str, Any]:
+    return decode_object(await request.body())
+
+
+Body = Annotated[dict[str, Any], Depends(_json_body)]
+"""The JSON object a request carries."""
+
+
+def _answer(value: object, status: int = 200) -> Response:
+    return Response(to_json(value), status, media_type="application/json")
+
+
+def _add_reading(app: FastAPI, bridge: Bridge) -> None:
+    @app.get("/v1/health")
+    async def health() -> Response:
+        """Answer without asking the robot: the server lives."""
+        return _answer({"status": "ok", "version": __version__})
+
+    @app.get("/v1/status")
+    async def status() -> Response:
+        """Tell the latest state of the robot and of the queue."""
+        return _answer(await bridge.call(lambda service: service.status()))
+
+    @app.get("/v1/events")
+    async def events(
+        since: Annotated[int, Query(ge=0)] = 0, wait: Annotated[float, Query(ge=0, le=LONGEST_WAIT)] = 0.0
+    ) -> Response:
+        """Return the events numbered above `since`; without any, wait up to `wait` seconds for one."""
+        return _answer([EventMessage.of(event) for event in await bridge.events(since, wait)])
+
+    @app.get("/v1/twin")
+    async def twin() -> Response:
+        """Tell where the parts on the twin's table stand, by the mechanics' own record."""
+        if bridge.parts is None:
+            raise NotFound(what="twin", number="on a real machine")
+        return _answer({"parts": bridge.parts()})
+
+
+def _add_jobs(app: FastAPI, bridge: Bridge) -> None:
+    @app.post("/v1/jobs")
+    async def submit(job: Body) -> Response:
+        """Append a job to the queue."""
+        return _answer(await bridge.call(lambda service: service.submit(job)), 202)
+
+    @app.get("/v1/jobs")
+    async def jobs() -> Response:
+        """List all jobs, oldest first."""
+        return _answer(await bridge.call(lambda service: service.jobs()))
+
+    @app.get("/v1/jobs/{job}")
+    async def report(job: int) -> Response:
+        """Tell how one job stands, step by step."""
+        return _answer(await bridge.call(lambda service: service.job(job)))
+
+    @app.delete("/v1/jobs/{job}")
+    async def cancel(job: int) -> Response:
+        """Cancel a job; the one under way stops on its path."""
+        return _answer(await bridge.call(lambda service: service.cancel(job)))
+
+    @app.post("/v1/preview")
+    async def preview(job: Body) -> Response:
+        """Tell what a job would be, step by step; nothing moves."""
+        return _answer(await bridge.call(lambda service: service.preview(job)))
+
+
+def _add_wishes(app: FastAPI, bridge: Bridge) -> None:
+    @app.post("/v1/tasks")
+    async def task(primitive: Body, wait: bool = False) -> Response:
+        """Append one wish to the queue as a job of one step; with `wait`, answer when it has ended."""
+        answer = await bridge.call(lambda service: service.wish(primitive, wait=wait))
+        return _answer(answer, 200 if wait else 202)
+
+    @app.post("/v1/jog")
+    async def jog(body: Body) -> Response:
+        """Move one axis by a distance (rad or m) and answer when it has arrived."""
+        axis, distance = _jog(body)
+        await bridge.call(lambda service: service.jog(axis, distance))
+        return _answer({"axis": axis, "distance": distance})
+
+    @app.post("/v1/stop")
+    async def stop() -> Response:
+        """Stop on the path, now; tell how long and how far it still goes."""
+        return _answer(await bridge.call(lambda service: service.stop()))
+
+    @app.post("/v1/abort")
+    async def abort() -> Response:
+        """Stop without deceleration."""
+        await bridge.call(lambda service: service.abort())
+        return _answer({"aborted": True})
+
+    @app.post("/v1/recover")
+    async def recover() -> Response:
+        """Clear a fault once its cause is gone; nothing moves."""
+        await bridge.call(lambda service: service.recover())
+        return _answer({"recovered": True})
+
+
+def _jog(body: dict[str, Any]) -> tuple[str, float]:
+    for key in sorted(set(body) ^ {"axis", "distance"}):
+        raise InvalidRequest(key=key, reason="it is missing" if key in {"axis", "distance"} else "there is no such key")
+    axis, distance = body["axis"], body["distance"]
+    if not isinstance(axis, str):
+        raise InvalidValue(key="axis", value=repr(axis), reason="it is a, b or c")
+    if isinstance(distance, bool) or not isinstance(distance, int | float) or not abs(distance) < 1e9:
+        raise InvalidValue(key="distance", value=repr(distance), reason="it is a finite number, in rad or m")
+    return axis, float(distance)

@@ -1,0 +1,91 @@
+"""Commands as processes of their own: started, waited for by what they say, ended."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+MAYA = str(Path(sys.executable).with_name("maya"))
+"""The installed command."""
+
+
+class Process:
+    """A command that runs."""
+
+    def __init__(self, line: str) -> None:
+        self._popen = subprocess.Popen(
+            [MAYA, *line.split()], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1
+        )
+
+    def until(self, text: str) -> str:
+        """Return the first line that holds `text`; fails where the command ends before."""
+        assert self._popen.stdout is not None
+        said: list[str] = []
+        for line in self._popen.stdout:
+            said.append(line)
+            if text in line:
+                return line.strip()
+        raise AssertionError(f"never said {text!r}, but:\n{''.join(said)}")
+
+    def send(self, kind: signal.Signals) -> None:
+        """Send a signal."""
+        self._popen.send_signal(kind)
+
+    def end(self) -> tuple[int, str]:
+        """Return exit code and the rest of what it says."""
+        rest, _ = self._popen.communicate(timeout=30.0)
+        return self._popen.returncode, rest
+
+    def kill(self) -> None:
+        """End it whatever it does; a process that is stopped included."""
+        self._popen.kill()
+        self._popen.wait()
+        assert self._popen.stdout is not None
+        self._popen.stdout.close()
+
+
+@contextmanager
+def running(line: str) -> Iterator[Process]:
+    """Run a command while the block runs."""
+    process = Process(line)
+    try:
+        yield process
+    finally:
+        process.kill()
+
+
+def done(line: str) -> tuple[int, str]:
+    """Run a command to its end; return exit code and what it said."""
+    return Process(line).end()
+
+
+class Wire:
+    """A handle of a controller of one's own."""
+
+    def __init__(self, address: str) -> None:
+        host, _, port = address.rpartition(":")
+        self._socket = socket.create_connection((host, int(port)), timeout=10.0)
+
+    def __enter__(self) -> Wire:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._socket.close()
+
+    def numbers(self, operands: str) -> list[float]:
+        """Return what MG prints for operands."""
+        self._socket.sendall(f"MG {operands}\r".encode())
+        reply = b""
+        while not reply.endswith(b":"):
+            reply += self._socket.recv(1024)
+        return [float(word) for word in reply[:-1].split()]
+
+    @property
+    def time(self) -> float:
+        """The controller's clock [s]."""
+        return self.numbers("TIME")[0] / 1024.0

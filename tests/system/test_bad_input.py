@@ -1,0 +1,300 @@
+"""Bad input, everywhere a person can put it: a sentence with a code, and not one byte to the controller."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from http.client import HTTPConnection
+from pathlib import Path
+from queue import SimpleQueue
+from typing import NamedTuple
+
+import pytest
+
+from maya_un.assembly import stack
+from maya_un.cli import runtime
+from maya_un.cli.main import main
+from maya_un.config import Config
+from maya_un.loops import JumpingLoop, run_virtual
+from maya_un.server.app import create_app
+from maya_un.server.bridge import Bridge
+from maya_un.server.thread import bound_socket, served
+
+pytestmark = pytest.mark.system
+
+
+class Robot(NamedTuple):
+    """A homed robot on the twin with its HTTP door, and everything its controller received."""
+
+    url: str
+    wire: list[bytes]
+
+
+class _Ready(NamedTuple):
+    robot: Robot
+    loop: asyncio.AbstractEventLoop
+    end: asyncio.Event
+
+
+async def _live(ready: SimpleQueue[_Ready]) -> None:
+    """Home in virtual time, then serve with the clock at rest: what is refused needs none."""
+    loop, end, wire = asyncio.get_running_loop(), asyncio.Event(), list[bytes]()
+    assert isinstance(loop, JumpingLoop)
+    async with stack(Config(), stream=False) as running:
+        assert running.twin is not None
+        await running.service.wish({"command": "gripper", "open": True})
+        await running.service.wish({"command": "home"})
+        running.twin.controller.tap = lambda _, way, data: wire.append(data) if way == "rx" else None
+        with loop.external(), bound_socket(0) as door:
+            async with served(create_app(Bridge(loop, running.service)), door) as url:
+                ready.put(_Ready(Robot(url, wire), loop, end))
+                await end.wait()
+
+
+@pytest.fixture(scope="module")
+def robot() -> Iterator[Robot]:
+    ready: SimpleQueue[_Ready] = SimpleQueue()
+    thread = threading.Thread(target=lambda: run_virtual(_live(ready)))
+    thread.start()
+    found = ready.get(timeout=30.0)
+    yield found.robot
+    found.loop.call_soon_threadsafe(found.end.set)
+    thread.join()
+
+
+@pytest.fixture(autouse=True)
+def own_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MAYA_RUNTIME_DIR", str(tmp_path / "run"))
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.delenv("MAYA_CONFIG", raising=False)
+    monkeypatch.delenv("MAYA_LANG", raising=False)
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def found(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> Robot:
+    """Have commands find the robot."""
+    monkeypatch.setattr(runtime, "find", lambda: runtime.Running(robot.url, os.getpid(), None))
+    return robot
+
+
+def refused(line: list[str], code: int, capsys: pytest.CaptureFixture[str]) -> None:
+    """Run a command line and check that it ends as bad input must."""
+    assert main(line) != 0
+    captured = capsys.readouterr()
+    last = captured.err.strip().splitlines()[-1]
+    assert last.startswith(f"maya: error {code}: ")
+    assert last.endswith((".", "`"))
+    assert "Traceback" not in captured.err + captured.out
+
+
+WISHES = [
+    ("pick nan 1.2", 4001),
+    ("pick 0.5 inf", 4001),
+    ("pick 0.5 1e999", 4001),
+    ("pick 0.5 12parsec", 4001),
+    ("pick 0.5 30deg", 4001),
+    ("pick 0.5 1,2", 4001),
+    ("pick x y z", 4001),
+    ("pick 0.5", 4008),
+    ("pick 0.5 1.2 0.4 0.1", 4008),
+    ("pick 0 5 1", 2101),
+    ("pick 0.5 1.2 -3", 2101),
+    ("pick 500 1200 400", 2101),
+    ("pick 0.5 1.2 2.2", 2101),
+    ("pick -0.5 1.2", 2101),
+    ("pick 0 0", 2101),
+    ("place 0.5 1.2", 3002),
+    ("place 1e300 1 1", 3002),
+    ("approach 0.5 1.2", 4008),
+    ("approach 0.5 1.2 3", 2101),
+    ("approach 0.5 1.2 --", 4008),
+    ("move 0.5 1.5", 4008),
+    ("move 30mm 1.5 1.5", 4001),
+    ("move 400deg 1.5 1.5", 2101),
+    ("move 0.5 5 5", 2101),
+    ("move 0.5 0.6 0.6", 2101),
+    ("move 30 1.5 1.5", 2101),
+    ("jog d 1", 4003),
+    ("jog a 10mm", 4001),
+    ("jog b 5deg", 4001),
+    ("jog b nan", 4001),
+    ("jog b 5", 2101),
+    ("jog a -- -3", 2101),
+    ("gripper ajar", 4008),
+    ("gripper", 4008),
+    ("home now", 4008),
+    ("home --fast", 4008),
+    ("dance", 4008),
+    ("recover", 2108),
+    ("recover me", 4008),
+    ("stop all", 4008),
+    ("status --verbose", 4008),
+    ("--lang fr status", 4001),
+    ("status --lang", 4008),
+]
+
+
+@pytest.mark.parametrize(("line", "code"), WISHES, ids=[line for line, _ in WISHES])
+def test_wishes(line: str, code: int, found: Robot, capsys: pytest.CaptureFixture[str]) -> None:
+    before = len(found.wire)
+    refused(line.split(), code, capsys)
+    assert found.wire[before:] == []
+
+
+JOBS = {
+    "not a mapping": ("- home", 4002),
+    "not YAML": ("steps: [", 4007),
+    "no steps": ("name: x", 4002),
+    "empty steps": ("steps: []", 4002),
+    "unknown key": ("steps: [home]\nspeed: 3", 4002),
+    "unknown step": ("steps: [dance]", 4002),
+    "unknown command": ("steps: [{fetch: cube}]", 4002),
+    "two commands in a step": ("steps: [{pick: [1, 1], place: [1, 1]}]", 4002),
+    "unknown name": ("steps: [{pick: cube}]", 4003),
+    "place with four numbers": ("parts: {cube: [1, 2, 3, 4]}\nsteps: [home]", 4002),
+    "place of words": ("places: {tray: [here, there]}\nsteps: [home]", 4002),
+    "not a number": ("steps: [{pick: [.nan, 1]}]", 4002),
+    "endless": ("steps: [{approach: [.inf, 1, 1]}]", 4002),
+    "no repeat": ("steps: [home]\nrepeat: 0", 4002),
+    "repeat by half": ("steps: [home]\nrepeat: 1.5", 4002),
+    "repeat for ever": ("steps: [home]\nrepeat: 1000000", 4002),
+    "gripper ajar": ("steps: [{gripper: ajar}]", 4002),
+    "move without c": ("steps: [{move: {a: 1, b: 1}}]", 4002),
+    "key twice": ("steps: [home]\nsteps: [home]", 4007),
+    "part and place of one name": ("parts: {x: [1, 1]}\nplaces: {x: [1, 1]}\nsteps: [home]", 4002),
+    "code in YAML": ("steps: !!python/object/apply:os.getcwd []", 4007),
+}
+
+
+@pytest.mark.parametrize(("text", "code"), JOBS.values(), ids=JOBS)
+def test_jobs(text: str, code: int, found: Robot, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "job.yaml").write_text(text)
+    before = len(found.wire)
+    refused(["run", "job.yaml"], code, capsys)
+    assert found.wire[before:] == []
+
+
+CONFIGS = {
+    "not TOML": ("[cell", 4007),
+    "unknown section": ("[tower]\nheight = 1", 5001),
+    "unknown key": ("[cell]\nclearence = 0.1", 5001),
+    "millimetres": ("[geometry]\nheight = 2350", 5001),
+    "degrees": ("[axes.a]\nmaximum = 120", 5001),
+    "not finite": ("[geometry]\ndelta = nan", 5001),
+    "a word": ('[geometry]\ndelta = "far"', 5001),
+    "impossible geometry": ("[geometry]\ndelta = 2.4", 5001),
+    "one letter twice": ('[axes.a]\nletter = "B"', 5001),
+    "dropping the load": ("[safety]\nself_locking = false\noff_on_error = 1", 5001),
+}
+
+
+@pytest.mark.parametrize(("text", "code"), CONFIGS.values(), ids=CONFIGS)
+@pytest.mark.parametrize("line", ["config check c.toml", "ik 0.5 1.2 0.4 --config c.toml"])
+def test_configurations(line: str, text: str, code: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "c.toml").write_text(text)
+    refused(line.split(), code, capsys)
+
+
+BODIES = [
+    ("POST", "/v1/jobs", "{", 4005),
+    ("POST", "/v1/jobs", "[]", 4005),
+    ("POST", "/v1/jobs", '{"steps": ["home"], "repeat": NaN}', 4005),
+    ("POST", "/v1/jobs", '{"steps": "home"}', 4002),
+    ("POST", "/v1/jobs", '{"steps": ["home"], "speed": 2}', 4002),
+    ("POST", "/v1/jobs", '{"steps": [{"pick": [1e999, 1]}]}', 4002),
+    ("POST", "/v1/jobs", '{"steps": [{"pick": "ghost"}]}', 4003),
+    ("POST", "/v1/preview", "{}", 4002),
+    ("POST", "/v1/tasks", "{}", 4005),
+    ("POST", "/v1/tasks", '{"command": "dance"}', 4003),
+    ("POST", "/v1/tasks", '{"command": ["home"]}', 4003),
+    ("POST", "/v1/tasks", '{"command": "home", "speed": 2}', 4005),
+    ("POST", "/v1/tasks", '{"command": "pick"}', 4005),
+    ("POST", "/v1/tasks", '{"command": "pick", "target": [1]}', 4001),
+    ("POST", "/v1/tasks", '{"command": "pick", "target": [true, 1]}', 4001),
+    ("POST", "/v1/tasks", '{"command": "pick", "target": {"x": 1, "u": 2}}', 4001),
+    ("POST", "/v1/tasks", '{"command": "gripper", "open": "yes"}', 4001),
+    ("POST", "/v1/jog", '{"axis": "z", "distance": 0.1}', 4003),
+    ("POST", "/v1/jog", '{"axis": "b", "distance": 1e999}', 4001),
+    ("POST", "/v1/jog", '{"axis": "b", "distance": 5}', 2101),
+    ("POST", "/v1/jog", '{"axis": "b"}', 4005),
+    ("GET", "/v1/jobs/99999", None, 4004),
+    ("DELETE", "/v1/jobs/99999", None, 4004),
+    ("GET", "/v1/jobs/all", None, 4005),
+    ("GET", "/v1/events?since=soon", None, 4005),
+    ("POST", "/v1/dance", None, 4005),
+]
+
+
+@pytest.mark.parametrize(("method", "path", "body", "code"), BODIES)
+def test_requests(method: str, path: str, body: str | None, code: int, robot: Robot) -> None:
+    before = len(robot.wire)
+    connection = HTTPConnection(robot.url.removeprefix("http://"), timeout=10.0)
+    connection.request(method, path, body)
+    response = connection.getresponse()
+    problem = json.loads(response.read())
+    connection.close()
+    assert (response.status >= 400, problem["code"]) == (True, code)
+    assert problem["detail"].endswith((".", "`"))
+    assert robot.wire[before:] == []
+
+
+SPEEDS = ["run job.yaml --speed 2", "run job.yaml --dry-run --speed 2", "up --speed 2 --port 0", "up --speed=1"]
+
+
+@pytest.mark.parametrize("line", SPEEDS)
+def test_a_real_machine_has_no_speed_and_is_not_even_called(
+    line: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "job.yaml").write_text("steps: [home]")
+    with socket.create_server(("127.0.0.1", 0)) as machine:
+        machine.setblocking(False)
+        refused([*line.split(), "--address", f"127.0.0.1:{machine.getsockname()[1]}"], 4006, capsys)
+        with pytest.raises(BlockingIOError):
+            machine.accept()
+
+
+@pytest.mark.parametrize(
+    ("line", "code"),
+    [
+        ("up --speed 0", 4001),
+        ("up --speed nan", 4001),
+        ("up --speed 1001", 4001),
+        ("up --speed fast", 4008),
+        ("up --address a:b", 4001),
+        ("up --port 70000", 4008),
+        ("up --table nowhere.yaml", 4007),
+        ("run nowhere.yaml", 4007),
+        ("run .", 4007),
+        ("run", 4008),
+        ("run nowhere.yaml --seed x", 4008),
+        ("dmc serve --speed -1", 4001),
+        ("dmc send", 4008),
+        ("dmc send :x TP", 4001),
+        ("dmc sing", 4008),
+        ("fk 1 2", 4008),
+        ("fk 1 0.5 0.5", 2101),
+        ("ik 1 2 nan", 4001),
+        ("config check nowhere.toml", 4007),
+        ("config show --config nowhere.toml", 4007),
+        ("config init /dev/null/maya.toml", 5002),
+    ],
+)
+def test_command_lines(line: str, code: int, capsys: pytest.CaptureFixture[str]) -> None:
+    refused(line.split(), code, capsys)
+
+
+@pytest.mark.parametrize("line", ["pick 0.5 nan", "run nowhere.yaml", "up --speed 2 --address 127.0.0.1:1"])
+def test_the_installed_command_does_the_same(line: str) -> None:
+    command = [str(Path(sys.executable).with_name("maya")), *line.split()]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=30)
+    assert done.returncode == 2
+    assert done.stderr.startswith("maya: error 4")
+    assert "Traceback" not in done.stderr + done.stdout

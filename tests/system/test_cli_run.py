@@ -1,0 +1,125 @@
+"""`maya run`: the same job dry, scaled, interrupted, refused; on the twin, and by a robot that runs."""
+
+from __future__ import annotations
+
+import json
+import signal
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from maya_un.cli.main import main
+from tests.system.processes import done, running
+
+pytestmark = pytest.mark.system
+
+JOB = """
+name: one cube
+parts: {cube: [0.50, 1.10]}
+places: {tray: [1.10, 0.50, 0.40]}
+steps: [home, {gripper: open}, {pick: cube}, {place: tray}]
+"""
+
+
+@pytest.fixture(autouse=True)
+def job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MAYA_RUNTIME_DIR", str(tmp_path / "run"))
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.delenv("MAYA_CONFIG", raising=False)
+    monkeypatch.delenv("MAYA_LANG", raising=False)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "job.yaml").write_text(JOB)
+
+
+def report(line: str, capsys: pytest.CaptureFixture[str], code: int = 0) -> dict[str, Any]:
+    """Return the report that a command prints as JSON."""
+    assert main([*line.split(), "--json"]) == code
+    return json.loads(capsys.readouterr().out)
+
+
+def test_a_dry_run_tells_everything(capsys: pytest.CaptureFixture[str]) -> None:
+    found = report("run job.yaml --dry-run", capsys)
+    assert (found["job"], found["state"], found["code"]) == ("one cube", "done", 0)
+    assert [step["step"] for step in found["steps"]] == ["home", "gripper open", "pick cube", "place tray"]
+    assert {step["state"] for step in found["steps"]} == {"done"}
+    assert 0.3 < found["lowest"] <= 0.4001 < found["highest"] < 2.0
+    assert found["parts"]["cube"]["commanded"] == [1.1, 0.5, 0.4]
+    assert found["parts"]["cube"]["error"] < 2e-4
+    predicted = [step["predicted"] for step in found["steps"][1:]]
+    assert [step["duration"] for step in found["steps"][1:]] == pytest.approx(predicted, rel=0.01)
+
+
+def test_a_scaled_run_ends_where_the_dry_run_did(capsys: pytest.CaptureFixture[str]) -> None:
+    dry = report("run job.yaml --dry-run --seed 3", capsys)
+    scaled = report("run job.yaml --speed 100 --seed 3", capsys)
+    for one, other in zip(dry["steps"], scaled["steps"], strict=True):
+        assert (one["step"], one["state"]) == (other["step"], other["state"])
+    for one, other in zip(dry["steps"][1:], scaled["steps"][1:], strict=True):
+        assert one["end_counts"] == pytest.approx(other["end_counts"], abs=1)
+    assert dry["parts"]["cube"]["place"] == pytest.approx(scaled["parts"]["cube"]["place"], abs=1e-4)
+
+
+def test_the_seed_draws_the_start(capsys: pytest.CaptureFixture[str]) -> None:
+    first, again, other = (report(f"run job.yaml --dry-run --seed {seed}", capsys) for seed in (1, 1, 2))
+    assert first == again
+    assert first["duration"] != other["duration"]
+
+
+def test_people_get_a_table(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "job.yaml", "--dry-run"]) == 0
+    text = capsys.readouterr().out
+    assert "one cube: done in" in text
+    assert "3   pick cube" in text
+
+
+def test_a_job_that_is_refused_moves_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "far.yaml").write_text("steps: [home, {approach: [5, 5, 5]}]")
+    found = report("run far.yaml --dry-run", capsys, code=1)
+    assert (found["state"], found["code"]) == ("failed", 2101)
+    assert [step["state"] for step in found["steps"]] == ["skipped", "failed"]
+    assert "Nearest reachable" in found["message"]
+
+
+@pytest.mark.parametrize("kind", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_stops_and_reports(kind: signal.Signals) -> None:
+    with running("run job.yaml --speed 20") as process:
+        process.until("raise")
+        process.send(kind)
+        code, text = process.end()
+    assert code == 130
+    assert "home   " in text
+    assert "cancelled (2202)" in text
+    assert "Traceback" not in text
+
+
+def test_an_interrupted_wish_stops_the_robot_that_runs() -> None:
+    with running("up --port 0 --speed 20") as up:
+        up.until("maya home")
+        with running("run job.yaml") as process:
+            process.until("raise")
+            process.send(signal.SIGINT)
+            code, text = process.end()
+        assert (code, "cancelled (2202)" in text) == (130, True)
+        assert done("status")[1].startswith("not homed")
+        up.send(signal.SIGTERM)
+        assert up.end()[0] == 0
+
+
+def test_a_robot_that_runs_takes_the_job(capsys: pytest.CaptureFixture[str]) -> None:
+    with running("up --port 0 --speed 200 --table job.yaml") as up:
+        up.until("maya home")
+        found = report("run job.yaml", capsys)
+        assert (found["state"], found["parts"]["cube"]["error"] < 2e-4) == ("done", True)
+        code, text = done("approach 0.5 1.1 0.5")
+        assert (code, text.splitlines()[-1]) == (0, "Done.")
+        code, text = done("pick 0.5 1.1 5")
+        assert (code, "error 2101" in text) == (1, True)
+        code, text = done("jog a 2deg")
+        assert (code, text) == (0, "Done.\n")
+        code, text = done("status")
+        assert (code, text.startswith("idle")) == (0, True)
+        up.send(signal.SIGTERM)
+        assert up.end() == (0, "Ending.\n")
+    assert done("status")[0] == 1

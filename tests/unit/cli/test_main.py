@@ -1,0 +1,88 @@
+"""The entry: what it imports, how it answers, how it fails."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import maya_un
+from maya_un.cli import app, quick
+from maya_un.cli.main import main
+
+HEAVY = ("asyncio", "typer", "rich", "pydantic", "numpy", "fastapi", "uvicorn", "importlib.metadata")
+
+
+@pytest.mark.parametrize("line", ["--help", "--version", "status", "stop", "stop --address 127.0.0.1:1"])
+def test_hurried_commands_import_nothing_heavy(line: str, tmp_path: Path) -> None:
+    code = (
+        "import sys; from maya_un.cli.main import main; main(sys.argv[1:]); "
+        f"print('loaded:', [name for name in {HEAVY} if name in sys.modules])"
+    )
+    command = [sys.executable, "-c", code, *line.split()]
+    done = subprocess.run(
+        command, capture_output=True, text=True, check=True, env={"MAYA_RUNTIME_DIR": str(tmp_path)}, timeout=30
+    )
+    assert done.stdout.endswith("loaded: []\n")
+
+
+def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--help"]) == 0
+    text = capsys.readouterr().out
+    names = [command.name or command.callback.__name__ for command in app.app.registered_commands if command.callback]
+    assert [name for name in names if f"{name} " not in text and f"{name}\n" not in text] == []
+
+
+@pytest.mark.parametrize("line", ["", "-h", "help", "pick --help", "dmc serve --help", "config --help", "run --help"])
+def test_help_is_an_answer(line: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(line.split()) == 0
+    assert "maya" in capsys.readouterr().out
+
+
+def test_the_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--version", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"version": maya_un.__version__}
+
+
+def test_a_wish_without_a_robot_says_what_to_start(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["pick", "0.5", "1.2"]) == 1
+    assert capsys.readouterr().err == (
+        "maya: error 1020: Nothing is running here. Start `maya up`, then say it again.\n"
+    )
+
+
+def test_an_error_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["pick", "0.5", "12parsec", "--json"]) == 2
+    error = json.loads(capsys.readouterr().out)["error"]
+    assert error["code"] == 4001
+    assert error["details"]["key"] == "y"
+
+
+def test_an_error_in_spanish(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--lang", "es", "home"]) == 1
+    assert "Aquí no hay nada en marcha" in capsys.readouterr().err
+
+
+def test_what_nobody_foresaw_is_one_sentence_and_a_log(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def broken(*_: object) -> int:
+        raise ZeroDivisionError("surprise")
+
+    monkeypatch.setattr(quick, "run", broken)
+    assert main(["status"]) == 1
+    captured = capsys.readouterr()
+    assert captured.err.startswith("maya: error 5999: ")
+    assert "Traceback" not in captured.err + captured.out
+    assert "surprise" in (tmp_path / "state" / "maya" / "maya.log").read_text()
+
+
+def test_ctrl_c_has_its_exit_code(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: object) -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(quick, "run", interrupted)
+    assert main(["status"]) == 130

@@ -1,0 +1,69 @@
+from __future__ import annotations
+
+from math import pi
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from maya_un.cli.quantities import angle, clock_factor, host_and_port, length, target_address
+from maya_un.errors import InvalidValue, SpeedOnRealMachine
+
+numbers = st.floats(allow_nan=False, allow_infinity=False)
+
+
+@given(numbers)
+def test_a_plain_number_is_si(value: float) -> None:
+    assert length(repr(value), "x") == value
+    assert angle(repr(value), "a") == value
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("1.5m", 1.5), ("120mm", 0.12), ("12 cm", 0.12), ("-3um", -3e-6), ("5e2µm", 5e-4), (".5", 0.5), ("+2.", 2.0)],
+)
+def test_lengths_take_units(text: str, value: float) -> None:
+    assert length(text, "x") == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize(("text", "value"), [("180deg", pi), ("-90°", -pi / 2), ("2rad", 2.0), ("5mrad", 0.005)])
+def test_angles_take_units(text: str, value: float) -> None:
+    assert angle(text, "a") == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "nan", "inf", "-inf", "1e999", "1,5", "12 parsecs", "30deg", "1 2", "0x10", "1_0", "mm", "--1"]
+)
+def test_a_length_that_is_none_is_refused_by_name(text: str) -> None:
+    with pytest.raises(InvalidValue, match=r"^z = "):
+        length(text, "z")
+
+
+def test_a_length_is_no_angle() -> None:
+    with pytest.raises(InvalidValue):
+        angle("30mm", "a")
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, 1000.1, float("nan"), float("inf")])
+def test_a_clock_has_its_range(speed: float) -> None:
+    with pytest.raises(InvalidValue):
+        clock_factor(speed, "sim")
+
+
+def test_only_the_twins_clock_runs_faster() -> None:
+    assert clock_factor(None, "10.0.0.1") == 1.0
+    assert clock_factor(20.0, "sim") == 20.0
+    with pytest.raises(SpeedOnRealMachine, match=r"10\.0\.0\.1"):
+        clock_factor(1.0, "10.0.0.1")
+
+
+def test_an_address_has_a_port() -> None:
+    assert host_and_port("192.168.1.156") == ("192.168.1.156", 23)
+    assert host_and_port("maya-1.local:5000") == ("maya-1.local", 5000)
+    assert target_address("sim") == "sim"
+
+
+@pytest.mark.parametrize("text", ["", ":23", "host:", "host:x", "host:0", "host:65536", "ho st", "-h", "a:b:c", "h:²"])
+def test_an_address_that_is_none_is_refused(text: str) -> None:
+    with pytest.raises(InvalidValue):
+        target_address(text)

@@ -1,0 +1,125 @@
+from __future__ import annotations
+
+from string import Formatter
+from typing import Any
+
+import pytest
+
+from maya_un.cli import display, words
+from maya_un.cli.display import Bars, Lines
+from maya_un.cli.narrate import line, tell
+from maya_un.cli.output import concluded, exit_code
+from maya_un.cli.report import as_data, as_text, table
+from maya_un.cli.settings import Settings
+from maya_un.errors import by_code
+
+STEP: dict[str, Any] = {
+    "index": 1,
+    "key": "steps.0",
+    "step": "pick cube",
+    "state": "failed",
+    "code": 2101,
+    "message": "Too far.",
+    "predicted": None,
+    "duration": 12.34,
+    "end_counts": [1, 2, 3],
+    "end_point": [0.5, 1.0, 0.4],
+}
+REPORT: dict[str, Any] = {
+    "id": 4,
+    "name": "cubes",
+    "state": "failed",
+    "code": 2101,
+    "message": "Too far.",
+    "predicted": 10.0,
+    "duration": 12.5,
+    "lowest": 0.4,
+    "highest": 0.5,
+    "steps": [STEP],
+    "parts": {"cube": [1.0, 0.5, 0.4], "lost": None},
+}
+
+
+def test_data_has_the_parts_by_both_records() -> None:
+    data = as_data(REPORT, {"cube": (1.0, 0.5, 0.403), "lost": (0.0, 0.0, 0.0)})
+    assert data["parts"]["cube"] == {
+        "place": [1.0, 0.5, 0.403],
+        "commanded": [1.0, 0.5, 0.4],
+        "error": pytest.approx(0.003),
+    }
+    assert data["parts"]["lost"]["error"] is None
+    assert list(data["steps"][0]) == [key for key in STEP if key != "key"]
+
+
+def test_a_real_machine_has_no_record_of_parts() -> None:
+    assert as_data(REPORT, None)["parts"]["cube"] == {"place": None, "commanded": [1.0, 0.5, 0.4], "error": None}
+
+
+def test_text_says_what_matters() -> None:
+    text = as_text(as_data(REPORT, {"cube": (1.0, 0.5, 0.403)}), "en")
+    assert text.startswith("cubes: failed in 12.5 s; gripper between 0.400 m and 0.500 m")
+    assert "pick cube   failed (2101)" in text
+    assert "1.0000 0.5000 0.4030" in text
+    assert "3.000" in text
+
+
+def test_a_job_that_never_began_has_a_report_too() -> None:
+    early = {**REPORT, "duration": None, "lowest": None, "highest": None, "steps": [], "parts": {}}
+    assert as_text(as_data(early, None), "es").startswith("cubes: failed en 0.0 s")
+
+
+def test_columns_line_up() -> None:
+    assert table(("n", "name"), [("1", "a"), ("10", "bcdef")], right=(0,)) == " n   name\n 1   a\n10   bcdef"
+
+
+@pytest.mark.parametrize(
+    ("kind", "code", "detail", "text"),
+    [
+        ("step", 0, {"index": 3, "step": "home", "state": "done"}, "   3 home: done"),
+        ("step", 2101, {"index": 3, "step": "home", "state": "failed"}, "   3 home: failed (2101)"),
+        ("step", 0, {"index": 3, "step": "home", "state": "queued"}, None),
+        ("phase", 0, {"name": "down"}, "       down"),
+        ("fault", 2302, {"message": "Stuck."}, "       fault (2302) Stuck."),
+        ("gripper_open", 0, {}, "       gripper open"),
+        ("moving", 0, {"to": "x"}, None),
+    ],
+)
+def test_events_as_lines(kind: str, code: int, detail: dict[str, Any], text: str | None) -> None:
+    assert line({"kind": kind, "code": code, "detail": detail}) == text
+
+
+def test_only_done_is_success(capsys: pytest.CaptureFixture[str]) -> None:
+    assert concluded({**REPORT, "state": "done", "code": 0}, Settings()) == 0
+    assert concluded(REPORT, Settings()) == 1
+    assert capsys.readouterr().err == "maya: error 2101: Too far.\n"
+
+
+def test_every_error_has_an_exit_code() -> None:
+    codes = {code: exit_code(code) for code in by_code()}
+    assert set(codes.values()) == {1, 2}
+    assert (codes[4001], codes[5001], codes[5999], codes[2101], codes[1020]) == (2, 2, 1, 1, 1)
+
+
+def test_both_languages_say_the_same_details() -> None:
+    def names(text: str) -> set[str | None]:
+        return {name for _, name, _, _ in Formatter().parse(text)}
+
+    differing = [key for key, (english, spanish) in words._WORDS.items() if names(english) != names(spanish)]
+    assert differing == []
+
+
+def test_the_display_suits_the_screen(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    assert type(display.chosen(Settings(json=True))) is display.Display
+    assert type(display.chosen(Settings())) is Lines
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+    assert type(display.chosen(Settings())) is Bars
+
+
+def test_bars_print_facts_and_leave_the_screen_clean(capsys: pytest.CaptureFixture[str]) -> None:
+    with Bars("en") as bars:
+        tell({"kind": "phase", "code": 0, "detail": {"name": "down"}}, bars)
+        bars.motion("follow", 3.0, 10.0)
+        bars.note("a [fact] is not markup")
+        bars.rest()
+    assert "a [fact] is not markup" in capsys.readouterr().out
+    assert bars.phase == "down"

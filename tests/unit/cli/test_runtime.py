@@ -1,0 +1,67 @@
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from maya_un.cli import runtime
+from maya_un.cli.runtime import Running
+from maya_un.errors import AlreadyRunning, FileUnwritable
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("MAYA_RUNTIME_DIR", str(tmp_path / "maya"))
+    return tmp_path / "maya"
+
+
+@pytest.mark.parametrize("controller", [None, ("10.0.0.1", 23)])
+def test_what_was_published_is_found_and_goes_with_its_owner(place: Path, controller: tuple[str, int] | None) -> None:
+    running = Running("http://127.0.0.1:4133", os.getpid(), controller)
+    with runtime.claimed():
+        runtime.publish(running)
+        assert runtime.find() == running
+    assert runtime.find() is None
+    assert place.stat().st_mode & 0o777 == 0o700
+
+
+@pytest.mark.usefixtures("place")
+def test_there_is_one_at_a_time() -> None:
+    with runtime.claimed():
+        runtime.publish(Running("http://127.0.0.1:4133", 77, None))
+        with pytest.raises(AlreadyRunning, match="77"), runtime.claimed():
+            pass
+        assert runtime.find() is not None
+    with runtime.claimed():
+        pass
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"url": "x"}', '{"url": "x", "pid": 1, "controller": 5}'])
+def test_a_file_that_is_not_ours_is_no_service(place: Path, text: str) -> None:
+    place.mkdir()
+    (place / "service.json").write_text(text)
+    assert runtime.find() is None
+
+
+def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("MAYA_RUNTIME_DIR", str(tmp_path / "file" / "maya"))
+    with pytest.raises(FileUnwritable, match="file"), runtime.claimed():
+        pass
+
+
+def test_a_link_in_the_folders_place_is_not_followed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "maya").symlink_to(tmp_path / "elsewhere")
+    monkeypatch.setenv("MAYA_RUNTIME_DIR", str(tmp_path / "maya"))
+    with pytest.raises(FileUnwritable, match="somebody else"), runtime.claimed():
+        pass
+
+
+def test_the_session_has_a_folder_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("MAYA_RUNTIME_DIR", raising=False)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", "/run/user/7")
+    assert runtime.folder() == Path("/run/user/7/maya")
+    monkeypatch.delenv("XDG_RUNTIME_DIR")
+    assert runtime.folder() == Path(f"/tmp/maya-{os.getuid()}")

@@ -1,0 +1,39 @@
+from __future__ import annotations
+
+import pytest
+
+from maya_un.cli.settings import Settings, from_environment, split
+from maya_un.errors import InvalidCommandLine, InvalidValue
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "--json --lang es --config c.toml pick 1 -2",
+        "pick --json 1 --lang=es -2 --config=c.toml",
+        "pick 1 -2 --config c.toml --lang es --json",
+    ],
+)
+def test_what_holds_everywhere_may_stand_anywhere(line: str) -> None:
+    assert split(line.split(), Settings()) == (Settings("es", True, "c.toml"), ["pick", "1", "-2"])
+
+
+def test_nothing_is_taken_behind_two_dashes() -> None:
+    assert split(["dmc", "send", "h", "--", "--json"], Settings()) == (Settings(), ["dmc", "send", "h", "--json"])
+
+
+@pytest.mark.parametrize("line", [["--lang"], ["--lang="], ["status", "--config"]])
+def test_an_option_needs_its_value(line: list[str]) -> None:
+    with pytest.raises(InvalidCommandLine):
+        split(line, Settings())
+
+
+def test_an_unknown_language_is_refused() -> None:
+    with pytest.raises(InvalidValue, match="en, es"):
+        split(["--lang", "fr"], Settings())
+
+
+@pytest.mark.parametrize(("value", "language"), [("es", "es"), ("es_CO.UTF-8", "es"), ("fr", "en"), ("", "en")])
+def test_the_environment_chooses_a_language_we_have(value: str, language: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MAYA_LANG", value)
+    assert from_environment().language == language

@@ -1,0 +1,292 @@
+"""The HTTP interface, asked by a client in the same loop; the service behind it is a stand-in."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator, Awaitable, Callable
+from typing import Any, cast
+
+import httpx
+import pytest
+
+from maya_un.api.service import Service
+from maya_un.errors import Busy, InvalidJob, LinkLost, MayaError, NotFound, Unreachable
+from maya_un.events import Event, EventLog, Kind
+from maya_un.server.app import create_app
+from maya_un.server.bridge import Bridge
+from maya_un.server.guard import BODY_LIMIT
+from maya_un.values import Point, StopReport
+from tests.virtual_time import elapse
+
+
+class StandIn:
+    """Answers like a service, notes what it was asked, and fails on demand."""
+
+    def __init__(self) -> None:
+        self.log = EventLog(lambda: 0.0)
+        self.asked: list[tuple[object, ...]] = []
+        self.error: Exception | None = None
+        self.released = asyncio.Event()
+
+    def _note(self, *what: object) -> None:
+        self.asked.append(what)
+        if self.error is not None:
+            raise self.error
+
+    async def status(self) -> dict[str, str]:
+        self._note("status")
+        return {"mode": "idle"}
+
+    async def submit(self, job: dict[str, Any]) -> dict[str, int]:
+        self._note("submit", job)
+        return {"id": 1}
+
+    async def wish(self, primitive: dict[str, Any], *, wait: bool) -> dict[str, bool]:
+        self._note("wish", primitive, wait)
+        if wait:
+            await self.released.wait()
+        return {"waited": wait}
+
+    async def job(self, number: int) -> dict[str, int]:
+        self._note("job", number)
+        return {"id": number}
+
+    async def jobs(self) -> list[int]:
+        self._note("jobs")
+        return []
+
+    async def cancel(self, number: int) -> dict[str, int]:
+        self._note("cancel", number)
+        return {"id": number}
+
+    async def preview(self, job: dict[str, Any]) -> dict[str, float]:
+        self._note("preview", job)
+        return {"duration": 1.0}
+
+    async def jog(self, axis: str, distance: float) -> None:
+        self._note("jog", axis, distance)
+
+    async def stop(self) -> StopReport:
+        self._note("stop")
+        return StopReport(True, 0.5, (0.0, 0.01, 0.02))
+
+    async def abort(self) -> None:
+        self._note("abort")
+
+    async def recover(self) -> None:
+        self._note("recover")
+
+    def events_since(self, seq: int) -> list[Event]:
+        return self.log.since(seq)
+
+    def follow_events(self, seq: int) -> AsyncIterator[Event]:
+        return self.log.follow(seq)
+
+
+Ask = Callable[..., Awaitable[httpx.Response]]
+
+
+def door(service: StandIn, *, parts: bool = False) -> httpx.AsyncClient:
+    """Return a client of the application around `service`, within the running loop."""
+    places = (lambda: {"cube": Point(0.5, 1.0, 0.4)}) if parts else None
+    bridge = Bridge(asyncio.get_running_loop(), cast("Service", service), places)
+    transport = httpx.ASGITransport(create_app(bridge), raise_app_exceptions=False)
+    return httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1:4133")
+
+
+def problem(response: httpx.Response) -> dict[str, Any]:
+    """Return a refusal, after checking what every refusal has."""
+    assert response.headers["content-type"] == "application/problem+json"
+    body = response.json()
+    assert body["status"] == response.status_code
+    assert body["type"] == f"urn:maya:error:{body['code']}"
+    assert body["detail"] and body["title"] and isinstance(body["details"], dict)
+    assert "Traceback" not in response.text
+    return body
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "body", "asked", "status"),
+    [
+        ("GET", "/v1/status", None, ("status",), 200),
+        ("POST", "/v1/jobs", {"steps": ["home"]}, ("submit", {"steps": ["home"]}), 202),
+        ("GET", "/v1/jobs", None, ("jobs",), 200),
+        ("GET", "/v1/jobs/7", None, ("job", 7), 200),
+        ("DELETE", "/v1/jobs/7", None, ("cancel", 7), 200),
+        ("POST", "/v1/preview", {"steps": []}, ("preview", {"steps": []}), 200),
+        ("POST", "/v1/tasks", {"command": "home"}, ("wish", {"command": "home"}, False), 202),
+        ("POST", "/v1/jog", {"axis": "b", "distance": 1}, ("jog", "b", 1.0), 200),
+        ("POST", "/v1/stop", None, ("stop",), 200),
+        ("POST", "/v1/abort", None, ("abort",), 200),
+        ("POST", "/v1/recover", None, ("recover",), 200),
+    ],
+)
+async def test_each_path_asks_the_service_one_thing(
+    method: str, path: str, body: object, asked: tuple[object, ...], status: int
+) -> None:
+    service = StandIn()
+    async with door(service) as client:
+        response = await client.request(method, path, json=body)
+    assert (response.status_code, service.asked) == (status, [asked])
+
+
+async def test_stop_answers_how_long_and_how_far() -> None:
+    async with door(StandIn()) as client:
+        answer = (await client.post("/v1/stop")).json()
+    assert answer == {"was_moving": True, "duration": 0.5, "distance": [0.0, 0.01, 0.02]}
+
+
+async def test_stop_is_served_while_a_wish_waits() -> None:
+    service = StandIn()
+    async with door(service) as client:
+        waiting = asyncio.create_task(client.post("/v1/tasks?wait=true", json={"command": "home"}))
+        response = await client.post("/v1/stop")
+        assert response.status_code == 200 and not waiting.done()
+        service.released.set()
+        assert (await waiting).json() == {"waited": True}
+
+
+async def test_events_are_given_by_number() -> None:
+    service = StandIn()
+    service.log.emit(Kind.HOMING)
+    service.log.emit(Kind.FAULT, 2302, axis="b", message="stuck")
+    async with door(service) as client:
+        events = (await client.get("/v1/events?since=1")).json()
+    assert events == [
+        {"seq": 2, "time": 0.0, "kind": "fault", "code": 2302, "detail": {"axis": "b", "message": "stuck"}}
+    ]
+
+
+async def test_a_patient_client_gets_the_next_event() -> None:
+    service = StandIn()
+    asyncio.get_running_loop().call_later(3.0, service.log.emit, Kind.HOMED)
+    async with door(service) as client:
+        events = (await client.get("/v1/events?since=0&wait=10")).json()
+    assert [event["kind"] for event in events] == ["homed"]
+
+
+async def test_patience_ends() -> None:
+    async with door(StandIn()) as client:
+        assert (await client.get("/v1/events?wait=10")).json() == []
+    await elapse(0.0)  # the word that nobody waits any more travels from one loop to the other
+
+
+async def test_the_twin_tells_where_its_parts_stand() -> None:
+    async with door(StandIn(), parts=True) as client:
+        assert (await client.get("/v1/twin")).json() == {"parts": {"cube": [0.5, 1.0, 0.4]}}
+
+
+async def test_a_real_machine_has_no_twin() -> None:
+    async with door(StandIn()) as client:
+        assert problem(await client.get("/v1/twin"))["code"] == NotFound.code
+
+
+@pytest.mark.parametrize(
+    ("error", "status"),
+    [
+        (NotFound(what="job", number=7), 404),
+        (Busy(doing="job 1"), 409),
+        (InvalidJob(key="steps", reason="it is empty"), 422),
+        (Unreachable(target="x", reason="y", nearest="z", nearest_point=Point(1.0, 2.0, float("nan"))), 422),
+        (LinkLost(address="there", reason="cut"), 503),
+    ],
+)
+async def test_an_error_keeps_its_code_words_and_details(error: MayaError, status: int) -> None:
+    service = StandIn()
+    service.error = error
+    async with door(service) as client:
+        body = problem(await client.get("/v1/jobs/7"))
+    assert (body["status"], body["code"], body["detail"]) == (status, error.code, str(error))
+    assert body["details"].keys() == error.details.keys()
+
+
+async def test_an_error_speaks_the_clients_language() -> None:
+    service = StandIn()
+    service.error = Busy(doing="x")
+    async with door(service) as client:
+        body = problem(await client.get("/v1/status", headers={"Accept-Language": "es-CO"}))
+    assert body["detail"] == service.error.text("es")
+
+
+async def test_what_nobody_foresaw_is_one_sentence(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    service = StandIn()
+    service.error = ZeroDivisionError("surprise")
+    async with door(service) as client:
+        body = problem(await client.get("/v1/status"))
+    assert (body["status"], body["code"]) == (500, 5999)
+    assert "surprise" in (tmp_path / "maya" / "maya.log").read_text()
+
+
+@pytest.mark.parametrize(
+    ("path", "content"),
+    [
+        ("/v1/jobs", b"{"),
+        ("/v1/jobs", b""),
+        ("/v1/jobs", b"[1, 2]"),
+        ("/v1/jobs", b'"home"'),
+        ("/v1/jobs", b'{"repeat": NaN}'),
+        ("/v1/jobs", b'{"repeat": -Infinity}'),
+        ("/v1/tasks", b'{"a": ' * 100_000),
+        ("/v1/tasks", b"\xff\xfe\x00"),
+        ("/v1/jog", b"{}"),
+        ("/v1/jog", b'{"axis": "a", "distance": 1, "speed": 2}'),
+        ("/v1/jog", b'{"axis": 3, "distance": 1}'),
+        ("/v1/jog", b'{"axis": "a", "distance": true}'),
+        ("/v1/jog", b'{"axis": "a", "distance": "far"}'),
+    ],
+)
+async def test_a_bad_body_is_refused_and_never_reaches_the_service(path: str, content: bytes) -> None:
+    service = StandIn()
+    async with door(service) as client:
+        body = problem(await client.post(path, content=content))
+    assert body["code"] in {4001, 4005}
+    assert service.asked == []
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "status"),
+    [
+        ("GET", "/", 404),
+        ("GET", "/v2/status", 404),
+        ("GET", "/v1/jobs/seven", 400),
+        ("PUT", "/v1/status", 405),
+        ("GET", "/v1/events?since=-1", 400),
+        ("GET", "/v1/events?since=x", 400),
+        ("GET", "/v1/events?wait=nan", 400),
+        ("GET", "/v1/events?wait=1e9", 400),
+        ("POST", "/v1/tasks?wait=perhaps", 400),
+    ],
+)
+async def test_unknown_paths_and_values_are_refused(method: str, path: str, status: int) -> None:
+    async with door(StandIn()) as client:
+        content = b'{"command": "home"}' if method == "POST" else None
+        body = problem(await client.request(method, path, content=content))
+    assert (body["status"], body["code"]) == (status, 4005)
+
+
+async def test_a_body_too_long_is_refused() -> None:
+    service = StandIn()
+    async with door(service) as client:
+        body = problem(await client.post("/v1/jobs", content=json.dumps({"name": "x" * BODY_LIMIT})))
+    assert body["status"] == 413
+    assert service.asked == []
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [{"Host": "maya.example.org"}, {"Host": "127.0.0.1.example.org"}, {"Origin": "https://example.org"}],
+)
+async def test_only_this_machine_may_command(headers: dict[str, str]) -> None:
+    service = StandIn()
+    async with door(service) as client:
+        assert problem(await client.post("/v1/stop", headers=headers))["status"] == 403
+    assert service.asked == []
+
+
+@pytest.mark.parametrize("name", ["localhost", "127.0.0.1:80", "[::1]:4133"])
+async def test_every_name_of_loopback_is_accepted(name: str) -> None:
+    async with door(StandIn()) as client:
+        response = await client.get("/v1/health", headers={"Host": name, "Origin": f"http://{name}"})
+    assert response.status_code == 200
