@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import os
-import time
 from collections.abc import Awaitable, Callable
-from statistics import median
+
+from harness import Case, Goal, Sample, measure, report, timed
 
 from maya_un.galil.commands import parse
 from maya_un.galil.driver import Driver
@@ -14,8 +14,10 @@ from maya_un.galil.framing import LineSplitter
 from maya_un.galil.record import AxisRecord, DataRecord, decode, encode
 from maya_un.galil.transport import TcpTransport
 
-ROUNDS, REQUESTS = 7, 2_000
+REQUESTS = 2_000
+ASK = b"TP\r"
 REPLY = b" 200, -10, 0\r\n:"
+ECHO = "bare asyncio echo"
 
 
 class Answerer(asyncio.Protocol):
@@ -31,54 +33,54 @@ class Answerer(asyncio.Protocol):
         self._transport.write(REPLY)
 
 
-async def each(request: Callable[[], Awaitable[object]]) -> float:
-    """Return the time of one request [µs]."""
-    start = time.perf_counter()
-    for _ in range(REQUESTS):
+async def over(count: int, request: Callable[[], Awaitable[object]]) -> None:
+    """Make requests one after the other."""
+    for _ in range(count):
         await request()
-    return (time.perf_counter() - start) / REQUESTS * 1e6
 
 
-async def round_trips() -> tuple[float, float]:
-    """Return the times of a bare echo and of the driver [µs], taken in turn and their medians."""
-    server = await asyncio.get_running_loop().create_server(Answerer, "127.0.0.1", 0)
-    port = server.sockets[0].getsockname()[1]
-    reader, writer = await asyncio.open_connection("127.0.0.1", port)
-    driver = await Driver.open(await TcpTransport.connect("127.0.0.1", port, 5.0), timeout=5.0)
-
-    async def echo() -> None:
-        writer.write(b"TP\r")
-        await reader.read(100)
-
-    async def request() -> None:
-        await driver.send("TP")
-
-    pairs = [(await each(echo), await each(request)) for _ in range(ROUNDS)]
-    await driver.close()
-    writer.close()
-    server.close()
-    return median(bare for bare, _ in pairs), median(ours for _, ours in pairs)
+def in_loop(loop: asyncio.AbstractEventLoop, request: Callable[[], Awaitable[object]]) -> Sample:
+    """Return a sample of the time of one request [s]."""
+    batch = timed(lambda: loop.run_until_complete(over(REQUESTS, request)))
+    return lambda: batch() / REQUESTS
 
 
-def once(work: Callable[[], object]) -> float:
-    """Return the time of one call [µs]."""
-    start = time.perf_counter()
-    for _ in range(REQUESTS):
-        work()
-    return (time.perf_counter() - start) / REQUESTS * 1e6
+def language() -> list[Case]:
+    """Return what the language costs on its own."""
+    record = encode(DataRecord(axes=(AxisRecord(),) * 3))
+    splitter = LineSplitter()
+    return [
+        Case("decode a data record", timed(lambda: decode(record), 2000)),
+        Case("parse a segment (LI)", timed(lambda: parse("LI 1000,-2000,3000<4000>200"), 2000)),
+        Case("split a line of four", timed(lambda: splitter.feed(b"LI 1,2,3;LI 4,5,6;LE;BGS\r"), 2000)),
+    ]
 
 
 def main() -> None:
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
-    bare, ours = asyncio.run(round_trips())
-    print(f"bare asyncio echo       {bare:8.1f} us")
-    print(f"driver, request/reply   {ours:8.1f} us   {ours / bare:.2f} x (at most 2)")
-    record = encode(DataRecord(axes=(AxisRecord(),) * 3))
-    splitter = LineSplitter()
-    print(f"decode a data record    {once(lambda: decode(record)):8.1f} us")
-    print(f"parse a segment (LI)    {once(lambda: parse('LI 1000,-2000,3000<4000>200')):8.1f} us")
-    print(f"split a line of four    {once(lambda: splitter.feed(b'LI 1,2,3;LI 4,5,6;LE;BGS' + bytes([13]))):8.1f} us")
+    loop = asyncio.new_event_loop()
+    server = loop.run_until_complete(loop.create_server(Answerer, "127.0.0.1", 0))
+    port = server.sockets[0].getsockname()[1]
+    reader, writer = loop.run_until_complete(asyncio.open_connection("127.0.0.1", port))
+    transport = loop.run_until_complete(TcpTransport.connect("127.0.0.1", port, 5.0))
+    driver = loop.run_until_complete(Driver.open(transport, timeout=5.0))
+
+    async def echo() -> None:
+        writer.write(ASK)
+        await reader.read(100)
+
+    cases = [
+        Case(ECHO, in_loop(loop, echo)),
+        Case("driver, request and reply", in_loop(loop, lambda: driver.send("TP")), goal=Goal(2.0, to=ECHO)),
+    ]
+    figures = measure([*cases, *language()], rounds=9)
+    loop.run_until_complete(driver.close())
+    writer.close()
+    server.close()
+    loop.run_until_complete(server.wait_closed())
+    loop.close()
+    report(figures)
 
 
 if __name__ == "__main__":

@@ -62,7 +62,7 @@ def make_twin(*, seed: int = 0, truth: Truth | None = None, parts: Mapping[str, 
     """
     real = truth if truth is not None else Truth()
     start = legal_start(random.Random(seed), real)
-    mechanics = MayaMechanics(real, start, parts={name: tuple(place) for name, place in (parts or {}).items()})
+    mechanics = MayaMechanics(real, start, parts=parts or {})
     return Twin(VirtualController(VirtualDmc(mechanics)), mechanics)
 
 

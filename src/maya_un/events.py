@@ -7,7 +7,7 @@ number; a reader that is slow has its own queue, so it slows nobody.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Iterator, Mapping
+from collections.abc import AsyncGenerator, Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -75,10 +75,10 @@ class EventLog:
         """Add a fact and hand it to every listener and subscriber; returns it with its number."""
         event = Event(len(self._events) + 1, self._clock(), kind, code, MappingProxyType(detail))
         self._events.append(event)
-        for listener in tuple(self._listeners):
-            listener(event)
         for queue in self._queues:
             queue.put_nowait(event)
+        for listener in tuple(self._listeners):
+            listener(event)
         return event
 
     def since(self, seq: int) -> list[Event]:
@@ -94,7 +94,7 @@ class EventLog:
         finally:
             self._listeners.remove(listener)
 
-    async def follow(self, seq: int = 0) -> AsyncIterator[Event]:
+    async def follow(self, seq: int = 0) -> AsyncGenerator[Event]:
         """Yield every event numbered above `seq`, those past first, then as they come."""
         queue: asyncio.Queue[Event] = asyncio.Queue()
         for event in self.since(seq):

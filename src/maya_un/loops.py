@@ -29,6 +29,10 @@ class HorizonReached(RuntimeError):
     """Virtual time went past its horizon: a forgotten ticker, or a wait that never ends."""
 
 
+_LOOK = 0.05
+"""Longest wait for somebody outside before looking again whether anybody is [s, real time]."""
+
+
 class _OrderedTimer(asyncio.TimerHandle):
     """A timer that runs in the order it was set where due times are equal (asyncio's heap does not)."""
 
@@ -62,7 +66,7 @@ class _JumpingSelector(selectors.SelectSelector):
         if ready or timeout == 0:
             return ready
         if self.loop.outside:
-            return super().select(0.05 if timeout is None else min(0.05, timeout))
+            return super().select(_LOOK)
         if timeout is None:
             raise Deadlock("nothing is ready, no timer is set, nothing outside is awaited")
         self.loop.jump()
@@ -119,8 +123,8 @@ class JumpingLoop(asyncio.SelectorEventLoop):
 
     def run_in_executor(self, executor: Any, func: Callable[..., T], *args: Any) -> asyncio.Future[T]:  # type: ignore[override]
         """Run `func` in a thread; the clock waits for it."""
-        self.outside += 1
         future = super().run_in_executor(executor, func, *args)
+        self.outside += 1
 
         def back(_: object) -> None:
             self.outside -= 1
@@ -141,11 +145,12 @@ class ScaledLoop(asyncio.SelectorEventLoop):
     """
 
     def __init__(self, speed: float) -> None:
+        super().__init__(_ScaledSelector(speed))
         if not 0.0 < speed < float("inf"):
+            self.close()
             raise ValueError("speed must be positive and finite")
         self.speed = speed
         self._start = time.monotonic()
-        super().__init__(_ScaledSelector(speed))
         self._clock_resolution *= speed
 
     def time(self) -> float:

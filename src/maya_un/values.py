@@ -65,7 +65,7 @@ class Progress:
     @property
     def fraction(self) -> float:
         """Share of the duration that has passed, 0 to 1."""
-        return 1.0 if self.duration <= 0.0 else min(1.0, self.elapsed / self.duration)
+        return 1.0 if self.duration <= 0.0 else max(0.0, min(1.0, self.elapsed / self.duration))
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,8 +19,8 @@ from maya_un.errors import (
     MachineError,
     MarkerMissing,
     MotorOff,
-    NotHomed,
     NothingToRecover,
+    NotHomed,
     Stopped,
 )
 from maya_un.events import Kind
@@ -167,13 +167,12 @@ async def second_controller(bench: Rig) -> AsyncIterator[GalilController]:
 
 
 async def test_a_restart_may_skip_the_homing_whose_mark_stands() -> None:
-    async with homed(stream=False) as bench:
-        async with second_controller(bench) as again:
-            with pytest.raises(NotHomed):
-                await again.move(FAR)
-            await again.skip_home()
+    async with homed(stream=False) as bench, second_controller(bench) as again:
+        with pytest.raises(NotHomed):
             await again.move(FAR)
-            assert again.workspace.line_c == pytest.approx(bench.controller.workspace.line_c, abs=COUNT)
+        await again.skip_home()
+        await again.move(FAR)
+        assert again.workspace.line_c == pytest.approx(bench.controller.workspace.line_c, abs=COUNT)
 
 
 @pytest.mark.parametrize("burn", [False, True])

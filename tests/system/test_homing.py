@@ -103,6 +103,15 @@ def _one_switch(truth: Truth, config: Config, rng: Random) -> Truth:
     )
 
 
+async def _refused(truth: Truth, sound: Truth, start: Start, config: Config) -> None:
+    async with rig(config, truth=truth, start=start) as bench:
+        with pytest.raises(WiringContradictsCn) as refusal:
+            await bench.controller.home()
+        axis = "abc".index(str(refusal.value.details["axis"]))
+        assert truth.active_high[axis] != sound.active_high[axis], f"{refusal.value} {start}"
+        assert not bench.controller.state.homed
+
+
 @pytest.mark.parametrize("fault", [_everything, _one_axis, _one_switch])
 def test_refuses_wiring_that_contradicts_cn_by_name(
     fault: Callable[[Truth, Config, Random], Truth], campaign: Campaign
@@ -111,17 +120,17 @@ def test_refuses_wiring_that_contradicts_cn_by_name(
         rng = campaign.rng(case)
         config = drawn_config(rng)
         truth = fault(Truth.drawn(rng), config, rng)
-        start = legal_start(rng, truth)
+        run_virtual(_refused(truth, wired(truth, config), legal_start(rng, truth), config))
 
-        async def scenario() -> None:
-            async with rig(config, truth=truth, start=start) as bench:
-                with pytest.raises(WiringContradictsCn) as refusal:
-                    await bench.controller.home()
-                axis = "abc".index(str(refusal.value.details["axis"]))
-                assert truth.active_high[axis] != wired(truth, config).active_high[axis], f"{refusal.value} {start}"
-                assert not bench.controller.state.homed
 
-        run_virtual(scenario())
+async def _home_twice(truth: Truth, start: Start, config: Config, rng: Random) -> None:
+    async with rig(config, truth=truth, start=start) as bench:
+        home = asyncio.create_task(bench.controller.home())
+        await asyncio.wait({home}, timeout=rng.uniform(0.0, 300.0))
+        await _interrupt(bench, home, rng)
+        await bench.controller.home()
+        assert_homed(bench, config)
+        assert_within_bounds(bench, start)
 
 
 def test_interrupted_homings_start_again(campaign: Campaign) -> None:
@@ -129,18 +138,7 @@ def test_interrupted_homings_start_again(campaign: Campaign) -> None:
         rng = campaign.rng(case)
         config = drawn_config(rng)
         truth = wired(Truth.drawn(rng), config)
-        start = legal_start(rng, truth)
-
-        async def scenario() -> None:
-            async with rig(config, truth=truth, start=start) as bench:
-                home = asyncio.create_task(bench.controller.home())
-                await asyncio.wait({home}, timeout=rng.uniform(0.0, 300.0))
-                await _interrupt(bench, home, rng)
-                await bench.controller.home()
-                assert_homed(bench, config)
-                assert_within_bounds(bench, start)
-
-        run_virtual(scenario())
+        run_virtual(_home_twice(truth, legal_start(rng, truth), config, rng))
 
 
 async def recovered(bench: Rig) -> None:

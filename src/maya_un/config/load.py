@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import tomllib
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from maya_un.config.model import Config
+from maya_un.config.model import Config, Contradiction
 from maya_un.errors import FileUnreadable, InvalidConfig
 
 
@@ -25,19 +26,20 @@ def default_path() -> Path:
 def load(path: Path | None = None) -> Config:
     """Return the configuration of `path`, laid over the manual's defaults.
 
-    Without `path` the default place is read, and the defaults alone serve where no file is there.
-    Raises `FileUnreadable` (also for broken TOML) and `InvalidConfig` with key, value and reason.
+    Without `path` the default place is read, and the defaults alone serve where no file is there; a file that is
+    named, by `path` or by $MAYA_CONFIG, must be there. Raises `FileUnreadable` (also for broken TOML) and
+    `InvalidConfig` with key, value and reason.
     """
-    place = default_path() if path is None else path
-    if path is None and not place.exists():
-        return Config()
-    return parse(_read(place))
+    named = path is not None or bool(os.environ.get("MAYA_CONFIG"))
+    return parse(_read(default_path() if path is None else path, missing_is_empty=not named))
 
 
-def _read(place: Path) -> dict[str, Any]:
+def _read(place: Path, *, missing_is_empty: bool) -> dict[str, Any]:
     try:
         return tomllib.loads(place.read_text(encoding="utf-8"))
     except OSError as error:
+        if missing_is_empty and isinstance(error, FileNotFoundError):
+            return {}
         raise FileUnreadable(path=place, reason=error.strerror or str(error)) from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise FileUnreadable(path=place, reason=f"it is not TOML: {error}") from error
@@ -62,13 +64,16 @@ def _overlay(base: dict[str, Any], top: dict[str, Any]) -> dict[str, Any]:
 
 def _refusal(error: ValidationError) -> InvalidConfig:
     first = error.errors(include_url=False)[0]
-    key = ".".join(str(part) for part in first["loc"]) or "configuration"
-    reason = first["msg"].removeprefix("Value error, ")
-    if first["type"] == "extra_forbidden":
+    place, value, reason = list(first["loc"]), first["input"], first["msg"]
+    cause = first.get("ctx", {}).get("error")
+    if isinstance(cause, Contradiction):
+        place, value, reason = [*place, cause.key], cause.value, str(cause)
+    elif first["type"] == "extra_forbidden":
         reason = "there is no such key"
-    value = first["input"]
-    shown = "(several keys)" if isinstance(value, BaseModel | dict) else repr(value)
-    return InvalidConfig(key=key, value=shown, reason=reason)
+    key = ".".join(str(part) for part in place)
+    return InvalidConfig(
+        key=key, value=json.dumps(value, default=str, ensure_ascii=False), reason=reason.removeprefix("Value error, ")
+    )
 
 
 def to_toml(config: Config, *, commented: bool = False) -> str:
@@ -93,18 +98,9 @@ def _write(model: BaseModel, name: str, lines: list[str], prefix: str) -> None:
     if leaves:
         lines.extend(["", f"[{name}]"])
     for key, value in leaves.items():
-        if value is not None:
-            note = fields[key].description
-            lines.append(f"{prefix}{key} = {_literal(value)}" + (f"  # {note}" if note else ""))
+        note = fields[key].description
+        lines.append(f"# {key}: {note}" if value is None else f"{prefix}{key} = {json.dumps(value)}  # {note}")
     for key in fields:
         child = getattr(model, key)
         if isinstance(child, BaseModel):
             _write(child, f"{name}.{key}" if name else key, lines, prefix)
-
-
-def _literal(value: object) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str):
-        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
-    return repr(value)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from math import pi
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
-Metres = Annotated[float, Field(gt=0.0, le=10.0, allow_inf_nan=False)]
+Metres = Annotated[float, Field(gt=0.0, le=10.0)]
 """A length [m]; the upper bound catches millimetres."""
 
 Register = Annotated[int, Field(ge=0, le=1_073_740_800)]
@@ -16,14 +17,36 @@ Register = Annotated[int, Field(ge=0, le=1_073_740_800)]
 Letter = Literal["A", "B", "C"]
 
 
+class Contradiction(ValueError):
+    """A value that another one rules out: the `key` within its section, its `value`, and why."""
+
+    def __init__(self, key: str, value: object, reason: str) -> None:
+        super().__init__(reason)
+        self.key = key
+        self.value = value
+
+
+def _host_and_port(address: str) -> str:
+    host, _, port = address.partition(":")
+    if not re.fullmatch(r"[A-Za-z0-9]([A-Za-z0-9._-]*[A-Za-z0-9])?", host):
+        raise ValueError("it must be HOST or HOST:PORT")
+    if address != host and not (re.fullmatch(r"[0-9]{1,5}", port) and 0 < int(port) < 65536):
+        raise ValueError("the port behind the colon must be 1 to 65535")
+    return address
+
+
+Address = Annotated[str, AfterValidator(_host_and_port)]
+"""HOST or HOST:PORT."""
+
+
 class _Section(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=True)
 
 
 class ControllerConfig(_Section):
     """Where the motion controller is, and how long to wait for it."""
 
-    address: Annotated[str, Field(min_length=1, description="host or host:port of the DMC-41x3")] = "192.168.1.156"
+    address: Annotated[Address, Field(description="host or host:port of the DMC-41x3")] = "192.168.1.156"
     timeout: Annotated[float, Field(gt=0.0, le=60.0, description="longest wait for a reply [s]")] = 2.0
     stream_rate: Annotated[float, Field(gt=0.0, le=100.0, description="data records a second [Hz]")] = 20.0
 
@@ -44,9 +67,10 @@ class Geometry(_Section):
     @model_validator(mode="after")
     def _possible(self) -> Self:
         if self.delta >= self.length:
-            raise ValueError("delta must be smaller than length: anchor b sits between axis a and anchor c")
+            raise Contradiction("delta", self.delta, "it must be smaller than length: anchor b is nearer than anchor c")
         if self.gripper_height >= self.height:
-            raise ValueError("gripper_height must be smaller than height: the gripper hangs above the table")
+            reason = "it must be smaller than height: the gripper hangs above the table"
+            raise Contradiction("gripper_height", self.gripper_height, reason)
         return self
 
 
@@ -60,7 +84,7 @@ class Scale(_Section):
 class AxisConfig(_Section):
     """One axis: its letter on the controller, its stroke, its registers."""
 
-    letter: Letter
+    letter: Annotated[Letter, Field(description="its letter on the controller")]
     minimum: Annotated[float, Field(ge=0.0, le=10.0, description="short end of the stroke (rad or m)")]
     maximum: Annotated[float, Field(gt=0.0, le=10.0, description="long end of the stroke (rad or m)")]
     speed_counts: Annotated[int, Field(ge=2, le=15_000_000, description="SP, slew speed [counts/s]")]
@@ -73,9 +97,10 @@ class AxisConfig(_Section):
     @model_validator(mode="after")
     def _ordered(self) -> Self:
         if self.minimum >= self.maximum:
-            raise ValueError("minimum must be smaller than maximum")
+            raise Contradiction("minimum", self.minimum, "it must be smaller than maximum")
         if self.stop_deceleration_counts < self.deceleration_counts:
-            raise ValueError("stop_deceleration_counts must not be smaller than deceleration_counts")
+            reason = "it must not be smaller than deceleration_counts"
+            raise Contradiction("stop_deceleration_counts", self.stop_deceleration_counts, reason)
         return self
 
 
@@ -119,10 +144,12 @@ class Axes(_Section):
 
     @model_validator(mode="after")
     def _distinct(self) -> Self:
-        if sorted(axis.letter for axis in (self.a, self.b, self.c)) != ["A", "B", "C"]:
-            raise ValueError("the letters of the three axes must be A, B and C, each once")
+        letters = "".join(axis.letter for axis in (self.a, self.b, self.c))
+        if sorted(letters) != ["A", "B", "C"]:
+            raise Contradiction("*.letter", letters, "the three axes are A, B and C, each once")
         if self.a.maximum > 2 * pi:
-            raise ValueError("a.maximum is an angle in radians, at most 2 pi; this looks like degrees")
+            reason = "it is an angle in radians, at most 2 pi; this looks like degrees"
+            raise Contradiction("a.maximum", self.a.maximum, reason)
         return self
 
 
@@ -155,7 +182,7 @@ class SafetyConfig(_Section):
     @model_validator(mode="after")
     def _holds(self) -> Self:
         if self.off_on_error == 1 and not self.self_locking:
-            raise ValueError("off_on_error = 1 would drop the load, because self_locking is false")
+            raise Contradiction("off_on_error", 1, "it would drop the load, because self_locking is false")
         return self
 
 
@@ -192,7 +219,18 @@ class Config(_Section):
     def _reachable(self) -> Self:
         width, b, c = self.geometry.width, self.axes.b, self.axes.c
         if b.maximum + c.maximum <= width:
-            raise ValueError("axes.b.maximum + axes.c.maximum must exceed length - delta, or the lines never meet")
-        if b.minimum >= width or c.minimum >= width:
-            raise ValueError("the short ends must be smaller than length - delta, or nothing is reachable")
+            reason = "with axes.c.maximum it must exceed length - delta, or the lines never meet"
+            raise Contradiction("axes.b.maximum", b.maximum, reason)
+        for name, line in (("b", b), ("c", c)):
+            if line.minimum >= width:
+                reason = "it must be smaller than length - delta, or nothing is reachable"
+                raise Contradiction(f"axes.{name}.minimum", line.minimum, reason)
+        return self
+
+    @model_validator(mode="after")
+    def _cell_below_anchors(self) -> Self:
+        grasp, highest = self.cell.grasp_height, self.geometry.height - self.geometry.gripper_height
+        if grasp + self.cell.clearance >= highest:
+            reason = f"with the clearance it must stay below {highest:g}, where the lines are straight"
+            raise Contradiction("cell.grasp_height", grasp, reason)
         return self

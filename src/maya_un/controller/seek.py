@@ -125,15 +125,20 @@ class Seeker:
     ) -> Look:
         """Move axes by `deltas` (rad or m) together, the fastest at `speed` (rad/s or m/s), and return the last look.
 
-        Ends early at a limit switch (the controller stops all together) or when `until` says so. Raises
-        `WiringContradictsCn` for a switch that turns active while its axis leaves it, or that does not let go;
-        `Stall` when an axis does not follow.
+        Ends early at a limit switch (the controller stops all together) or when `until` says so. Raises `Stall` when
+        an axis does not follow, and `WiringContradictsCn` for a switch that is active where its axis has way ahead of
+        it (no step of homing goes towards a switch it stands on), that turns active while its axis leaves it, or
+        that does not let go.
         """
         counts = {axis: round(delta * self._units.per_unit[axis]) for axis, delta in deltas.items()}
         counts = {axis: count for axis, count in counts.items() if count}
         before = await self.look()
         if not counts:
             return before
+        for axis, count in counts.items():
+            ahead = FORWARD if count > 0 else REVERSE
+            if before.at(axis, ahead):
+                raise self.contradiction(axis, ahead, "it reads active where the axis cannot be at that end")
         end = self._clock() + await self._begin(counts, speed)
         halted = False
         while True:

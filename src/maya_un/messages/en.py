@@ -36,8 +36,7 @@ SENTENCES: dict[int, str] = {
     "then say `maya recover`.",
     2306: "The motor of axis {axis} is off. Look at the machine, then say `maya recover`.",
     2307: "The controller was reset, so its position means nothing any more. Say `maya recover`, then `maya home`.",
-    2308: "Axis {axis} ended {distance} away from where it was sent. Look at the machine, then say "
-    "`maya recover`.",
+    2308: "Axis {axis} ended {distance} away from where it was sent. Look at the machine, then say `maya recover`.",
     2401: "The {side} limit switch of axis {axis} reads the opposite of what CN {cn} says ({reason}). Correct the "
     "wiring or `limit_active_level` in the configuration.",
     2402: "Axis {axis} stopped following during homing ({reason}). Look for an obstacle, then say `maya recover`.",

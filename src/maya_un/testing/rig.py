@@ -47,7 +47,7 @@ async def rig(
     mechanics = MayaMechanics(
         Truth() if truth is None else truth,
         Start() if start is None else start,
-        parts={name: tuple(place) for name, place in (parts or {}).items()},
+        parts=parts or {},
     )
     virtual = VirtualController(VirtualDmc(mechanics))
 

@@ -1,0 +1,138 @@
+"""What every benchmark shares: cases measured in turn, compared with a baseline of the same run, one table.
+
+A case is a function that takes one sample: seconds, or bytes. All cases are sampled once a round, so that what
+the machine does beside us hits every one of them alike. Comparisons take the best of all rounds (least
+disturbed) unless a benchmark asks for the median; nothing here passes or fails.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from statistics import median
+from typing import Literal
+
+Sample = Callable[[], float]
+"""Takes one sample [s or bytes]."""
+
+Kind = Literal["ratio", "over"]
+"""How a case compares with its baseline: as a multiple of it, or by how much it lies over it."""
+
+SCALES = {"s": 1.0, "ms": 1e3, "µs": 1e6, "MB": 1e-6}
+"""From seconds or bytes to what the table shows."""
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """The most that a case may cost: of itself, or against the case named `to` (`most` in units, or a ratio)."""
+
+    most: float
+    to: str | None = None
+    kind: Kind = "ratio"
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """Something to measure; `unit` is what the table shows, a goal's `most` is in it unless it is a ratio."""
+
+    name: str
+    sample: Sample
+    unit: str = "µs"
+    goal: Goal | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """What came of a case: best and median in `unit`, and the number that its goal is about."""
+
+    name: str
+    unit: str
+    best: float
+    median: float
+    rounds: int
+    compared: float | None
+    goal: float | None
+    goal_is: str | None
+    met: bool | None
+
+
+def timed(work: Callable[[], object], calls: int = 1) -> Sample:
+    """Return a sample of the time that one call of `work` takes, the mean of `calls` in a row [s]."""
+
+    def sample() -> float:
+        start = time.perf_counter()
+        for _ in range(calls):
+            work()
+        return (time.perf_counter() - start) / calls
+
+    return sample
+
+
+def measure(cases: Sequence[Case], rounds: int, by: Callable[[list[float]], float] = min) -> list[Figure]:
+    """Sample all cases in turn, `rounds` times after one that does not count; `by` picks the sample to compare."""
+    for case in cases:
+        case.sample()
+    samples: dict[str, list[float]] = {case.name: [] for case in cases}
+    for _ in range(rounds):
+        for case in cases:
+            samples[case.name].append(case.sample())
+    picked = {name: by(taken) for name, taken in samples.items()}
+    return [_figure(case, samples[case.name], picked) for case in cases]
+
+
+def _figure(case: Case, samples: list[float], picked: dict[str, float]) -> Figure:
+    scale = SCALES[case.unit]
+    goal = case.goal
+    compared = None if goal is None else _compared(picked[case.name], goal, picked, scale)
+    return Figure(
+        name=case.name,
+        unit=case.unit,
+        best=min(samples) * scale,
+        median=median(samples) * scale,
+        rounds=len(samples),
+        compared=compared,
+        goal=None if goal is None else goal.most,
+        goal_is=None if goal is None else _meaning(goal, case.unit),
+        met=None if goal is None or compared is None else compared <= goal.most,
+    )
+
+
+def _compared(own: float, goal: Goal, picked: dict[str, float], scale: float) -> float:
+    if goal.to is None:
+        return own * scale
+    return own / picked[goal.to] if goal.kind == "ratio" else (own - picked[goal.to]) * scale
+
+
+def _meaning(goal: Goal, unit: str) -> str:
+    if goal.to is None:
+        return unit
+    return f"× {goal.to}" if goal.kind == "ratio" else f"{unit} over {goal.to}"
+
+
+def report(figures: Sequence[Figure]) -> None:
+    """Print the figures as one table, or with `--json` on the command line as one line of JSON."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--json", action="store_true", help="one line of JSON instead of a table")
+    if parser.parse_args().json:
+        print(json.dumps([asdict(figure) for figure in figures]))
+        return
+    width = max(len(figure.name) for figure in figures)
+    print(f"{'':{width}}  {'best':>10} {'median':>10}")
+    for figure in figures:
+        print(f"{figure.name:{width}}  {figure.best:10.3f} {figure.median:10.3f} {figure.unit:3} {_verdict(figure)}")
+
+
+def _verdict(figure: Figure) -> str:
+    if figure.goal is None or figure.compared is None:
+        return ""
+    mark = "" if figure.met else "  MISSED"
+    return f"  {figure.compared:.2f} {figure.goal_is} (at most {figure.goal:g}){mark}"
+
+
+def progress(words: str) -> None:
+    """Say on stderr what takes a while."""
+    print(words, file=sys.stderr)

@@ -1,0 +1,342 @@
+"""Configuration: the manual's values, one file over them, and refusals with key, value and reason."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Mapping
+from math import inf, nan, pi
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import BaseModel, ValidationError
+
+from maya_un.config import AxisConfig, Config, default_path, load, template, to_toml
+from maya_un.config.load import parse
+from maya_un.errors import FileUnreadable, InvalidConfig
+
+
+@pytest.fixture(autouse=True)
+def no_configuration_of_mine(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+    """Keep the user's own file out of the tests; return the folder that stands for the user's."""
+    monkeypatch.delenv("MAYA_CONFIG", raising=False)
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "user"))
+    return tmp_path / "user" / "maya"
+
+
+def nested(dotted: str, value: object) -> dict[str, Any]:
+    """Return {"a": {"b": value}} for "a.b"."""
+    *sections, key = dotted.split(".")
+    keys: dict[str, Any] = {key: value}
+    for section in reversed(sections):
+        keys = {section: keys}
+    return keys
+
+
+def axes(config: Config) -> tuple[AxisConfig, AxisConfig, AxisConfig]:
+    return config.axes.a, config.axes.b, config.axes.c
+
+
+def refusal(keys: dict[str, Any]) -> Mapping[str, object]:
+    with pytest.raises(InvalidConfig) as caught:
+        parse(keys)
+    return caught.value.details
+
+
+def sections(model: BaseModel) -> list[BaseModel]:
+    inner = [getattr(model, name) for name in type(model).model_fields]
+    return [model, *(part for child in inner if isinstance(child, BaseModel) for part in sections(child))]
+
+
+def test_the_defaults_are_the_manuals() -> None:
+    config = Config()
+    lengths = config.geometry
+    assert (lengths.height, lengths.length, lengths.delta, lengths.gripper_height) == (2.35, 2.30, 0.30, 0.20)
+    strokes = [(axis.minimum, axis.maximum) for axis in axes(config)]
+    assert strokes == [(0.0, 2 * pi / 3), (0.575, 2.260), (0.565, 2.300)]
+    assert (config.scale.pulses_per_metre, config.scale.pulses_per_degree) == (1e6, 371.06)
+    speeds = [(axis.speed_counts, axis.acceleration_counts, axis.deceleration_counts) for axis in axes(config)]
+    assert speeds == [(1000, 1024, 1024), (45000, 5120, 5120), (45000, 5120, 5120)]
+    assert (config.controller.address, config.gripper.closed_by) == ("192.168.1.156", "clear")
+
+
+def test_the_defaults_are_those_that_the_errata_add() -> None:
+    config = Config()
+    assert [axis.stop_deceleration_counts for axis in axes(config)] == [10_240, 51_200, 51_200]
+    assert (config.safety.tension_limit, config.safety.self_locking, config.safety.oe) == (5.0, True, 1)
+    assert (config.cell.grasp_height, config.cell.clearance) == (0.40, 0.10)
+    assert config.geometry.width == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("model", sections(Config()), ids=lambda model: type(model).__name__)
+def test_nothing_can_be_changed_afterwards(model: BaseModel) -> None:
+    name = next(iter(type(model).model_fields))
+    with pytest.raises(ValidationError, match="frozen"):
+        setattr(model, name, getattr(model, name))
+
+
+@pytest.mark.parametrize("model", sections(Config())[1:], ids=lambda model: type(model).__name__)
+def test_every_key_says_what_it_means(model: BaseModel) -> None:
+    fields = type(model).model_fields.items()
+    leaves = [field for name, field in fields if not isinstance(getattr(model, name), BaseModel)]
+    assert all(field.description for field in leaves)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("geometry.height", 2350.0),
+        ("geometry.length", 2300),
+        ("geometry.delta", 300.0),
+        ("geometry.gripper_height", 200.0),
+        ("axes.b.maximum", 2260.0),
+        ("axes.c.minimum", 565.0),
+        ("homing.speed", 30.0),
+        ("homing.slow_speed", 2.0),
+        ("cell.clearance", 100.0),
+        ("controller.timeout", 2000.0),
+    ],
+)
+def test_a_millimetre_where_a_metre_belongs_is_refused(key: str, value: float) -> None:
+    said = refusal(nested(key, value))
+    assert (said["key"], float(str(said["value"]))) == (key, value)
+    assert "less than or equal to" in str(said["reason"])
+
+
+@pytest.mark.parametrize("degrees", [120.0, 11, 7.0])
+def test_a_degree_where_a_radian_belongs_is_refused(degrees: float) -> None:
+    said = refusal(nested("axes.a.maximum", degrees))
+    assert (said["key"], said["value"]) == ("axes.a.maximum", str(degrees))
+
+
+def test_an_angle_that_looks_like_degrees_is_called_so() -> None:
+    assert "looks like degrees" in str(refusal(nested("axes.a.maximum", 7.0))["reason"])
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("geometry.height", 0.0),
+        ("geometry.height", -2.35),
+        ("axes.a.minimum", -0.1),
+        ("axes.a.speed_counts", 1),
+        ("axes.b.acceleration_counts", 1023),
+        ("axes.b.stop_deceleration_counts", 1_073_740_801),
+        ("axes.c.error_limit_counts", 0),
+        ("axes.c.letter", "D"),
+        ("controller.stream_rate", 0.0),
+        ("scale.pulses_per_metre", 1.0),
+        ("gripper.output", 9),
+        ("gripper.closed_by", "CB"),
+        ("wiring.limit_active_level", 0),
+        ("safety.tension_limit", 1.0),
+        ("safety.off_on_error", 2),
+        ("safety.off_on_error", 3),
+        ("homing.torque_per_load", 10.0),
+    ],
+)
+def test_a_value_out_of_range_is_refused_by_its_key(key: str, value: object) -> None:
+    assert refusal(nested(key, value))["key"] == key
+
+
+@pytest.mark.parametrize("value", [nan, inf, -inf])
+@pytest.mark.parametrize("key", ["geometry.height", "homing.speed", "axes.b.maximum", "controller.timeout"])
+def test_what_is_no_number_is_refused(key: str, value: float) -> None:
+    assert refusal(nested(key, value))["key"] == key
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("geometry.height", "2.35"),
+        ("geometry.height", True),
+        ("geometry.height", [2.35]),
+        ("axes.a.speed_counts", 1000.5),
+        ("axes.a.speed_counts", "1000"),
+        ("gripper.output", True),
+        ("safety.self_locking", "no"),
+        ("safety.self_locking", 1),
+        ("controller.address", 5),
+        ("axes", 3),
+        ("geometry", "flat"),
+    ],
+)
+def test_a_value_of_the_wrong_kind_is_refused_and_not_converted(key: str, value: object) -> None:
+    assert refusal(nested(key, value))["key"] == key
+
+
+def test_a_whole_number_serves_where_a_length_is_asked_for() -> None:
+    assert parse(nested("geometry.height", 3)).geometry.height == 3.0
+
+
+@pytest.mark.parametrize("key", ["hieght", "geometry.hieght", "axes.d.minimum", "axes.a.speed", "safety.oe"])
+def test_an_unknown_key_is_refused_by_name(key: str) -> None:
+    said = refusal(nested(key, 1.0))
+    assert key.startswith(str(said["key"]))
+    assert said["reason"] == "there is no such key"
+
+
+@pytest.mark.parametrize(
+    ("keys", "key", "value"),
+    [
+        ({"geometry": {"delta": 2.4}}, "geometry.delta", "2.4"),
+        ({"geometry": {"length": 0.3}}, "geometry.delta", "0.3"),
+        ({"geometry": {"gripper_height": 2.35}}, "geometry.gripper_height", "2.35"),
+        ({"geometry": {"length": 5.0}}, "axes.b.maximum", "2.26"),
+        ({"geometry": {"length": 0.8}}, "axes.b.minimum", "0.575"),
+        ({"axes": {"c": {"minimum": 2.1}}}, "axes.c.minimum", "2.1"),
+        ({"axes": {"b": {"minimum": 2.26}}}, "axes.b.minimum", "2.26"),
+        ({"cell": {"grasp_height": 2.1}}, "cell.grasp_height", "2.1"),
+        ({"axes": {"b": {"letter": "A"}}}, "axes.*.letter", '"AAC"'),
+        ({"axes": {"b": {"stop_deceleration_counts": 5119}}}, "axes.b.stop_deceleration_counts", "5119"),
+        ({"safety": {"self_locking": False, "off_on_error": 1}}, "safety.off_on_error", "1"),
+    ],
+)
+def test_keys_that_contradict_each_other_are_refused(keys: dict[str, Any], key: str, value: str) -> None:
+    said = refusal(keys)
+    assert (said["key"], said["value"]) == (key, value)
+
+
+def test_letters_may_be_exchanged() -> None:
+    config = parse({"axes": {"a": {"letter": "C"}, "c": {"letter": "A"}}})
+    assert [axis.letter for axis in axes(config)] == ["C", "B", "A"]
+
+
+@pytest.mark.parametrize(
+    ("locking", "chosen", "oe"), [(True, None, 1), (True, 0, 0), (True, 1, 1), (False, None, 0), (False, 0, 0)]
+)
+def test_a_motor_is_switched_off_on_error_only_where_the_drum_holds(locking: bool, chosen: int | None, oe: int) -> None:
+    keys = {"self_locking": locking} | ({} if chosen is None else {"off_on_error": chosen})
+    assert parse({"safety": keys}).safety.oe == oe
+
+
+@pytest.mark.parametrize("address", ["robot", "robot.local:23", "10.0.0.5", "10.0.0.5:65535", "maya-1:1"])
+def test_an_address_is_a_host_with_or_without_a_port(address: str) -> None:
+    assert parse(nested("controller.address", address)).controller.address == address
+
+
+@pytest.mark.parametrize(
+    "address", ["", " ", "a b", ":23", "robot:", "robot:0", "robot:65536", "robot:x", "a:1:2", "-a"]
+)
+def test_an_address_that_leads_nowhere_is_refused(address: str) -> None:
+    assert refusal(nested("controller.address", address))["key"] == "controller.address"
+
+
+def test_one_key_changes_and_all_others_stay() -> None:
+    changed = parse(nested("axes.b.speed_counts", 30_000)).model_dump()
+    assert changed["axes"]["b"].pop("speed_counts") == 30_000
+    usual = Config().model_dump()
+    del usual["axes"]["b"]["speed_counts"]
+    assert changed == usual
+
+
+@st.composite
+def configurations(draw: st.DrawFn) -> Config:
+    """Draw a configuration with many keys off their defaults."""
+    deceleration = draw(st.integers(1024, 20_000))
+    locking = draw(st.booleans())
+    keys: dict[str, Any] = {
+        "controller": {"timeout": draw(st.floats(0.0, 60.0, exclude_min=True))},
+        "geometry": {"height": draw(st.floats(1.0, 10.0)), "delta": draw(st.floats(0.2, 0.5))},
+        "scale": {"pulses_per_metre": draw(st.floats(1e4, 1e9))},
+        "axes": {
+            "a": {"maximum": draw(st.floats(0.5, 2 * pi))},
+            "c": {
+                "deceleration_counts": deceleration,
+                "stop_deceleration_counts": deceleration + draw(st.integers(0, 50_000)),
+            },
+        },
+        "gripper": {"closed_by": draw(st.sampled_from(["clear", "set"])), "output": draw(st.integers(1, 8))},
+        "wiring": {"limit_active_level": draw(st.sampled_from([-1, 1]))},
+        "safety": {"self_locking": locking} | draw(st.sampled_from([{}, {"off_on_error": 0}])),
+    }
+    return parse(keys)
+
+
+@given(configurations())
+def test_written_and_read_again_it_is_the_same(config: Config) -> None:
+    assert parse(tomllib.loads(to_toml(config))) == config
+
+
+def test_the_file_to_start_from_changes_nothing() -> None:
+    assert parse(tomllib.loads(template())) == Config()
+
+
+def test_every_line_of_the_file_to_start_from_may_be_uncommented() -> None:
+    lines = [line.removeprefix("# ") if " = " in line else line for line in template().splitlines()]
+    text = "\n".join(line for line in lines if not line.startswith("#"))
+    assert tomllib.loads(text) == Config().model_dump(exclude_none=True)
+
+
+def test_the_file_to_start_from_names_every_key() -> None:
+    text = template()
+    names = [name for model in sections(Config())[1:] for name in type(model).model_fields]
+    lacking = [name for name in names if f"# {name} = " not in text and f"# {name}: " not in text]
+    assert [name for name in lacking if name not in {"a", "b", "c"}] == []
+
+
+def test_a_file_is_laid_over_the_defaults(tmp_path: Path) -> None:
+    place = tmp_path / "maya.toml"
+    place.write_text("[geometry]\nheight = 2.5\n", encoding="utf-8")
+    assert load(place) == parse(nested("geometry.height", 2.5))
+
+
+def test_without_a_file_the_defaults_serve() -> None:
+    assert load() == Config()
+
+
+def test_the_users_own_file_is_found(no_configuration_of_mine: Path) -> None:
+    no_configuration_of_mine.mkdir(parents=True)
+    (no_configuration_of_mine / "config.toml").write_text("[cell]\nclearance = 0.2\n", encoding="utf-8")
+    assert load().cell.clearance == 0.2
+
+
+@pytest.mark.parametrize(
+    ("environment", "expected"),
+    [
+        ({"MAYA_CONFIG": "/x/y.toml", "XDG_CONFIG_HOME": "/c"}, "/x/y.toml"),
+        ({"XDG_CONFIG_HOME": "/c"}, "/c/maya/config.toml"),
+        ({"XDG_CONFIG_HOME": "", "HOME": "/home/eva"}, "/home/eva/.config/maya/config.toml"),
+        ({"MAYA_CONFIG": "", "HOME": "/home/eva"}, "/home/eva/.config/maya/config.toml"),
+    ],
+)
+def test_the_place_of_the_file(environment: dict[str, str], expected: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("XDG_CONFIG_HOME")
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    assert default_path() == Path(expected)
+
+
+def test_a_file_that_is_named_must_be_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(FileUnreadable, match="No such file"):
+        load(tmp_path / "none.toml")
+    monkeypatch.setenv("MAYA_CONFIG", str(tmp_path / "none.toml"))
+    with pytest.raises(FileUnreadable, match="No such file"):
+        load()
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"), [(b"height = = 2", "it is not TOML"), (b"\xff\xfe", "it is not TOML"), (b"a=1\na=2", "TOML")]
+)
+def test_a_broken_file_is_refused_by_its_path(content: bytes, reason: str, tmp_path: Path) -> None:
+    place = tmp_path / "broken.toml"
+    place.write_bytes(content)
+    with pytest.raises(FileUnreadable, match=reason) as caught:
+        load(place)
+    assert caught.value.details["path"] == place
+
+
+def test_a_folder_is_no_file(tmp_path: Path) -> None:
+    with pytest.raises(FileUnreadable, match="directory"):
+        load(tmp_path)
+
+
+@pytest.mark.skipif(os.getuid() == 0, reason="nothing is unreadable for root")
+def test_a_file_that_may_not_be_read_is_not_taken_for_none(no_configuration_of_mine: Path) -> None:
+    no_configuration_of_mine.mkdir(parents=True)
+    (no_configuration_of_mine / "config.toml").touch(mode=0o000)
+    with pytest.raises(FileUnreadable, match="Permission denied"):
+        load()

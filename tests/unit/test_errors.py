@@ -1,0 +1,90 @@
+"""Errors: a code that stays, details that stay readable by machines, words in two languages."""
+
+from __future__ import annotations
+
+import string
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from maya_un import errors, messages
+from maya_un.errors import InvalidConfig, MachineError, MayaError, NotHomed, RequestError, Unreachable
+
+PUBLISHED = {
+    "link": [1001, 1002, 1003, 1004, 1005, 1006, 1007, 1010, 1020, 1021],
+    "motion": [*range(2101, 2109), 2201, 2202, *range(2301, 2309), *range(2401, 2405)],
+    "work-piece": [3001, 3002],
+    "request": list(range(4001, 4009)),
+    "house": [5001, 5002, 5003, 5004, 5999],
+}
+"""Codes that somebody outside may have written down: more may come, none of these may go or change its branch."""
+
+MACHINE = {1001, 1002, 1003, 1004, 1005, 1006, 1007, *range(2301, 2309), *range(2401, 2405), 5999}
+
+REACH = {"target": "(3, 0, 1) m", "reason": "too far", "nearest": "(2, 0, 1) m"}
+
+
+def details(leaf: type[MayaError]) -> dict[str, object]:
+    parts = string.Formatter().parse(messages.table()[leaf.code])
+    return {name: f"<{name} of the case>" for _, name, _, _ in parts if name}
+
+
+@pytest.mark.parametrize("code", [code for family in PUBLISHED.values() for code in family])
+def test_a_published_code_stays_and_keeps_its_branch(code: int) -> None:
+    assert issubclass(errors.by_code()[code], MachineError if code in MACHINE else RequestError)
+
+
+@pytest.mark.parametrize("language", messages.LANGUAGES)
+@pytest.mark.parametrize("leaf", errors.by_code().values(), ids=lambda leaf: leaf.__name__)
+def test_every_detail_appears_in_the_sentence(leaf: type[MayaError], language: str) -> None:
+    given_details = details(leaf)
+    said = leaf(**given_details).text(language)
+    assert [detail for detail in given_details.values() if str(detail) not in said] == []
+    assert "{" not in said
+
+
+@pytest.mark.parametrize("leaf", errors.by_code().values(), ids=lambda leaf: leaf.__name__)
+def test_the_two_languages_differ(leaf: type[MayaError]) -> None:
+    assert len({messages.table(language)[leaf.code] for language in messages.LANGUAGES}) == len(messages.LANGUAGES)
+
+
+def test_an_error_says_its_sentence_and_keeps_its_details() -> None:
+    error = Unreachable(**REACH)
+    assert str(error) == "(3, 0, 1) m cannot be reached: too far. Nearest reachable: (2, 0, 1) m."
+    assert (error.code, error.details) == (2101, REACH)
+
+
+def test_an_error_speaks_spanish_when_asked() -> None:
+    assert NotHomed().text("es").endswith("Diga primero `maya home`.")
+
+
+def test_a_language_we_lack_reads_as_english() -> None:
+    assert NotHomed().text("fr") == str(NotHomed())
+
+
+def test_a_detail_that_is_missing_does_not_hide_the_error() -> None:
+    assert str(InvalidConfig(key="axes.a")) == "The configuration is refused at axes.a = <value>: <reason>."
+
+
+@given(st.text())
+def test_a_detail_is_shown_and_never_read_as_a_format(detail: str) -> None:
+    assert f"({detail})" in str(errors.LinkLost(address="{0} {address.__class__}", reason=detail))
+
+
+@pytest.mark.parametrize("leaf", errors.by_code().values(), ids=lambda leaf: leaf.__name__)
+def test_an_edge_rebuilds_the_same_error_from_code_and_details(leaf: type[MayaError]) -> None:
+    error = leaf(**details(leaf))
+    again = errors.from_notice(error.code, error.details)
+    assert (type(again), str(again), again.details) == (leaf, str(error), error.details)
+
+
+def test_a_code_that_is_not_in_the_tree_is_not_rebuilt() -> None:
+    with pytest.raises(KeyError):
+        errors.from_notice(1, {})
+
+
+@pytest.mark.parametrize("branch", [MayaError, RequestError, MachineError])
+def test_only_leaves_are_raised(branch: type[MayaError]) -> None:
+    with pytest.raises(TypeError, match="branch of the tree"):
+        branch(reason="no leaf")
