@@ -50,7 +50,8 @@ class Scope(Protocol):
 def evaluate(text: str, scope: Scope) -> int:
     """Return the raw value of an expression; raises `Refused` with the code that fits what is wrong."""
     stripped = text.strip()
-    if stripped.isdecimal() and stripped.isascii() and len(stripped) < 10:
+    digits = stripped.removeprefix("-")
+    if digits.isdecimal() and digits.isascii() and len(digits) < 10:
         return int(stripped) * ONE
     parser = _Parser(stripped, scope)
     value = parser.expression()
