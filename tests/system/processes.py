@@ -36,9 +36,9 @@ class Process:
         """Send a signal."""
         self._popen.send_signal(kind)
 
-    def end(self) -> tuple[int, str]:
-        """Return exit code and the rest of what it says."""
-        rest, _ = self._popen.communicate(timeout=30.0)
+    def end(self, within: float = 30.0) -> tuple[int, str]:
+        """Return exit code and the rest of what it says; it may take so long [s]."""
+        rest, _ = self._popen.communicate(timeout=within)
         return self._popen.returncode, rest
 
     def kill(self) -> None:
@@ -59,9 +59,9 @@ def running(line: str) -> Iterator[Process]:
         process.kill()
 
 
-def done(line: str) -> tuple[int, str]:
-    """Run a command to its end; return exit code and what it said."""
-    return Process(line).end()
+def done(line: str, within: float = 30.0) -> tuple[int, str]:
+    """Run a command to its end, `within` so long [s]; return exit code and what it said."""
+    return Process(line).end(within)
 
 
 class Wire:

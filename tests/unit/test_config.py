@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import tomllib
 from collections.abc import Mapping
 from math import inf, nan, pi
@@ -334,9 +333,7 @@ def test_a_folder_is_no_file(tmp_path: Path) -> None:
         load(tmp_path)
 
 
-@pytest.mark.skipif(os.getuid() == 0, reason="nothing is unreadable for root")
-def test_a_file_that_may_not_be_read_is_not_taken_for_none(no_configuration_of_mine: Path) -> None:
-    no_configuration_of_mine.mkdir(parents=True)
-    (no_configuration_of_mine / "config.toml").touch(mode=0o000)
-    with pytest.raises(FileUnreadable, match="Permission denied"):
+def test_what_cannot_be_read_is_not_taken_for_none(no_configuration_of_mine: Path) -> None:
+    (no_configuration_of_mine / "config.toml").mkdir(parents=True)
+    with pytest.raises(FileUnreadable, match="directory"):
         load()

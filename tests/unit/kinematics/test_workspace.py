@@ -130,7 +130,10 @@ def test_measured_strokes_replace_the_configured_ones() -> None:
 
 def test_a_configuration_in_which_nothing_is_reachable_is_refused() -> None:
     with pytest.raises(InvalidConfig, match="nothing is reachable"):
-        Workspace.of(configuration(geometry={"height": 0.25, "gripper_height": 0.20}))
+        low = configuration(
+            geometry={"height": 0.25, "gripper_height": 0.20}, cell={"grasp_height": 0.02, "clearance": 0.01}
+        )
+        Workspace.of(low)
 
 
 def test_an_edge_rounded_to_counts_holds_within_a_grain() -> None:
