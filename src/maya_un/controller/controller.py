@@ -44,6 +44,9 @@ from maya_un.values import AXES, Joints, Progress, State, StopReport
 LATE = 1.0
 """A motion may end this much later than predicted [s], and a twentieth of its duration, before that is an error."""
 
+MOST_SEGMENTS = 511
+"""Places in the controller's buffer of coordinated segments (Galil LM); a motion is sent whole before it begins."""
+
 _START_TOLERANCE = (1e-3, 1e-4, 1e-4)
 
 
@@ -217,10 +220,10 @@ class GalilController:
             wish.interrupt(Stopped())
             monitor.publish()
         await sent
-        strays = await self._stop_strays(driver)
-        if strays and wish is None:
+        record = await self._stop_strays(driver)
+        if wish is None and monitor.moving():
             self.events.emit(Kind.STOPPED)
-        return report if report.was_moving else StopReport(strays, 0.0, (0.0, 0.0, 0.0))
+        return report or self._braking(record)
 
     async def abort(self) -> None:
         """Stop without deceleration (Galil AB 1). Motors that OE guards go off, which is a fault to recover from."""
@@ -278,15 +281,14 @@ class GalilController:
 
     def _plan(self, points: list[Joints], speed: float) -> tuple[list[Joints], CoordinatedMove | None]:
         """Return the path in whole counts and its plan, None where it goes nowhere. The one check of all motion."""
-        if not 0.0 < speed <= 1.0:
-            raise InvalidValue(key="speed", value=speed, reason="it must lie above 0 and at most at 1")
-        for point in points:
-            if not all(isfinite(value) for value in point):
-                raise InvalidValue(key="target", value=tuple(point), reason="it must be finite")
+        _refuse(points, speed)
         exact = [self.units.to_joints(self.units.to_counts(point)) for point in points]
         path = JointPath(tuple(exact))
         check_path(self.workspace, path)
         move = plan(path, self._limits, self.units, speed)
+        if len(move.segments) > MOST_SEGMENTS:
+            reason = f"it needs {len(move.segments)} segments, the controller's buffer holds {MOST_SEGMENTS}"
+            raise TrajectoryRefused(reason=reason)
         return exact, move if move.segments else None
 
     async def _travel(self, name: str, path: Callable[[Joints], list[Joints]], speed: float) -> None:
@@ -379,20 +381,43 @@ class GalilController:
             if not driver.lost.done():
                 raise
 
-    async def _stop_strays(self, driver: Driver) -> bool:
-        """Stop axes that move outside the coordinated sequence, which ST S does not reach."""
+    async def _stop_strays(self, driver: Driver) -> DataRecord:
+        """Stop axes that move outside the coordinated sequence, which ST S does not reach; return the record."""
         record = await self._monitor.look()
         axes = ((axis.letter, record.axes[place]) for axis, place in self._monitor.places())
         letters = sorted(letter for letter, axis in axes if axis.moving and not axis.coordinated)
         if letters:
             await driver.urgent(f"ST{''.join(letters)}")
-        return bool(letters)
+        return record
 
-    def _stop_report(self) -> StopReport:
+    def _stop_report(self) -> StopReport | None:
+        """Return what a stop said now makes of the motion under way, None where its plan is not known."""
         run = self._monitor.run
         if run is None:
-            return StopReport(self._monitor.phase is not None, 0.0, (0.0, 0.0, 0.0))
+            return None
         elapsed = self._loop.time() - run.began
         duration, end = run.move.stop_at(elapsed)
         here = run.move.position_at(elapsed)
         return StopReport(duration > 0.0, duration, (end.a - here.a, end.b - here.b, end.c - here.c))
+
+    def _braking(self, record: DataRecord) -> StopReport:
+        """Return what a stop makes of a motion known by its speeds only: v / a and v² / 2a of every axis."""
+        durations, ways = [0.0], [0.0, 0.0, 0.0]
+        for i, (axis, place) in enumerate(self._monitor.places()):
+            if record.axes[place].moving:
+                speed, brake = record.axes[place].velocity, axis.stop_deceleration_counts
+                durations.append(abs(speed) / brake)
+                ways[i] = 0.5 * speed * abs(speed) / brake / self.units.per_unit[i]
+        return StopReport(self._monitor.moving(), max(durations), (ways[0], ways[1], ways[2]))
+
+
+def _refuse(points: Sequence[Joints], speed: float) -> None:
+    """Raise for a path or a speed that is none: `InvalidValue`, `TrajectoryRefused`."""
+    if not 0.0 < speed <= 1.0:
+        raise InvalidValue(key="speed", value=speed, reason="it must lie above 0 and at most at 1")
+    for point in points:
+        if not all(isfinite(value) for value in point):
+            raise InvalidValue(key="target", value=tuple(point), reason="it must be finite")
+    if len(points) > MOST_SEGMENTS:
+        reason = f"it has {len(points)} points, the controller's buffer holds {MOST_SEGMENTS}"
+        raise TrajectoryRefused(reason=reason)
