@@ -2,11 +2,12 @@
 
 The whole stack runs in one loop, the twin included, as in `maya up`. In virtual time the loop makes the same steps
 as in real time, only without waiting, so each can be timed; planning runs in the loop itself, and what a step
-takes is what a stop that comes meanwhile has to wait.
+takes is what a stop that comes meanwhile has to wait. The goal is about the worst step of all rounds.
 """
 
 from __future__ import annotations
 
+import asyncio
 import gc
 import time
 from collections.abc import Callable, Coroutine
@@ -70,7 +71,9 @@ async def accept_only(job: Job) -> None:
     """Have a job accepted, looked at once, and cancelled before its first step."""
     async with stack(Config(), stream=False) as robot:
         accepted = await robot.service.submit(job)
+        await asyncio.sleep(0)  # the wishes of an edge are steps of their own
         await robot.service.job(accepted.id)
+        await asyncio.sleep(0)
         await robot.service.cancel(accepted.id)
 
 
@@ -93,7 +96,7 @@ def main() -> None:
         Case(f"check of {PAIRS} pairs: longest step", longest(check_only, job), "ms", goal),
         Case("largest job, accepted: longest step", longest(accept_only, largest), "ms", goal),
     ]
-    report(measure(cases, rounds=5))
+    report(measure(cases, rounds=5, by=max))
 
 
 if __name__ == "__main__":

@@ -2,14 +2,13 @@
 
 A case is a function that takes one sample: seconds, or bytes. All cases are sampled once a round, so that what
 the machine does beside us hits every one of them alike. Comparisons take the best of all rounds (least
-disturbed) unless a benchmark asks for the median; nothing here passes or fails.
+disturbed) unless a benchmark asks for another, as one about a longest wait must; nothing here passes or fails.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -47,12 +46,13 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """What came of a case: best and median in `unit`, and the number that its goal is about."""
+    """What came of a case: best, median and worst in `unit`, and the number that its goal is about."""
 
     name: str
     unit: str
     best: float
     median: float
+    worst: float
     rounds: int
     compared: float | None
     goal: float | None
@@ -93,6 +93,7 @@ def _figure(case: Case, samples: list[float], picked: dict[str, float]) -> Figur
         unit=case.unit,
         best=min(samples) * scale,
         median=median(samples) * scale,
+        worst=max(samples) * scale,
         rounds=len(samples),
         compared=compared,
         goal=None if goal is None else goal.most,
@@ -121,9 +122,10 @@ def report(figures: Sequence[Figure]) -> None:
         print(json.dumps([asdict(figure) for figure in figures]))
         return
     width = max(len(figure.name) for figure in figures)
-    print(f"{'':{width}}  {'best':>10} {'median':>10}")
+    print(f"{'':{width}}  {'best':>10} {'median':>10} {'worst':>10}")
     for figure in figures:
-        print(f"{figure.name:{width}}  {figure.best:10.3f} {figure.median:10.3f} {figure.unit:3} {_verdict(figure)}")
+        numbers = f"{figure.best:10.3f} {figure.median:10.3f} {figure.worst:10.3f} {figure.unit:2}"
+        print(f"{figure.name:{width}}  {numbers} {_verdict(figure)}".rstrip())
 
 
 def _verdict(figure: Figure) -> str:
@@ -131,8 +133,3 @@ def _verdict(figure: Figure) -> str:
         return ""
     mark = "" if figure.met else "  MISSED"
     return f"  {figure.compared:.2f} {figure.goal_is} (at most {figure.goal:g}){mark}"
-
-
-def progress(words: str) -> None:
-    """Say on stderr what takes a while."""
-    print(words, file=sys.stderr)

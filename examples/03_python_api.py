@@ -1,7 +1,8 @@
 """Maya from Python: connect, home, ask before moving, pick, place, read what happened.
 
-Run it with `python examples/03_python_api.py`. It takes a second: the twin runs in virtual time. With `--speed 20`
-the same code runs twenty times as fast as the machine would; with an address instead of "sim" it is the machine.
+Run it with `.venv/bin/python examples/03_python_api.py`. It takes a second: the twin runs in virtual time. With
+`--speed 20` the same code runs twenty times as fast as the machine would. For the machine itself give `stack` its
+address instead of "sim", and run it with `asyncio.run`: its time is the wall's.
 """
 
 from __future__ import annotations

@@ -68,16 +68,6 @@ def robot() -> Iterator[Robot]:
     thread.join()
 
 
-@pytest.fixture(autouse=True)
-def own_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("MAYA_RUNTIME_DIR", str(tmp_path / "run"))
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-    monkeypatch.delenv("MAYA_CONFIG", raising=False)
-    monkeypatch.delenv("MAYA_LANG", raising=False)
-    monkeypatch.chdir(tmp_path)
-
-
 @pytest.fixture
 def found(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> Robot:
     """Have commands find the robot."""

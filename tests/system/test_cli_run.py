@@ -23,13 +23,7 @@ steps: [home, {gripper: open}, {pick: cube}, {place: tray}]
 
 
 @pytest.fixture(autouse=True)
-def job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("MAYA_RUNTIME_DIR", str(tmp_path / "run"))
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-    monkeypatch.delenv("MAYA_CONFIG", raising=False)
-    monkeypatch.delenv("MAYA_LANG", raising=False)
-    monkeypatch.chdir(tmp_path)
+def job(tmp_path: Path) -> None:
     (tmp_path / "job.yaml").write_text(JOB)
 
 

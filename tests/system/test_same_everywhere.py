@@ -16,13 +16,6 @@ EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 PICK, SORT = EXAMPLES / "01_pick_and_place.yaml", EXAMPLES / "02_sort_grid.yaml"
 
 
-@pytest.fixture(autouse=True)
-def own_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("MAYA_RUNTIME_DIR", str(tmp_path / "run"))
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-
-
 def report(line: str, within: float = 50.0) -> dict[str, Any]:
     """Return the report of a `maya run`."""
     code, text = done(f"run {line} --json", within)

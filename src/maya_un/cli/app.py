@@ -7,12 +7,11 @@ from typing import Annotated, Any, Literal
 import typer
 
 from maya_un.cli import output
+from maya_un.cli.help import EVERYWHERE
 from maya_un.cli.quantities import SIM, angle, length
 from maya_un.cli.settings import Settings
 from maya_un.errors import InvalidCommandLine, UnknownName
 from maya_un.values import AXES, Joints, Point
-
-EVERYWHERE = "Everywhere: --json, --lang en|es, --config FILE."
 
 # Unknown options become arguments, so that `maya pick -0.2 1.1` means a place and not an option.
 _CONTEXT = {"help_option_names": ["--help"], "ignore_unknown_options": True}
@@ -28,7 +27,7 @@ Length = Annotated[str, typer.Argument(help="a length in m, or like 120mm")]
 Angle = Annotated[str, typer.Argument(help="an angle in rad, or like 30deg")]
 MaybeLength = Annotated[str | None, typer.Argument(metavar="[Z]", help="default: the cell's grasp height")]
 Speed = Annotated[float | None, typer.Option(help="how fast the twin's clock runs, up to 1000; the twin only")]
-Seed = Annotated[int | None, typer.Option(help="draws where the twin powers up")]
+Seed = Annotated[int | None, typer.Option(help="draws where the twin powers up  [default: 0]")]
 Table = Annotated[str | None, typer.Option(metavar="JOB", help="the parts of this job stand on the twin's table")]
 Address = Annotated[str, typer.Option(help="sim, HOST or HOST:PORT")]
 File = Annotated[str | None, typer.Argument(metavar="[FILE]", help="default: --config, else the user's own")]
@@ -127,7 +126,7 @@ def place(context: typer.Context, x: Length, y: Length, z: MaybeLength = None) -
 
 @app.command(**_HOW)
 def approach(context: typer.Context, x: Length, y: Length, z: Length) -> int:
-    """Go above a place."""
+    """Go above x, y, z, by the cell's clearance."""
     return _wish(_aimed("approach", x, y, z), context)
 
 
@@ -149,7 +148,7 @@ def jog(
     axis: Annotated[str, typer.Argument(metavar="AXIS", help="a, b or c")],
     distance: Annotated[str, typer.Argument(metavar="DISTANCE", help="in rad or m, or like 5deg, 20mm")],
 ) -> int:
-    """Move one axis by a distance."""
+    """Move one axis by a distance from where it is."""
     from maya_un.cli import wishes
 
     if axis not in AXES:
@@ -160,7 +159,7 @@ def jog(
 
 @app.command(**_HOW)
 def abort(context: typer.Context) -> int:
-    """Stop without deceleration."""
+    """Stop without deceleration; the motors may go off, then say `maya recover`."""
     from maya_un.cli import wishes
 
     return wishes.at_once("abort", "aborted", _settings(context))
@@ -219,7 +218,7 @@ def send(
     host: Annotated[str, typer.Argument(metavar="HOST[:PORT]")],
     commands: Annotated[list[str], typer.Argument(metavar="CMD...")],
 ) -> int:
-    """Send commands to a controller and print its replies."""
+    """Send commands to a controller and print its replies; ends at the first refused."""
     from maya_un.cli import dmc as command
 
     return command.send(host, commands, _settings(context))

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import sys
 from types import TracebackType
-from typing import Self
+from typing import TYPE_CHECKING, Any, Self
 
 from maya_un.cli import output
 from maya_un.cli.settings import Settings
 from maya_un.cli.words import word
+
+if TYPE_CHECKING:
+    from rich.progress import TaskID
 
 
 class Display:
@@ -50,11 +53,13 @@ class Bars(Display):
     def __init__(self, language: str) -> None:
         from rich.progress import BarColumn, Progress, TextColumn
 
-        left = "{task.fields[left]:>6.1f} s " + word("left", language)
+        self._left = "{:>6.1f} s " + word("left", language)
+        clock = TextColumn("{task.fields[clock]}")
         self._progress = Progress(
-            TextColumn("{task.description:<12}"), BarColumn(40), TextColumn(left), transient=True, refresh_per_second=10
+            TextColumn("{task.description:<12}"), BarColumn(40), clock, transient=True, refresh_per_second=10
         )
-        self._bar = self._progress.add_task("", visible=False, left=0.0)
+        self._timed = self._progress.add_task("", visible=False, clock="")
+        self._untimed = self._progress.add_task("", visible=False, clock="", total=None)
 
     def __enter__(self) -> Self:
         """Begin to draw."""
@@ -70,20 +75,24 @@ class Bars(Display):
         self._progress.console.print(text, markup=False, highlight=False)
 
     def motion(self, phase: str, elapsed: float, duration: float) -> None:
-        """Set the bar."""
-        done = min(elapsed, duration)
-        self._progress.update(
-            self._bar,
-            description=self.phase or phase,
-            total=duration,
-            completed=done,
-            left=duration - done,
-            visible=True,
-        )
+        """Set the bar; where the duration is not known (0, in a homing) one that pulses and counts the time up."""
+        description = self.phase or phase
+        if duration > 0.0:
+            done = min(elapsed, duration)
+            left = self._left.format(duration - done)
+            self._only(self._timed, description=description, total=duration, completed=done, clock=left)
+        else:
+            self._only(self._untimed, description=description, completed=elapsed, clock=f"{elapsed:>6.1f} s")
 
     def rest(self) -> None:
-        """Hide the bar."""
-        self._progress.update(self._bar, visible=False)
+        """Hide the bars."""
+        self._only(None)
+
+    def _only(self, shown: TaskID | None, **fields: Any) -> None:
+        for bar in (self._timed, self._untimed):
+            self._progress.update(bar, visible=bar == shown)
+        if shown is not None:
+            self._progress.update(shown, **fields)
 
 
 def chosen(settings: Settings) -> Display:

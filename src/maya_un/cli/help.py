@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+EVERYWHERE = "Everywhere: --json, --lang en|es, --config FILE."
+"""What holds for every command, said at the end of its help."""
+
 OVERVIEW = """\
 maya: the robot Maya, real or virtual.
 
@@ -16,7 +19,7 @@ Start
 Wishes (to the running robot; lengths in m, or 120mm; angles in rad, or 30deg)
   home                                         find the switches and define the position
   pick X Y [Z]    place X Y [Z]                fetch a part, put it down
-  approach X Y Z                               go above a place
+  approach X Y Z                               go above a place, by the cell's clearance
   gripper open|close
   move A B C      jog AXIS DISTANCE            joint space
 
@@ -30,11 +33,11 @@ Everywhere: --json, --lang en|es, --config FILE; `maya COMMAND --help` tells mor
 Exit codes: 0 done, 1 not carried out, 2 refused as asked, 130 interrupted."""
 
 QUICK = {
-    "status": "Usage: maya status [--json]\n\nTell what the running robot is doing.",
+    "status": f"Usage: maya status\n\n  Tell what the running robot is doing.\n\n  {EVERYWHERE}",
     "stop": (
-        "Usage: maya stop [--address HOST[:PORT]] [--json]\n\n"
-        "Stop the running robot on its path. If the service does not answer, or with --address, the controller\n"
-        "is told directly."
+        "Usage: maya stop [--address HOST[:PORT]]\n\n"
+        "  Stop the running robot on its path. If the service does not answer, or with\n"
+        f"  --address, the controller is told directly.\n\n  {EVERYWHERE}"
     ),
 }
 """Help of the commands that go past the parser."""

@@ -77,7 +77,9 @@ def _stopping(report: dict[str, Any], settings: Settings) -> str:
     if not report["was_moving"]:
         return word("nothing_moved", settings.language)
     a, b, c = report["distance"]
-    return word("stopping", settings.language, seconds=report["duration"], a=degrees(a), b=abs(b) * 1e3, c=abs(c) * 1e3)
+    return word(
+        "stopping", settings.language, seconds=report["duration"], a=abs(degrees(a)), b=abs(b) * 1e3, c=abs(c) * 1e3
+    )
 
 
 def status(arguments: list[str], settings: Settings) -> int:

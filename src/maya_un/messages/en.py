@@ -3,11 +3,11 @@
 SENTENCES: dict[int, str] = {
     1001: "The connection to the controller at {address} was lost ({reason}). The axes finish what was already "
     "sent; check cable and power, then say `maya recover`.",
-    1002: "No controller answers at {address} ({reason}). Check power, cable and address (`maya config show`).",
+    1002: "No controller answers at {address} ({reason}). Check power, cable and address.",
     1003: "The controller at {address} did not answer {command!r} within {seconds} s. Check the network, or "
     "reset the controller.",
-    1004: "The controller refused {command!r} with code {tc} ({reason}). This is a defect or a foreign "
-    "program on the controller; look at `maya dmc send` and the log.",
+    1004: "The controller refused {command!r} with code {tc} ({reason}). If nobody typed it, this "
+    "is a defect or a foreign program on the controller: look at the log.",
     1005: "The device at {address} is {found}; Maya needs a DMC-41x3 with three axes. Check the address.",
     1006: "The controller answered {command!r} with {reply!r}, which nobody understands. Check that the "
     "address is a Galil controller.",

@@ -3,12 +3,11 @@
 SENTENCES: dict[int, str] = {
     1001: "Se perdió la conexión con el controlador en {address} ({reason}). Los ejes terminan lo ya enviado; "
     "revise cable y alimentación y luego diga `maya recover`.",
-    1002: "Ningún controlador responde en {address} ({reason}). Revise alimentación, cable y dirección "
-    "(`maya config show`).",
+    1002: "Ningún controlador responde en {address} ({reason}). Revise alimentación, cable y dirección.",
     1003: "El controlador en {address} no respondió a {command!r} en {seconds} s. Revise la red o reinicie el "
     "controlador.",
-    1004: "El controlador rechazó {command!r} con el código {tc} ({reason}). Es un defecto o un programa ajeno en "
-    "el controlador; mire `maya dmc send` y el registro.",
+    1004: "El controlador rechazó {command!r} con el código {tc} ({reason}). Si nadie lo tecleó, es "
+    "un defecto o un programa ajeno en el controlador: mire el registro.",
     1005: "El equipo en {address} es {found}; Maya necesita un DMC-41x3 de tres ejes. Revise la dirección.",
     1006: "El controlador respondió a {command!r} con {reply!r}, que nadie entiende. Compruebe que la dirección "
     "es la de un controlador Galil.",

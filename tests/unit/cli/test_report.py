@@ -123,3 +123,11 @@ def test_bars_print_facts_and_leave_the_screen_clean(capsys: pytest.CaptureFixtu
         bars.rest()
     assert "a [fact] is not markup" in capsys.readouterr().out
     assert bars.phase == "down"
+
+
+def test_a_motion_of_unknown_duration_pulses_and_counts_up() -> None:
+    with Bars("en") as bars:
+        bars.motion("down", 3.0, 10.0)
+        bars.motion("stroke_c", 42.0, 0.0)
+        shown = [bar for bar in bars._progress.tasks if bar.visible]
+    assert [(bar.total, bar.fields["clock"].strip()) for bar in shown] == [(None, "42.0 s")]

@@ -1,0 +1,159 @@
+"""Robots for tests of the controller floor: homed at once, rewired, or only a script of answers."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import asynccontextmanager
+
+from maya_un.config import Config
+from maya_un.controller.controller import GalilController
+from maya_un.controller.registers import wanted
+from maya_un.events import Kind
+from maya_un.galil.driver import Driver
+from maya_un.galil.record import AxisRecord, DataRecord
+from maya_un.galil.transport import Transport
+from maya_un.testing import Rig, rig
+from maya_un.values import Joints
+from maya_un.virtual.machine import VirtualDmc
+from maya_un.virtual.mechanics import MayaMechanics
+from maya_un.virtual.server import VirtualController
+from maya_un.virtual.start import Start
+from maya_un.virtual.timeline import Timeline
+from maya_un.virtual.truth import Truth
+
+HERE = Joints(0.3, 1.5, 1.3)
+"""Where `homed` robots stand, to a count."""
+
+FAR = Joints(1.2, 1.0, 1.8)
+"""A place some 35 s away from there."""
+
+FIRMWARE = "DMC4133 Rev 1.3k"
+
+
+@asynccontextmanager
+async def homed(config: Config | None = None, *, truth: Truth | None = None, stream: bool = False) -> AsyncIterator[Rig]:
+    """Give a robot that stands at `HERE` and takes over the mark of a homing, which costs nothing."""
+    async with rig(config, truth=truth, start=Start(*HERE), stream=stream) as bench:
+        a, b, c = bench.controller.units.to_counts(HERE)
+        await foreign(bench, f"DP {a},{b},{c}", "mayaendb=2260000", "mayaendc=2300000", "ZAA=7", "mayahome=7")
+        await bench.controller.skip_home()
+        yield bench
+
+
+async def foreign(bench: Rig, *commands: str) -> list[str]:
+    """Send commands through a handle of somebody else's and return what they printed."""
+    driver = await Driver.open(bench.virtual.loopback(), timeout=2.0)
+    replies = await driver.batch(list(commands))
+    await driver.close()
+    return replies
+
+
+def when_sent(bench: Rig, command: str, act: Callable[[], None]) -> None:
+    """Call `act` once, as the next `command` arrives at the controller and before it is executed."""
+
+    def look(_: str, way: str, data: bytes) -> None:
+        if way == "rx" and command.encode() in data:
+            bench.virtual.tap = None
+            act()
+
+    bench.virtual.tap = look
+
+
+def kinds(bench: Rig, since: int = 0) -> list[Kind]:
+    """Return the kinds of the events from number `since` on."""
+    return [event.kind for event in bench.controller.events.since(since)]
+
+
+def commands_in(sent: bytes) -> list[str]:
+    """Return the commands of bytes on the wire."""
+    return [command for command in sent.decode("ascii").replace(";", "\r").split("\r") if command]
+
+
+def now() -> float:
+    """Return the loop's time [s]."""
+    return asyncio.get_running_loop().time()
+
+
+def planned(bench: Rig) -> tuple[float, tuple[float, float, float]]:
+    """Return how long the twin will still move [s] and how far each axis still goes (rad, m, m)."""
+    t = now()
+    lines = bench.mechanics.timelines
+    scale = bench.controller.units.per_unit
+    a, b, c = ((line.at(line.end)[0] - line.at(t)[0]) / unit for line, unit in zip(lines, scale, strict=True))
+    return max(0.0, *(line.end - t for line in lines)), (a, b, c)
+
+
+def record_of(*axes: AxisRecord, amplifier_status: int = 0, outputs: int = 0) -> DataRecord:
+    """Return a data record of these axes A, B, C."""
+    return DataRecord(axes=axes, amplifier_status=amplifier_status, outputs=(outputs, *(0,) * 9))
+
+
+class Rewired:
+    """Maya's mechanics with its motors on other axes of the controller: `order[i]` is Maya's axis on the i-th."""
+
+    def __init__(self, mechanics: MayaMechanics, order: tuple[int, int, int]) -> None:
+        self._mechanics = mechanics
+        self._order = order
+
+    @property
+    def timelines(self) -> Sequence[Timeline]:
+        return tuple(self._mechanics.timelines[axis] for axis in self._order)
+
+    def advance(self, t: float) -> None:
+        self._mechanics.advance(t)
+
+    def next_event(self, until: float) -> float | None:
+        return self._mechanics.next_event(until)
+
+    def position(self, axis: int) -> float:
+        return self._mechanics.position(self._order[axis])
+
+    def velocity(self, axis: int) -> float:
+        return self._mechanics.velocity(self._order[axis])
+
+    def torque(self, axis: int) -> float:
+        return self._mechanics.torque(self._order[axis])
+
+    def inputs(self, axis: int) -> tuple[bool, bool, bool]:
+        return self._mechanics.inputs(self._order[axis])
+
+    def power(self, axis: int, on: bool) -> None:
+        self._mechanics.power(self._order[axis], on)
+
+    def output(self, bit: int, on: bool) -> None:
+        self._mechanics.output(bit, on)
+
+
+@asynccontextmanager
+async def rewired(config: Config, order: tuple[int, int, int]) -> AsyncIterator[Rig]:
+    """Give a robot whose motors hang on other axes of its controller."""
+    mechanics = MayaMechanics()
+    virtual = VirtualController(VirtualDmc(Rewired(mechanics, order)))
+    sent = bytearray()
+
+    async def dial() -> Transport:
+        return virtual.loopback()
+
+    controller = GalilController(dial, "twin", config, stream=False)
+    controller.tap(lambda way, data: sent.extend(data) if way == "tx" else None)
+    try:
+        await controller.open()
+        yield Rig(controller, virtual, mechanics, sent)
+    finally:
+        await controller.close()
+        await virtual.close()
+
+
+def box(config: Config, firmware: str = FIRMWARE, **kept: str) -> Callable[[str], bytes]:
+    """Return the answers of a controller that keeps what it is told, but `kept` registers (`ERB="16384.0000"`)."""
+    values = {operand[1:]: f"{value}.0000" for operand, value in wanted(config).items()} | kept
+
+    def answer(command: str) -> bytes:
+        if command == "\x12\x16":
+            return f"{firmware}\r\n:".encode()
+        if command.startswith("MG _"):
+            return f" {values[command.removeprefix('MG _')]}\r\n:".encode()
+        return b":"
+
+    return answer

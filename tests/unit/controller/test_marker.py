@@ -1,0 +1,83 @@
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+import pytest
+
+from maya_un.config import Config, Units
+from maya_un.controller import marker
+from maya_un.galil.driver import Driver
+from maya_un.testing import rig
+from maya_un.values import Joints
+from tests.unit.controller.bench import HERE, homed
+from tests.virtual_time import elapse
+
+CONFIG = Config()
+UNITS = Units.of(CONFIG)
+ENDS = ["mayaendb=2250000", "mayaendc=2290000"]
+
+
+@asynccontextmanager
+async def wire() -> AsyncIterator[Driver]:
+    async with rig() as bench:
+        yield bench.controller._monitor.link.driver
+
+
+@pytest.mark.parametrize(
+    "left",
+    [
+        [],
+        ["mayahome=9", *ENDS],
+        ["ZAA=9"],
+        ["mayahome=9", "ZAA=8", *ENDS],
+        ["mayahome=0", "ZAA=0", *ENDS],
+        ["mayahome=9", "ZAB=9", *ENDS],
+        ["mayahome=9", "ZAA=9", "mayaendb=2250000"],
+    ],
+    ids=["nothing", "variable alone", "ZA alone", "other numbers", "erased", "other axis", "an end is missing"],
+)
+async def test_half_a_mark_is_none(left: list[str]) -> None:
+    async with wire() as driver:
+        await driver.batch(left)
+        assert await marker.read(driver, CONFIG, UNITS, HERE) is None
+
+
+@pytest.mark.parametrize(
+    ("here", "holds"),
+    [
+        (HERE, True),
+        (Joints(0.0, 0.575, 2.300), True),
+        (Joints(0.0, 2.260 * 1.03, 0.565), True),
+        (Joints(1.0, 0.0, 0.0), False),
+        (Joints(1.0, 1.5, 0.0), False),
+        (Joints(1.0, 0.0, 1.5), False),
+        (Joints(1.0, -1.5, 1.5), False),
+        (Joints(1.0, 1.5, 2.5), False),
+    ],
+)
+async def test_a_mark_holds_where_the_lines_can_be(here: Joints, holds: bool) -> None:
+    async with wire() as driver:
+        await driver.batch(["mayahome=9", "ZAA=9", *ENDS])
+        found = await marker.read(driver, CONFIG, UNITS, here)
+        assert found == (pytest.approx((2.25, 2.29)) if holds else None)
+
+
+@pytest.mark.parametrize("after", [0.0, 1.0, 2.0**31 / 1024 + 5.0])
+async def test_a_mark_that_was_left_is_found_until_it_is_erased(after: float) -> None:
+    async with wire() as driver:
+        await elapse(after)
+        await marker.leave(driver, (2.2513, 2.2987), UNITS)
+        assert await marker.read(driver, CONFIG, UNITS, HERE) == pytest.approx((2.2513, 2.2987))
+        await marker.erase(driver)
+        assert await marker.read(driver, CONFIG, UNITS, HERE) is None
+
+
+async def test_the_variable_comes_last_and_goes_first() -> None:
+    async with homed() as bench:
+        del bench.sent[:]
+        driver = bench.controller._monitor.link.driver
+        await marker.erase(driver)
+        await marker.leave(driver, (2.2, 2.2), UNITS)
+        names = [command.split("=")[0] for command in bench.sent.decode().replace("\r", ";").split(";") if "=" in command]
+        assert names == ["mayahome", "ZAA", "ZAA", "mayaendb", "mayaendc", "mayahome"]

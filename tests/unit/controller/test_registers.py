@@ -1,0 +1,120 @@
+from __future__ import annotations
+
+import pytest
+
+from maya_un.config import Config
+from maya_un.config.load import parse
+from maya_un.controller.registers import configure, identify, wanted
+from maya_un.errors import CommandRejected, LinkTimeout, ParameterMismatch, WrongController
+from maya_un.testing import rig
+from tests.unit.controller.bench import FIRMWARE, box, commands_in, foreign
+from tests.unit.galil.scripted import conversation
+
+
+def changed(**b: object) -> Config:
+    return parse({"axes": {"b": b}, "wiring": {"limit_active_level": 1}})
+
+
+@pytest.mark.parametrize(
+    ("operand", "value"),
+    [
+        ("_SPA", 1_000),
+        ("_SPB", 45_000),
+        ("_ACA", 1_024),
+        ("_ACC", 5_120),
+        ("_DCA", 10_240),
+        ("_DCB", 51_200),
+        ("_SDC", 51_200),
+        ("_ERA", 742),
+        ("_ERC", 8_000),
+        ("_OEA", 1),
+        ("_LDB", 0),
+        ("_CN0", -1),
+    ],
+)
+async def test_the_manuals_values_are_in_the_controller_once_connected(operand: str, value: float) -> None:
+    async with rig() as bench:
+        assert [float(reply) for reply in await foreign(bench, f"MG {operand}")] == [value]
+
+
+async def test_what_was_there_before_is_overwritten() -> None:
+    async with rig() as bench:
+        await foreign(bench, "OE*=3", "LD*=3", "ER*=1", "CN 1", "SD*=1024")
+        await configure(bench.controller._monitor.link.driver, bench.controller.config)
+        replies = await foreign(bench, *(f"MG {operand}" for operand in wanted(bench.controller.config)))
+        assert [float(reply) for reply in replies] == list(wanted(bench.controller.config).values())
+
+
+async def test_values_that_the_controller_rounds_are_no_mismatch() -> None:
+    config = changed(speed_counts=30_001, acceleration_counts=6_000, stop_deceleration_counts=52_000)
+    async with rig(config) as bench:
+        assert await foreign(bench, "MG _SPB", "MG _ACB", "MG _DCB", "MG _CN0") == [
+            "30000.0000",
+            "5120.0000",
+            "51200.0000",
+            "1.0000",
+        ]
+
+
+def test_a_drum_that_does_not_lock_keeps_its_motor_on_after_an_error() -> None:
+    assert wanted(parse({"safety": {"self_locking": False}}))["_OEB"] == 0
+    assert wanted(parse({"safety": {"off_on_error": 0}}))["_OEB"] == 0
+
+
+@pytest.mark.parametrize(("register", "found"), [("ERB", "16384.0000"), ("OEC", "0.0000"), ("CN0", "1.0000")])
+async def test_a_register_that_was_not_kept_is_named(register: str, found: str) -> None:
+    async with conversation(box(Config(), **{register: found})) as (driver, _):
+        with pytest.raises(ParameterMismatch) as mismatch:
+            await configure(driver, Config())
+    wished = wanted(Config())[f"_{register}"]
+    assert mismatch.value.details == {"register": register, "found": found, "wanted": wished}
+
+
+async def test_all_is_written_before_anything_is_read_back() -> None:
+    async with conversation(box(Config())) as (driver, peer):
+        await configure(driver, Config())
+    count = len(wanted(Config()))
+    assert [command.startswith("MG ") for command in peer.commands] == [False] * count + [True] * count
+
+
+async def test_how_somebody_else_has_numbers_printed_does_not_matter() -> None:
+    async with rig() as bench:
+        await foreign(bench, "VF -8.4")
+        await configure(bench.controller._monitor.link.driver, bench.controller.config)
+
+
+@pytest.mark.parametrize(
+    "firmware", [FIRMWARE, "DMC4133 Rev 1.1a1", "DMC4143 Rev 1.3a", "DMC4183 Rev 1.3h", "DMC4133 Rev 1.2h1-SIN"]
+)
+async def test_controllers_with_three_axes_or_more_will_do(firmware: str) -> None:
+    async with conversation(box(Config(), firmware)) as (driver, _):
+        assert await identify(driver, "box") == firmware
+
+
+@pytest.mark.parametrize(
+    "firmware",
+    ["DMC4080 Rev 1.2h1-SIN", "DMC2133 Rev 1.0r", "DMC4123 Rev 1.3a", "DMC4113", "DMC50040 Rev 1.2a", "DMC41x3", "SSH-2.0"],
+)
+async def test_other_devices_are_refused_by_name(firmware: str) -> None:
+    async with conversation(box(Config(), firmware)) as (driver, peer):
+        with pytest.raises(WrongController) as refusal:
+            await identify(driver, "10.0.0.7")
+    assert refusal.value.details == {"address": "10.0.0.7", "found": firmware}
+    assert peer.commands == ["\x12\x16", ""]  # the question, and the end of the conversation
+
+
+async def test_devices_without_an_answer_are_refused() -> None:
+    async with conversation(lambda _: b"\r\n:") as (driver, _):
+        with pytest.raises(WrongController, match="silent"):
+            await identify(driver, "box")
+    async with conversation(lambda _: None) as (driver, _):
+        with pytest.raises(LinkTimeout):
+            await identify(driver, "box")
+    async with conversation(lambda command: b"1 no\r\n:" if command == "TC1" else b"?") as (driver, _):
+        with pytest.raises(CommandRejected):
+            await identify(driver, "box")
+
+
+async def test_connecting_says_nothing_that_moves() -> None:
+    async with rig() as bench:
+        assert not {command[:2] for command in commands_in(bytes(bench.sent))} & {"BG", "SH", "MO", "JG", "PA", "PR", "LI"}

@@ -1,0 +1,71 @@
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from maya_un.errors import AbortInput, Busy, LinkLost, NotHomed, Stopped
+from maya_un.controller.wish import Desk, Wish
+from tests.unit.controller.bench import now
+
+
+async def test_one_wish_at_a_time_and_the_other_is_told_which() -> None:
+    desk = Desk()
+    with desk.take("home") as first:
+        assert desk.current is first
+        with pytest.raises(Busy) as refusal, desk.take("move"):
+            pytest.fail("two wishes at once")
+        assert refusal.value.details == {"doing": "home"}
+        assert desk.current is first
+    assert desk.current is None
+
+
+@pytest.mark.parametrize("error", [NotHomed(), AbortInput(), asyncio.CancelledError()])
+async def test_a_wish_that_fails_leaves_the_desk_free(error: BaseException) -> None:
+    desk = Desk()
+    with pytest.raises(type(error)), desk.take("move"):
+        raise error
+    with desk.take("home") as wish:
+        assert wish.name == "home"
+
+
+async def test_the_first_interruption_decides() -> None:
+    wish = Wish("move")
+    wish.check()
+    wish.interrupt(Stopped())
+    wish.interrupt(AbortInput())
+    for _ in range(2):
+        with pytest.raises(Stopped):
+            wish.check()
+
+
+async def test_a_pause_lasts_until_its_time() -> None:
+    wish = Wish("move")
+    await wish.pause(now() + 2.5)
+    assert now() == 2.5
+    await wish.pause(1.0)
+    assert now() == 2.5
+
+
+async def test_an_interruption_ends_a_pause_at_once() -> None:
+    wish = Wish("move")
+    asyncio.get_running_loop().call_later(0.75, wish.interrupt, LinkLost(address="box", reason="cut"))
+    with pytest.raises(LinkLost):
+        await wish.pause(now() + 100.0)
+    assert now() == 0.75
+
+
+async def test_a_pause_that_is_over_still_tells_of_an_interruption() -> None:
+    wish = Wish("move")
+    wish.interrupt(Stopped())
+    with pytest.raises(Stopped):
+        await wish.pause(now() - 1.0)
+
+
+async def test_a_cancelled_pause_interrupts_nothing() -> None:
+    wish = Wish("move")
+    pause = asyncio.create_task(wish.pause(now() + 9.0))
+    asyncio.get_running_loop().call_later(1.0, pause.cancel)
+    await asyncio.wait({pause})
+    assert pause.cancelled()
+    wish.check()
