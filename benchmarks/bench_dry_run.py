@@ -7,7 +7,7 @@ from job import parsed
 
 from maya_un.assembly import stack
 from maya_un.config import Config
-from maya_un.loops import run_virtual
+from maya_un.loops import quiet_collector, run_virtual
 from maya_un.process.job import Job
 from maya_un.process.states import TaskState
 
@@ -32,6 +32,7 @@ async def check_only(job: Job) -> None:
 
 
 def main() -> None:
+    quiet_collector()  # as the command does
     homing, job = parsed(0), parsed(PAIRS)
     cases = [
         Case("homing alone", timed(lambda: run_virtual(carry_out(homing), HORIZON)), "s"),

@@ -7,6 +7,7 @@ from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 
+from maya_un.address import SIM, meant, split
 from maya_un.api.service import Service
 from maya_un.config import Config
 from maya_un.controller.controller import GalilController
@@ -20,12 +21,6 @@ from maya_un.virtual.mechanics import MayaMechanics
 from maya_un.virtual.server import VirtualController
 from maya_un.virtual.start import legal_start
 from maya_un.virtual.truth import Truth
-
-SIM = "sim"
-"""The address that means: a virtual controller in this process."""
-
-PORT = 23
-"""Galil's port for commands."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,12 +42,6 @@ class Stack:
     process: Process
     service: Service
     twin: Twin | None
-
-
-def split_address(address: str) -> tuple[str, int]:
-    """Return host and port of HOST or HOST:PORT (port 23 where none is named)."""
-    host, colon, port = address.rpartition(":")
-    return (host, int(port)) if colon else (address, PORT)
 
 
 def make_twin(*, seed: int = 0, truth: Truth | None = None, parts: Mapping[str, Point] | None = None) -> Twin:
@@ -78,12 +67,13 @@ async def stack(
     skip_home: bool = False,
     speed: float = 1.0,
 ) -> AsyncIterator[Stack]:
-    """Wire all floors on the controller at `address` ("sim" or HOST[:PORT]) for the length of the block.
+    """Wire all floors on the controller at `address` ("sim", "real" or HOST[:PORT]) for the length of the block.
 
     `speed` is how fast the loop's clock runs, for whoever asks the service; it changes nothing here.
     Raises what connecting raises (`ConnectFailed`, `LinkTimeout`, `WrongController`, `ParameterMismatch`), and
     `MarkerMissing` where `skip_home` finds no mark.
     """
+    address = meant(address, config.controller.address)
     twin = make_twin(seed=seed, truth=truth, parts=parts) if address == SIM else None
     controller = GalilController(_dial(address, config, twin), address, config, stream=stream)
     try:
@@ -109,7 +99,7 @@ def _dial(address: str, config: Config, twin: Twin | None) -> Dial:
         return twin.controller.loopback()
 
     async def to_box() -> Transport:
-        host, port = split_address(address)
+        host, port = split(address)
         return await TcpTransport.connect(host, port, config.controller.timeout)
 
     return to_box if twin is None else to_twin

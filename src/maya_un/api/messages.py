@@ -13,6 +13,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from maya_un.events import Event
+from maya_un.kinematics.workspace import Workspace
 from maya_un.process.report import JobSummary
 from maya_un.values import Joints, Point, Progress, State
 
@@ -52,8 +53,16 @@ class Reach:
 
     reachable: bool
     joints: Joints | None
-    reason: str
+    reason: str | None
     nearest: Point
+
+    @classmethod
+    def of(cls, workspace: Workspace, point: Point) -> Reach:
+        """Return the answer about `point` [m] in `workspace`."""
+        reason = workspace.why_not(point)
+        if reason is None:
+            return cls(True, workspace.require(point), None, point)
+        return cls(False, None, str(reason), workspace.nearest(point))
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import AsyncIterator, Mapping
 
 import maya_un
+from maya_un.address import SIM
 from maya_un.api.messages import JobAccepted, Reach, Status
 from maya_un.config import Config
 from maya_un.controller.homing import homed_pose
@@ -36,7 +37,7 @@ class Service:
         controller: Controller,
         config: Config,
         *,
-        address: str = "sim",
+        address: str = SIM,
         speed: float = 1.0,
     ) -> None:
         self._process = process
@@ -150,11 +151,7 @@ class Service:
 
     def reach(self, point: Point) -> Reach:
         """Tell whether `point` [m] can be reached, and if not why, and where the nearest reachable point is."""
-        workspace = self._controller.workspace
-        reason = workspace.why_not(point)
-        if reason is None:
-            return Reach(True, workspace.require(point), "", point)
-        return Reach(False, None, str(reason), workspace.nearest(point))
+        return Reach.of(self._controller.workspace, point)
 
     def config(self) -> Config:
         """Return all constants of the machine."""

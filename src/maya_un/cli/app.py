@@ -6,9 +6,10 @@ from typing import Annotated, Any, Literal
 
 import typer
 
+from maya_un.address import SIM
 from maya_un.cli import output
 from maya_un.cli.help import EVERYWHERE
-from maya_un.cli.quantities import SIM, angle, length
+from maya_un.cli.quantities import angle, length
 from maya_un.cli.settings import Settings
 from maya_un.errors import InvalidCommandLine, UnknownName
 from maya_un.values import AXES, Joints, Point
@@ -29,7 +30,11 @@ MaybeLength = Annotated[str | None, typer.Argument(metavar="[Z]", help="default:
 Speed = Annotated[float | None, typer.Option(help="how fast the twin's clock runs, up to 1000; the twin only")]
 Seed = Annotated[int | None, typer.Option(help="draws where the twin powers up  [default: 0]")]
 Table = Annotated[str | None, typer.Option(metavar="JOB", help="the parts of this job stand on the twin's table")]
-Address = Annotated[str, typer.Option(help="sim, HOST or HOST:PORT")]
+_ADDRESSES = "sim, real (the configured controller), HOST or HOST:PORT"
+Address = Annotated[str, typer.Option(help=_ADDRESSES)]
+SkipHome = Annotated[
+    bool, typer.Option("--skip-home", help="take over the homing whose mark stands in the controller")
+]
 File = Annotated[str | None, typer.Argument(metavar="[FILE]", help="default: --config, else the user's own")]
 
 
@@ -72,11 +77,12 @@ def up(
     port: Annotated[int, typer.Option(min=0, max=65535, help="of the HTTP door on loopback; 0: any")] = 4133,
     seed: Seed = None,
     table: Table = None,
+    skip_home: SkipHome = False,
 ) -> int:
     """Keep a robot running, real or virtual, and serve it on loopback."""
     from maya_un.cli import up as command
 
-    options = command.Options(address, speed, port, seed or 0, table)
+    options = command.Options(address, speed, port, seed, table, skip_home)
     return command.up(options, _settings(context))
 
 
@@ -89,15 +95,17 @@ def run_job(
     ] = False,
     speed: Speed = None,
     seed: Seed = None,
-    address: Annotated[str | None, typer.Option(help="sim, HOST or HOST:PORT")] = None,
+    address: Annotated[str | None, typer.Option(help=_ADDRESSES)] = None,
+    skip_home: SkipHome = False,
 ) -> int:
     """Carry out a job and report every step.
 
-    By the running robot if there is one; with --address, --speed or --seed, or without one, on a stack of its own.
+    By the running robot if there is one; without one, or with --address, --speed, --seed or --skip-home, on a stack
+    of its own.
     """
     from maya_un.cli import run as command
 
-    return command.run(job, command.Options(dry_run, address, speed, seed), _settings(context))
+    return command.run(job, command.Options(dry_run, address, speed, seed, skip_home), _settings(context))
 
 
 def _wish(primitive: dict[str, object], context: typer.Context) -> int:
@@ -215,7 +223,7 @@ def serve(
 @dmc.command(**_HOW)
 def send(
     context: typer.Context,
-    host: Annotated[str, typer.Argument(metavar="HOST[:PORT]")],
+    host: Annotated[str, typer.Argument(metavar="HOST[:PORT]", help="or real: the configured controller")],
     commands: Annotated[list[str], typer.Argument(metavar="CMD...")],
 ) -> int:
     """Send commands to a controller and print its replies; ends at the first refused."""

@@ -37,11 +37,12 @@ def _to_the_end(client: Client, job: int, since: int, display: Display) -> dict[
             tell(event, display)
         if events:
             report = client.get(f"/v1/jobs/{job}")
-        _animate(client, display)
+        animate(client, display)
     return report
 
 
-def _animate(client: Client, display: Display) -> None:
+def animate(client: Client, display: Display) -> None:
+    """Show how far the motion under way has come."""
     progress = client.get("/v1/status")["progress"]
     if progress is None:
         display.rest()

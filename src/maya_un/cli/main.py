@@ -31,6 +31,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         from maya_un.server.crash import written_down
 
         return output.complain(written_down(error), settings)
+    except BaseException as error:
+        from asyncio import CancelledError  # it is loaded already wherever one was raised
+
+        if isinstance(error, CancelledError):
+            return output.INTERRUPTED
+        raise
 
 
 def _dispatch(rest: list[str], settings: Settings) -> int:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from math import degrees
 
+from maya_un.api.messages import Reach, to_data
 from maya_un.cli import output
 from maya_un.cli.configure import configuration
 from maya_un.cli.settings import Settings
 from maya_un.cli.words import word
-from maya_un.errors import Unreachable
 from maya_un.kinematics.workspace import Workspace
 from maya_un.values import Joints, Point
 
@@ -40,20 +40,14 @@ def reach(point: Point, settings: Settings) -> int:
 
     Exit code 0 where it can, 1 where not: both are answers.
     """
-    workspace = Workspace.of(configuration(settings))
-    try:
-        joints = workspace.require(point)
-    except Unreachable as refusal:
-        return _out_of_reach(workspace, point, refusal, settings)
-    value = {"reachable": True, "joints": joints._asdict(), "reason": None, "nearest": point._asdict()}
-    text = f"{word('reachable', settings.language)}: {joints_text(joints)}"
-    return output.answer(value, text, settings)
+    found = Reach.of(Workspace.of(configuration(settings)), point)
+    joints = None if found.joints is None else found.joints._asdict()
+    value = {**to_data(found), "joints": joints, "nearest": found.nearest._asdict()}
+    output.answer(value, _reach_text(found, settings.language), settings)
+    return output.DONE if found.reachable else output.FAILED
 
 
-def _out_of_reach(workspace: Workspace, point: Point, refusal: Unreachable, settings: Settings) -> int:
-    nearest = workspace.nearest(point)
-    reason = str(refusal.details["reason"])
-    value = {"reachable": False, "joints": None, "reason": reason, "nearest": nearest._asdict()}
-    text = word("out_of_reach", settings.language, reason=reason, nearest=point_text(nearest))
-    output.answer(value, text, settings)
-    return output.FAILED
+def _reach_text(found: Reach, language: str) -> str:
+    if found.joints is not None:
+        return f"{word('reachable', language)}: {joints_text(found.joints)}"
+    return word("out_of_reach", language, reason=found.reason, nearest=point_text(found.nearest))

@@ -5,14 +5,12 @@ from __future__ import annotations
 import re
 from math import isfinite, pi
 
+from maya_un.address import REAL, SIM, meant, split
 from maya_un.errors import InvalidValue, SpeedOnRealMachine
 
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµ°]*)")
 _LENGTHS = {"": 1.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6}
 _ANGLES = {"": 1.0, "rad": 1.0, "mrad": 1e-3, "deg": pi / 180.0, "°": pi / 180.0}
-SIM = "sim"
-"""The address of the twin in this process."""
-
 FASTEST = 1000.0
 """Largest factor of the twin's clock."""
 
@@ -52,20 +50,22 @@ def clock_factor(speed: float | None, address: str) -> float:
     return speed
 
 
-def target_address(text: str) -> str:
-    """Return the address of a controller as given, "sim" or HOST[:PORT]; raises `InvalidValue`."""
+def target_address(text: str, configured: str) -> str:
+    """Return what an address means: "sim", or HOST[:PORT], for "real" the `configured` one.
+
+    Raises `InvalidValue`.
+    """
     if text != SIM:
-        host_and_port(text)
-    return text
+        host_and_port(meant(text, configured), words=f"{SIM} or {REAL}")
+    return meant(text, configured)
 
 
-def host_and_port(text: str, key: str = "--address", port: int = 23) -> tuple[str, int]:
-    """Return host and port of HOST or HOST:PORT (`port` where none is named); raises `InvalidValue`."""
-    host, colon, number = text.rpartition(":")
-    if not colon:
-        host, number = text, str(port)
-    if not number.isascii() or not number.isdigit() or not 0 < int(number) < 65536:
-        raise InvalidValue(key=key, value=repr(text), reason="the port behind the colon is 1 to 65535")
-    if not re.fullmatch(r"[A-Za-z0-9](?:[A-Za-z0-9._-]*[A-Za-z0-9])?", host):
-        raise InvalidValue(key=key, value=repr(text), reason="it is sim, HOST or HOST:PORT")
-    return host, int(number)
+def host_and_port(text: str, key: str = "--address", words: str = REAL) -> tuple[str, int]:
+    """Return host and port of HOST or HOST:PORT (Galil's where none is named).
+
+    Raises `InvalidValue`, which names the `words` that would have been understood too.
+    """
+    try:
+        return split(text)
+    except ValueError as error:
+        raise InvalidValue(key=key, value=repr(text), reason=f"where it is not {words}, {error}") from error

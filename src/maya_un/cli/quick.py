@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import degrees
 from typing import Any
 
+from maya_un.address import REAL
 from maya_un.cli import output, runtime
 from maya_un.cli.client import Client
 from maya_un.cli.help import QUICK
@@ -30,9 +31,9 @@ def run(command: str, arguments: list[str], settings: Settings) -> int:
 def stop(arguments: list[str], settings: Settings) -> int:
     """Stop by the service, or past it where it does not stop the robot in time.
 
-    With --address the controller is told at once. Raises `ServiceNotRunning` where there is neither.
+    With --address the controller is told at once; for "real" the configuration is read before. Raises `ServiceNotRunning` where there is neither.
     """
-    address = _address(arguments)
+    address = _address(arguments, settings)
     if address is not None:
         return _directly(address, settings)
     running = runtime.find()
@@ -47,7 +48,7 @@ def stop(arguments: list[str], settings: Settings) -> int:
     return output.answer({"service": True, **report}, _stopping(report, settings), settings)
 
 
-def _address(arguments: list[str]) -> tuple[str, int] | None:
+def _address(arguments: list[str], settings: Settings) -> tuple[str, int] | None:
     match arguments:
         case []:
             return None
@@ -59,6 +60,10 @@ def _address(arguments: list[str]) -> tuple[str, int] | None:
             raise InvalidCommandLine(reason=f"{' '.join(arguments)} is not understood", command="maya stop")
     from maya_un.cli.quantities import host_and_port
 
+    if text == REAL:
+        from maya_un.cli.configure import configuration
+
+        text = configuration(settings).controller.address
     return host_and_port(text)
 
 
@@ -97,6 +102,8 @@ def _described(found: dict[str, Any], language: str) -> str:
         _place(state, language),
         word("gripper_closed" if state["gripper_closed"] else "gripper_open", language),
     ]
+    if found["progress"] is not None:
+        lines.insert(1, _progress(found["progress"], language))
     limits = _active_limits(state)
     if limits:
         lines.append(word("limits", language, names=limits))
@@ -106,6 +113,10 @@ def _described(found: dict[str, Any], language: str) -> str:
     if state["fault"] is not None:
         lines.append(word("fault", language, **state["fault"]))
     return "\n".join(lines)
+
+
+def _progress(progress: dict[str, Any], language: str) -> str:
+    return word("progress" if progress["duration"] > 0.0 else "progress_untimed", language, **progress)
 
 
 def _place(state: dict[str, Any], language: str) -> str:

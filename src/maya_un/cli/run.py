@@ -10,8 +10,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from maya_un.address import SIM
 from maya_un.api.messages import EventMessage, to_data
-from maya_un.assembly import SIM, Stack, stack
+from maya_un.assembly import Stack, stack
 from maya_un.cli import output
 from maya_un.cli.client import Client
 from maya_un.cli.configure import configuration
@@ -22,6 +23,7 @@ from maya_un.cli.quantities import clock_factor, target_address
 from maya_un.cli.report import as_data, as_text
 from maya_un.cli.settings import Settings
 from maya_un.cli.signals import on_end
+from maya_un.cli.twin import require_twin
 from maya_un.cli.words import word
 from maya_un.config import Config
 from maya_un.errors import ServiceNotRunning
@@ -46,11 +48,12 @@ class Options(NamedTuple):
     address: str | None = None
     speed: float | None = None
     seed: int | None = None
+    skip_home: bool = False
 
     @property
     def own_stack(self) -> bool:
         """Whether the wish names a stack of its own, rather than the robot that may be running."""
-        return (self.address, self.speed, self.seed) != (None, None, None)
+        return self.skip_home or (self.address, self.speed, self.seed) != (None, None, None)
 
 
 class Outcome(NamedTuple):
@@ -62,9 +65,10 @@ class Outcome(NamedTuple):
 
 def run(file: str, options: Options, settings: Settings) -> int:
     """Carry out the job of `file`, print its report, and return the exit code: 0 only if every step was done."""
-    address = target_address(options.address or SIM)
-    factor = clock_factor(options.speed, address)
     config = configuration(settings)
+    address = target_address(options.address or SIM, config.controller.address)
+    factor = clock_factor(options.speed, address)
+    require_twin(address, "maya run", seed=options.seed)
     job = load_job(Path(file))
     if options.dry_run:
         outcome = _dry_run(job, config, address, options, settings)
@@ -101,7 +105,7 @@ def _dry_run(job: Job, config: Config, address: str, options: Options, settings:
     """Go through the job on the twin in virtual time; what it predicts of a real machine starts homed."""
     if not settings.json:
         output.say(word("dry", settings.language))
-    performance = _Performance(job, Display(), settings, home_first=address != SIM)
+    performance = _Performance(job, Display(), settings, home_first=address != SIM or options.skip_home)
     return run_virtual(performance.perform(config, SIM, options.seed or 0), HORIZON)
 
 
@@ -110,7 +114,9 @@ def _own_stack(
 ) -> Outcome:
     key, details = ("twin", {"speed": factor}) if address == SIM else ("on", {"address": address})
     display.note(word(key, settings.language, **details))
-    performance = _Performance(job, display, settings, factor=factor, pace=FRAME * factor)
+    performance = _Performance(
+        job, display, settings, factor=factor, pace=FRAME * factor, skip_home=options.skip_home
+    )
     clock: Callable[[], asyncio.AbstractEventLoop] | None = (lambda: ScaledLoop(factor)) if address == SIM else None
     return run_loop(performance.perform(config, address, options.seed or 0), clock)
 
@@ -119,6 +125,7 @@ class _Performance:
     """One job on a stack of its own.
 
     `pace` is the time between two looks at the motion [s, of the stack's clock], None for no looking at all.
+    `skip_home` takes over the homing whose mark stands in the controller; `home_first` homes before the job.
     """
 
     def __init__(
@@ -130,6 +137,7 @@ class _Performance:
         factor: float = 1.0,
         pace: float | None = None,
         home_first: bool = False,
+        skip_home: bool = False,
     ) -> None:
         self._job = job
         self._factor = factor
@@ -137,13 +145,22 @@ class _Performance:
         self._settings = settings
         self._pace = pace
         self._home_first = home_first
+        self._skip_home = skip_home
+        self._ending = False
 
     async def perform(self, config: Config, address: str, seed: int) -> Outcome:
         """Carry the job out and return its report."""
         keep_quiet(asyncio.get_running_loop())
         parts = self._job.part_points(config.cell.grasp_height)
-        streamed = self._pace is not None
-        async with stack(config, address, seed=seed, parts=parts, stream=streamed, speed=self._factor) as robot:
+        async with stack(
+            config,
+            address,
+            seed=seed,
+            parts=parts,
+            stream=self._pace is not None,
+            skip_home=self._skip_home,
+            speed=self._factor,
+        ) as robot:
             if self._home_first:
                 await robot.controller.home()
             accepted = await robot.service.submit(self._job)
@@ -153,10 +170,11 @@ class _Performance:
 
     async def _watched(self, robot: Stack, job: int) -> tuple[JobReport, bool]:
         watchers = [asyncio.create_task(self._narrate(robot)), asyncio.create_task(self._animate(robot))]
-        with _ended_by_sigterm():
+        with self._ended_by_sigterm():
             try:
                 return await robot.service.wait(job), False
             except asyncio.CancelledError:
+                self._ending = True
                 _go_on()
                 self._display.note(word("interrupted", self._settings.language))
                 return await robot.service.cancel(job), True
@@ -164,6 +182,22 @@ class _Performance:
                 for watcher in watchers:
                     watcher.cancel()
                 await asyncio.gather(*watchers, return_exceptions=True)
+
+    @contextmanager
+    def _ended_by_sigterm(self) -> Iterator[None]:
+        """Have SIGTERM do what Ctrl-C does, in the thread that signals come to; once, for a stop is under way then."""
+        task = asyncio.current_task()
+        if threading.current_thread() is not threading.main_thread() or task is None:
+            yield
+            return
+
+        def end() -> None:
+            if not self._ending:
+                self._ending = True
+                task.cancel()
+
+        with on_end(end, signal.SIGTERM):
+            yield
 
     async def _narrate(self, robot: Stack) -> None:
         async for event in robot.controller.events.follow():
@@ -184,17 +218,6 @@ def _go_on() -> None:
     task = asyncio.current_task()
     if task is not None:
         task.uncancel()
-
-
-@contextmanager
-def _ended_by_sigterm() -> Iterator[None]:
-    """Have SIGTERM do what Ctrl-C does, in the thread that signals come to."""
-    task = asyncio.current_task()
-    if threading.current_thread() is not threading.main_thread() or task is None:
-        yield
-        return
-    with on_end(task.cancel, signal.SIGTERM):
-        yield
 
 
 def _by_service(client: Client, job: Job, display: Display, settings: Settings) -> Outcome:

@@ -7,20 +7,20 @@ import os
 import socket
 from collections.abc import Callable
 from contextlib import suppress
-from pathlib import Path
 from typing import NamedTuple
 
-from maya_un.assembly import SIM, Stack, stack
+from maya_un.address import SIM
+from maya_un.assembly import Stack, stack
 from maya_un.cli import output, runtime
 from maya_un.cli.configure import configuration
 from maya_un.cli.quantities import clock_factor, host_and_port, target_address
 from maya_un.cli.settings import Settings
 from maya_un.cli.signals import asked_to_end
+from maya_un.cli.twin import on_the_table, require_twin
 from maya_un.cli.words import word
 from maya_un.config import Config
 from maya_un.errors import MayaError
 from maya_un.loops import ScaledLoop, run
-from maya_un.process.files import load_job
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
 from maya_un.server.crash import keep_quiet
@@ -39,18 +39,20 @@ class Options(NamedTuple):
     address: str = SIM
     speed: float | None = None
     port: int = PORT
-    seed: int = 0
+    seed: int | None = None
     table: str | None = None
+    skip_home: bool = False
 
 
 class _Robot(NamedTuple):
-    """What to run: where, how fast its clock, and what stands on the twin's table."""
+    """What to run: where, how fast its clock, what stands on the twin's table, whether to take over a homing."""
 
     config: Config
     address: str
     speed: float
     seed: int
     parts: dict[str, Point]
+    skip_home: bool
 
 
 def up(options: Options, settings: Settings) -> int:
@@ -58,13 +60,16 @@ def up(options: Options, settings: Settings) -> int:
 
     Raises what starting raises: `AlreadyRunning`, `AddressInUse`, `ConnectFailed` and its kin.
     """
-    address = target_address(options.address)
-    speed = clock_factor(options.speed, address)
     config = configuration(settings)
-    parts = {} if options.table is None else load_job(Path(options.table)).part_points(config.cell.grasp_height)
+    address = target_address(options.address, config.controller.address)
+    speed = clock_factor(options.speed, address)
+    require_twin(address, "maya up", seed=options.seed, table=options.table)
+    robot = _Robot(
+        config, address, speed, options.seed or 0, on_the_table(options.table, config), options.skip_home
+    )
     clock: Callable[[], asyncio.AbstractEventLoop] | None = (lambda: ScaledLoop(speed)) if address == SIM else None
     with runtime.claimed(), bound_socket(options.port) as door:
-        run(_serve(_Robot(config, address, speed, options.seed, parts), door, settings), clock)
+        run(_serve(robot, door, settings), clock)
     return output.DONE
 
 
@@ -74,7 +79,8 @@ async def _serve(robot: _Robot, door: socket.socket, settings: Settings) -> None
         async with served(create_app(_bridge(running)), door) as url:
             controller = None if robot.address == SIM else host_and_port(robot.address)
             runtime.publish(runtime.Running(url, os.getpid(), controller))
-            _announce(url, robot, settings)
+            refusal = await _refusal_to_skip_home(running) if robot.skip_home else None
+            _announce(url, robot, refusal, settings)
             await asked_to_end()
         if not settings.json:
             output.say(word("ending", settings.language))
@@ -87,10 +93,24 @@ def _bridge(running: Stack) -> Bridge:
     return Bridge(asyncio.get_running_loop(), running.service, parts)
 
 
-def _announce(url: str, robot: _Robot, settings: Settings) -> None:
+async def _refusal_to_skip_home(running: Stack) -> MayaError | None:
+    """Take over the homing whose mark stands in the controller; return why not, where it is refused."""
+    try:
+        await running.controller.skip_home()
+    except MayaError as refusal:
+        return refusal
+    return None
+
+
+def _announce(url: str, robot: _Robot, refusal: MayaError | None, settings: Settings) -> None:
     if settings.json:
-        output.emit({"url": url, "pid": os.getpid(), "address": robot.address, "speed": robot.speed})
+        code = 0 if refusal is None else refusal.code
+        message = "" if refusal is None else refusal.text(settings.language)
+        about = {"url": url, "pid": os.getpid(), "address": robot.address, "speed": robot.speed}
+        output.emit({**about, "code": code, "message": message})
         return
+    if refusal is not None:
+        output.complain(refusal, settings)
     output.say(word("ready", settings.language, address=robot.address, speed=robot.speed, url=url))
     output.say(word("next", settings.language))
 

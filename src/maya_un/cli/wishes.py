@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor, wait
 
 from maya_un.cli import output
 from maya_un.cli.client import Client
 from maya_un.cli.display import chosen
-from maya_un.cli.follow import follow
+from maya_un.cli.follow import PATIENCE, animate, follow
 from maya_un.cli.report import STEP_KEYS
 from maya_un.cli.settings import Settings
 from maya_un.cli.words import word
@@ -37,12 +38,17 @@ def wish(primitive: Mapping[str, object], settings: Settings) -> int:
 def jog(axis: str, distance: float, settings: Settings) -> int:
     """Have one axis move by `distance` (rad or m) and wait for it; Ctrl-C stops it."""
     client = Client.find()
-    try:
-        answer = client.post("/v1/jog", {"axis": axis, "distance": distance}, timeout=LONGEST_JOG)
-    except KeyboardInterrupt:
-        client.post("/v1/stop")
-        raise
-    return output.answer(answer, word("done", settings.language), settings)
+    body = {"axis": axis, "distance": distance}
+    with chosen(settings) as display, ThreadPoolExecutor(1) as other:
+        jogging = other.submit(client.post, "/v1/jog", body, LONGEST_JOG)
+        try:
+            while not wait({jogging}, PATIENCE).done:
+                animate(client, display)
+        except KeyboardInterrupt:
+            display.note(word("interrupted", settings.language))
+            client.post("/v1/stop")
+            raise
+    return output.answer(jogging.result(), word("done", settings.language), settings)
 
 
 def at_once(name: str, told: str, settings: Settings) -> int:

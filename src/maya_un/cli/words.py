@@ -26,6 +26,8 @@ _WORDS: dict[str, tuple[str, str]] = {
     "gripper_closed": ("gripper closed", "pinza cerrada"),
     "gripper_open": ("gripper open", "pinza abierta"),
     "controller": ("controller {address}", "controlador {address}"),
+    "progress": ("{phase}: {elapsed:.1f} of {duration:.1f} s", "{phase}: {elapsed:.1f} de {duration:.1f} s"),
+    "progress_untimed": ("{phase}: since {elapsed:.1f} s", "{phase}: desde hace {elapsed:.1f} s"),
     "no_position": ("position unknown until homed", "posición desconocida hasta el homing"),
     "fault": ("fault {code}: {message}", "fallo {code}: {message}"),
     "queue": ("{running} running, {waiting} waiting", "{running} en marcha, {waiting} en espera"),

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from math import pi
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+
+from maya_un.address import split
 
 Metres = Annotated[float, Field(gt=0.0, le=10.0)]
 """A length [m]; the upper bound catches millimetres."""
@@ -27,11 +28,7 @@ class Contradiction(ValueError):
 
 
 def _host_and_port(address: str) -> str:
-    host, _, port = address.partition(":")
-    if not re.fullmatch(r"[A-Za-z0-9]([A-Za-z0-9._-]*[A-Za-z0-9])?", host):
-        raise ValueError("it must be HOST or HOST:PORT")
-    if address != host and not (re.fullmatch(r"[0-9]{1,5}", port) and 0 < int(port) < 65536):
-        raise ValueError("the port behind the colon must be 1 to 65535")
+    split(address)
     return address
 
 
@@ -46,7 +43,7 @@ class _Section(BaseModel):
 class ControllerConfig(_Section):
     """Where the motion controller is, and how long to wait for it."""
 
-    address: Annotated[Address, Field(description="host or host:port of the DMC-41x3")] = "192.168.1.156"
+    address: Annotated[Address, Field(description="HOST or HOST:PORT that `--address real` means")] = "192.168.1.156"
     timeout: Annotated[float, Field(gt=0.0, le=60.0, description="longest wait for a reply [s]")] = 2.0
     stream_rate: Annotated[float, Field(gt=0.0, le=100.0, description="data records a second [Hz]")] = 20.0
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
-from math import isfinite
 
 from maya_un.config import Config
 from maya_un.controller import faults, marker
 from maya_un.controller.homing import Homing
 from maya_un.controller.link import Dial
 from maya_un.controller.monitor import Monitor, Run
+from maya_un.controller.planner import Planner
 from maya_un.controller.protocol import Preview
 from maya_un.controller.registers import configure
 from maya_un.controller.seek import SETTLE, Seeker
@@ -22,7 +22,6 @@ from maya_un.errors import (
     Busy,
     CommandRejected,
     EndNotReached,
-    InvalidValue,
     LimitReached,
     MachineError,
     MarkerMissing,
@@ -37,15 +36,10 @@ from maya_un.galil.record import DataRecord
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.motion.move import CoordinatedMove, commands
-from maya_un.motion.path import JointPath, check_path, highest_point, lowest_point
-from maya_un.motion.timing import Limits, plan
 from maya_un.values import AXES, Joints, Progress, State, StopReport
 
 LATE = 1.0
 """A motion may end this much later than predicted [s], and a twentieth of its duration, before that is an error."""
-
-MOST_SEGMENTS = 511
-"""Places in the controller's buffer of coordinated segments (Galil LM); a motion is sent whole before it begins."""
 
 _START_TOLERANCE = (1e-3, 1e-4, 1e-4)
 
@@ -60,7 +54,7 @@ class GalilController:
     def __init__(self, dial: Dial, address: str, config: Config, *, stream: bool = True) -> None:
         self._loop = asyncio.get_running_loop()
         self._monitor = Monitor(dial, address, config, stream=stream)
-        self._limits = Limits.of(config)
+        self._planner = Planner(config, self._monitor.mechanism)
         self.config = config
         self.units = self._monitor.units
 
@@ -270,40 +264,21 @@ class GalilController:
 
     def preview(self, path: Sequence[Joints], *, speed: float = 1.0) -> Preview:
         """Check and time `path` as a motion would; raises what the motion would raise, sends nothing."""
-        points, move = self._plan([Joints(*point) for point in path], speed)
-        way = JointPath(tuple(points))
-        return Preview(
-            duration=0.0 if move is None else move.duration + SETTLE,  # the wait is part of every motion
-            lowest=lowest_point(self.mechanism, way).z,
-            highest=highest_point(self.mechanism, way).z,
-            end=points[-1],
-        )
-
-    def _plan(self, points: list[Joints], speed: float) -> tuple[list[Joints], CoordinatedMove | None]:
-        """Return the path in whole counts and its plan, None where it goes nowhere. The one check of all motion."""
-        _refuse(points, speed)
-        exact = [self.units.to_joints(self.units.to_counts(point)) for point in points]
-        path = JointPath(tuple(exact))
-        check_path(self.workspace, path)
-        move = plan(path, self._limits, self.units, speed)
-        if len(move.segments) > MOST_SEGMENTS:
-            reason = f"it needs {len(move.segments)} segments, the controller's buffer holds {MOST_SEGMENTS}"
-            raise TrajectoryRefused(reason=reason)
-        return exact, move if move.segments else None
+        return self._planner.preview(self.workspace, [Joints(*point) for point in path], speed)
 
     async def _travel(self, name: str, path: Callable[[Joints], list[Joints]], speed: float) -> None:
         monitor = self._monitor
         async with self._motion(name, homed=True) as (wish, driver):
             known = monitor.here()
-            points, move = self._plan(path(known), speed)  # what is refused says nothing on the wire
+            plan = self._planner.plan(self.workspace, path(known), speed)  # what is refused says nothing on the wire
             await monitor.look()
             if monitor.here() != known:
-                points, move = self._plan(path(monitor.here()), speed)
+                plan = self._planner.plan(self.workspace, path(monitor.here()), speed)
             wish.check()
-            if move is not None:
-                self.events.emit(Kind.MOVING, to=str(tuple(round(value, 4) for value in points[-1])))
-                await self._execute(wish, driver, move)
-        if move is not None:
+            if plan.move is not None:
+                self.events.emit(Kind.MOVING, to=str(tuple(round(value, 4) for value in plan.points[-1])))
+                await self._execute(wish, driver, plan.move)
+        if plan.move is not None:
             self.events.emit(Kind.IDLE)
 
     async def _execute(self, wish: Wish, driver: Driver, move: CoordinatedMove) -> None:
@@ -409,15 +384,3 @@ class GalilController:
                 durations.append(abs(speed) / brake)
                 ways[i] = 0.5 * speed * abs(speed) / brake / self.units.per_unit[i]
         return StopReport(self._monitor.moving(), max(durations), (ways[0], ways[1], ways[2]))
-
-
-def _refuse(points: Sequence[Joints], speed: float) -> None:
-    """Raise for a path or a speed that is none: `InvalidValue`, `TrajectoryRefused`."""
-    if not 0.0 < speed <= 1.0:
-        raise InvalidValue(key="speed", value=speed, reason="it must lie above 0 and at most at 1")
-    for point in points:
-        if not all(isfinite(value) for value in point):
-            raise InvalidValue(key="target", value=tuple(point), reason="it must be finite")
-    if len(points) > MOST_SEGMENTS:
-        reason = f"it has {len(points)} points, the controller's buffer holds {MOST_SEGMENTS}"
-        raise TrajectoryRefused(reason=reason)

@@ -41,7 +41,10 @@ RELAX = 0.015
 """After the raise both lines give way by this [m], so that the ellipse starts well below the limit."""
 
 BACK = (0.07, 0.025, 0.025)
-"""Way back from a switch before the slow approach (rad, m, m)."""
+"""Longest way back from a switch until it lets go (rad, m, m)."""
+
+CLEAR = (0.01, 0.002, 0.002)
+"""Way on from there before the slow approach (rad, m, m): long enough for its speed to be steady at the switch."""
 
 MARGIN_COUNTS = (1, 5, 5)
 """The datum errs by this much to the safe side, so that the end of the stroke lies short of the switch."""
@@ -195,10 +198,13 @@ class Homing:
         The axis rests past the switch by what it took to stop, v²/2a, and by its following error while moving.
         """
         await self._reach(axis, REVERSE, -distance)
-        look = await self._seek.go({axis: BACK[axis]}, self._approach(axis) * 4)
-        if look.reverse[axis]:
-            raise self._seek.contradiction(axis, REVERSE, "it stays active though the axis has left it")
         speed = self._approach(axis)
+        released = await self._seek.go(
+            {axis: BACK[axis]}, 4.0 * speed, poll=0.1, until=lambda look: not look.reverse[axis]
+        )
+        if released.reverse[axis]:
+            raise self._seek.contradiction(axis, REVERSE, "it stays active though the axis has left it")
+        await self._seek.go({axis: CLEAR[axis]}, 4.0 * speed)
         lag = 0
 
         def note(look: Look) -> bool:

@@ -17,7 +17,7 @@ MOST_BYTES = 250_000
 
 
 def load_job(path: Path) -> Job:
-    """Return the job of a file (.json, anything else is read as YAML).
+    """Return the job of a file (.json, anything else is read as YAML); one without a name is called as the file.
 
     Raises `FileUnreadable` for a file that cannot be read or parsed, `InvalidJob` for what it says.
     """
@@ -26,7 +26,13 @@ def load_job(path: Path) -> Job:
         data = json.loads(text, object_pairs_hook=_once) if path.suffix == ".json" else yaml.load(text, _Loader)
     except (ValueError, yaml.YAMLError, RecursionError) as error:
         raise FileUnreadable(path=path, reason=_first_line(error)) from error
-    return Job.parse(data)
+    return Job.parse(_named(data, path))
+
+
+def _named(data: Any, path: Path) -> Any:
+    if not isinstance(data, dict) or "name" in data:
+        return data
+    return {**data, "name": path.stem.encode(errors="replace").decode()[:64]}
 
 
 def _text(path: Path) -> str:

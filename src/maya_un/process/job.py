@@ -11,7 +11,8 @@
       - place: tray
     repeat: 1
 
-The order of the keys does not matter; parts, places and repeat may be left out.
+The order of the keys does not matter; parts, places and repeat may be left out, and so may the name: a job from a
+file is then called as the file.
 """
 
 from __future__ import annotations
@@ -29,8 +30,8 @@ from maya_un.values import Joints, Point
 
 T = TypeVar("T")
 
-MOST_TASKS = 20_000
-"""Steps times repeat of one job; on Maya that is a week."""
+MOST_TASKS = 3_000
+"""Steps times repeat of one job; on Maya that is a day and a half, and accepting it never holds the loop."""
 
 COMMANDS = ("home", "pick", "place", "approach", "gripper", "move")
 """What a step may be."""

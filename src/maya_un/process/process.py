@@ -96,8 +96,7 @@ class Process:
         """End a job early; one that runs stops on its path. Returns when it has ended; raises `NotFound`."""
         entry = self._entry(number)
         self._end_early(entry, Cancelled())
-        if entry.task is not None:
-            entry.task.cancel()
+        _cancel_once(entry.task)
         return await self.result(number)
 
     def halt(self, error: MayaError) -> None:
@@ -114,8 +113,8 @@ class Process:
     async def close(self) -> None:
         """Cancel what runs and what waits, and return when the robot is at rest."""
         self.halt(Cancelled())
-        if self._running is not None and self._running.task is not None:
-            self._running.task.cancel()
+        if self._running is not None:
+            _cancel_once(self._running.task)
         if self._runner is not None:
             await self._runner
 
@@ -267,6 +266,12 @@ class Process:
             step=step.task.label,
             state=step.state.value,
         )
+
+
+def _cancel_once(task: asyncio.Task[None] | None) -> None:
+    """Cancel a job's task; a second time would cut short its wait for the axes to come to rest."""
+    if task is not None and not task.cancelling():
+        task.cancel()
 
 
 def _notice(error: MayaError) -> Notice:

@@ -47,8 +47,8 @@ class JobReport:
     """One job: its state, its steps' results, predicted and actual duration [s].
 
     `predicted` is the sum over the steps that can be predicted (a homing cannot). `lowest` and `highest` bound
-    the gripper point over the whole job as checked [m]. `parts` tells where the job leaves its named parts [m],
-    None where nobody knows.
+    the gripper point over the whole job as checked [m]. `parts` tells where the job has put its named parts [m],
+    None for those that it has not put down, or let go where nobody knows.
     """
 
     id: int
@@ -154,5 +154,13 @@ class JobRecord:
             lowest=None if self.preview is None else self.preview.lowest,
             highest=None if self.preview is None else self.preview.highest,
             steps=tuple(record.result() for record in self.steps),
-            parts=dict(self.expansion.parts),
+            parts=self._parts(),
         )
+
+    def _parts(self) -> dict[str, Point | None]:
+        """Return where the steps done so far have put the parts; a step that ended early may have taken its part."""
+        parts: dict[str, Point | None] = dict.fromkeys(self.expansion.parts)
+        for step in self.steps:
+            if step.task.part is not None and step.state not in {TaskState.QUEUED, TaskState.SKIPPED}:
+                parts[step.task.part] = step.task.put if step.state is TaskState.DONE else None
+        return parts

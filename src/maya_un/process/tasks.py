@@ -22,12 +22,17 @@ from maya_un.values import Point
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One step of one round: `index` counts from 1 over all rounds, `key` is its place in the file."""
+    """One step of one round: `index` counts from 1 over all rounds, `key` is its place in the file.
+
+    `part` is the named part that it takes or lets go, `put` where it puts that down [m], None where nobody knows.
+    """
 
     index: int
     key: str
     label: str
     primitive: Primitive
+    part: str | None = None
+    put: Point | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +52,7 @@ def expand(job: Job, grasp_height: float) -> Expansion:
     table = _Table(job, grasp_height)
     named = [(step, f"steps.{number}", str(step)) for number, step in enumerate(job.steps)]
     rounds = (named_step for _ in range(job.repeat) for named_step in named)
-    tasks = tuple(
-        Task(index, key, label, table.primitive(step, key)) for index, (step, key, label) in enumerate(rounds, 1)
-    )
+    tasks = tuple(table.task(step, index, key, label) for index, (step, key, label) in enumerate(rounds, 1))
     return Expansion(tasks, table.parts)
 
 
@@ -80,8 +83,17 @@ class _Table:
         self._grasp_height = grasp_height
         self._held: str | None = None
 
-    def primitive(self, step: Step, key: str) -> Primitive:
-        """Return the primitive of a step and remember what it does to the parts."""
+    def task(self, step: Step, index: int, key: str, label: str) -> Task:
+        """Return the task of a step and remember what it does to the parts."""
+        held = self._held
+        primitive = self._primitive(step, key)
+        if isinstance(primitive, Pick):
+            return Task(index, key, label, primitive, part=self._held)
+        if held is None or self._held is not None:
+            return Task(index, key, label, primitive)
+        return Task(index, key, label, primitive, part=held, put=self.parts[held])
+
+    def _primitive(self, step: Step, key: str) -> Primitive:
         if step.pick is not None:
             target = self._point(step.pick, f"{key}.pick")
             self._held = next((name for name, place in self.parts.items() if place == target), None)

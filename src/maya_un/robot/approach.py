@@ -18,4 +18,4 @@ class Approach:
 
     def draw(self, sketch: Sketch) -> None:
         """Draw one phase: `approach`."""
-        sketch.cross("approach", sketch.above(self.target))
+        sketch.approach("approach", self.target, touched=False)

@@ -22,7 +22,10 @@ class Jaws(StrEnum):
 
 
 class JawsMemory:
-    """Follows the events; `grasped` is to be told after a pick has closed the gripper."""
+    """Follows the events; `closing` is to be told before the gripper closes, `grasped` after a pick has closed it.
+
+    A closing that is interrupted leaves no event, yet the jaws have moved and may hold a part.
+    """
 
     def __init__(self, events: EventLog) -> None:
         self._events = events
@@ -30,6 +33,11 @@ class JawsMemory:
         self._commanded = False
         self._homing = False
         self._grasped = False
+
+    def closing(self) -> None:
+        """Remember that the gripper is being closed by command, whatever becomes of it."""
+        self._follow()
+        self._commanded, self._grasped = True, False
 
     def grasped(self) -> None:
         """Remember that what closed the gripper last was a pick."""

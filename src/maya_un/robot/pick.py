@@ -25,8 +25,7 @@ class Pick:
         """
         if sketch.pose.jaws is Jaws.CLOSED:
             raise GripperNotEmpty
-        above = sketch.above(self.target)
-        sketch.cross("approach", above)
+        above = sketch.approach("approach", self.target)
         sketch.grip("open", open_=True)
         sketch.straight("down", self.target)
         sketch.grip("close", open_=False, grasps=True)

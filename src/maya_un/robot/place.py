@@ -25,8 +25,7 @@ class Place:
         """
         if sketch.pose.jaws is Jaws.OPEN:
             raise GripperEmpty
-        above = sketch.above(self.target)
-        sketch.cross("approach", above)
+        above = sketch.approach("approach", self.target)
         sketch.straight("down", self.target)
         sketch.grip("open", open_=True)
         sketch.straight("up", above)

@@ -132,6 +132,8 @@ class Robot:
             case Travel(path=path):
                 await self._controller.follow(path)
             case Grip(open=open_, grasps=grasps):
+                if not open_:
+                    self._memory.closing()
                 await self._controller.gripper(open_)
                 if grasps:
                     self._memory.grasped()

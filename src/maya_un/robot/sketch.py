@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from maya_un.config import Units
 from maya_un.controller.homing import homed_pose
 from maya_un.controller.protocol import Controller, Preview
-from maya_un.errors import NotHomed
+from maya_un.errors import NotHomed, PathRefused, Unreachable
 from maya_un.robot.crossing import cross
 from maya_un.robot.jaws import Jaws
 from maya_un.robot.plan import Action, Grip, Homing, Plan, Pose, Travel
+from maya_un.robot.target import require_above, text
 from maya_un.values import Joints, Point
 
 
@@ -30,10 +31,6 @@ class Sketch:
         """Return what has been drawn."""
         return Plan(tuple(self._actions), self.pose)
 
-    def above(self, target: Point) -> Point:
-        """Return the approach point of `target`: the cell's clearance above it."""
-        return target._replace(z=target.z + self._config.cell.clearance)
-
     def home(self, phase: str) -> None:
         """Find the switches; ends at the homed pose, in whole counts."""
         units = Units.of(self._config)
@@ -41,13 +38,21 @@ class Sketch:
         self._actions.append(Homing(phase, end))
         self.pose = self.pose._replace(joints=end)
 
-    def cross(self, phase: str, target: Point) -> None:
-        """Go to `target`, on the way never lower than it and never lower than the clearance above the parts."""
-        cell = self._config.cell
-        goal = self._controller.workspace.require(target)
-        floor = max(target.z, cell.grasp_height + cell.clearance)
-        way, preview = cross(self._controller.mechanism, self._controller.preview, self.here(), goal, floor)
+    def approach(self, phase: str, target: Point, *, touched: bool = True) -> Point:
+        """Go to the cell's clearance above `target`, and return that point.
+
+        On the way never lower than it and never lower than the clearance above the parts. Whatever is refused is
+        refused by the name of `target`; with `touched`, also where the target itself is out of reach.
+        """
+        cell, workspace = self._config.cell, self._controller.workspace
+        above = require_above(workspace, target, cell.clearance, touched=touched)
+        floor, start, goal = max(above.z, cell.grasp_height + cell.clearance), self.here(), workspace.require(above)
+        try:
+            way, preview = cross(self._controller.mechanism, self._controller.preview, start, goal, floor)
+        except (PathRefused, Unreachable) as refusal:
+            raise PathRefused(target=text(target), reason=refusal.details["reason"]) from refusal
         self._travel(phase, way, preview)
+        return above
 
     def straight(self, phase: str, target: Point) -> None:
         """Go to `target`, straight in joint space: near vertical where it is just above or below."""

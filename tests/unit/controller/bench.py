@@ -7,6 +7,7 @@ from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 
 from maya_un.config import Config
+from maya_un.config.load import parse
 from maya_un.controller.controller import GalilController
 from maya_un.controller.registers import wanted
 from maya_un.events import Kind
@@ -21,6 +22,7 @@ from maya_un.virtual.server import VirtualController
 from maya_un.virtual.start import Start
 from maya_un.virtual.timeline import Timeline
 from maya_un.virtual.truth import Truth
+from tests.virtual_time import elapse
 
 HERE = Joints(0.3, 1.5, 1.3)
 """Where `homed` robots stand, to a count."""
@@ -35,10 +37,55 @@ FIRMWARE = "DMC4133 Rev 1.3k"
 async def homed(config: Config | None = None, *, truth: Truth | None = None, stream: bool = False) -> AsyncIterator[Rig]:
     """Give a robot that stands at `HERE` and takes over the mark of a homing, which costs nothing."""
     async with rig(config, truth=truth, start=Start(*HERE), stream=stream) as bench:
-        a, b, c = bench.controller.units.to_counts(HERE)
-        await foreign(bench, f"DP {a},{b},{c}", "mayaendb=2260000", "mayaendc=2300000", "ZAA=7", "mayahome=7")
-        await bench.controller.skip_home()
+        await _take_over(bench)
         yield bench
+
+
+@asynccontextmanager
+async def far_away(latency: float, rate: float) -> AsyncIterator[Rig]:
+    """Give a homed robot whose answers take `latency` [s]; its record is read at `rate` [Hz]."""
+    config = parse({"controller": {"stream_rate": rate}})
+    async with _plugged(MayaMechanics(start=Start(*HERE)), config, latency=latency, stream=True) as bench:
+        await _take_over(bench)
+        yield bench
+
+
+@asynccontextmanager
+async def rewired(config: Config, order: tuple[int, int, int]) -> AsyncIterator[Rig]:
+    """Give a robot whose motors hang on other axes of its controller: `order[i]` is Maya's axis on the i-th."""
+    async with _plugged(MayaMechanics(), config, order) as bench:
+        yield bench
+
+
+@asynccontextmanager
+async def _plugged(
+    mechanics: MayaMechanics,
+    config: Config,
+    order: tuple[int, int, int] = (0, 1, 2),
+    *,
+    latency: float = 0.0,
+    stream: bool = False,
+) -> AsyncIterator[Rig]:
+    virtual = VirtualController(VirtualDmc(_Rewired(mechanics, order)))
+    sent = bytearray()
+
+    async def dial() -> Transport:
+        return _Late(virtual.loopback(), latency) if latency else virtual.loopback()
+
+    controller = GalilController(dial, "twin", config, stream=stream)
+    controller.tap(lambda way, data: sent.extend(data) if way == "tx" else None)
+    try:
+        await controller.open()
+        yield Rig(controller, virtual, mechanics, sent)
+    finally:
+        await controller.close()
+        await virtual.close()
+
+
+async def _take_over(bench: Rig) -> None:
+    a, b, c = bench.controller.units.to_counts(HERE)
+    await foreign(bench, f"DP {a},{b},{c}", "mayaendb=2260000", "mayaendc=2300000", "ZAA=7", "mayahome=7")
+    await bench.controller.skip_home()
 
 
 async def foreign(bench: Rig, *commands: str) -> list[str]:
@@ -89,8 +136,22 @@ def record_of(*axes: AxisRecord, amplifier_status: int = 0, outputs: int = 0) ->
     return DataRecord(axes=axes, amplifier_status=amplifier_status, outputs=(outputs, *(0,) * 9))
 
 
-class Rewired:
-    """Maya's mechanics with its motors on other axes of the controller: `order[i]` is Maya's axis on the i-th."""
+def box(config: Config, firmware: str = FIRMWARE, **kept: str) -> Callable[[str], bytes]:
+    """Return the answers of a controller that keeps what it is told, but `kept` registers (`ERB="16384.0000"`)."""
+    values = {operand[1:]: f"{value}.0000" for operand, value in wanted(config).items()} | kept
+
+    def answer(command: str) -> bytes:
+        if command == "\x12\x16":
+            return f"{firmware}\r\n:".encode()
+        if command.startswith("MG _"):
+            return f" {values[command.removeprefix('MG _')]}\r\n:".encode()
+        return b":"
+
+    return answer
+
+
+class _Rewired:
+    """Maya's mechanics with its motors on other axes of the controller."""
 
     def __init__(self, mechanics: MayaMechanics, order: tuple[int, int, int]) -> None:
         self._mechanics = mechanics
@@ -125,35 +186,24 @@ class Rewired:
         self._mechanics.output(bit, on)
 
 
-@asynccontextmanager
-async def rewired(config: Config, order: tuple[int, int, int]) -> AsyncIterator[Rig]:
-    """Give a robot whose motors hang on other axes of its controller."""
-    mechanics = MayaMechanics()
-    virtual = VirtualController(VirtualDmc(Rewired(mechanics, order)))
-    sent = bytearray()
+class _Late:
+    """A transport whose answers take a while."""
 
-    async def dial() -> Transport:
-        return virtual.loopback()
+    def __init__(self, transport: Transport, latency: float) -> None:
+        self._transport = transport
+        self._latency = latency
 
-    controller = GalilController(dial, "twin", config, stream=False)
-    controller.tap(lambda way, data: sent.extend(data) if way == "tx" else None)
-    try:
-        await controller.open()
-        yield Rig(controller, virtual, mechanics, sent)
-    finally:
-        await controller.close()
-        await virtual.close()
+    @property
+    def peer(self) -> str:
+        return self._transport.peer
 
+    async def read(self) -> bytes:
+        data = await self._transport.read()
+        await elapse(self._latency)
+        return data
 
-def box(config: Config, firmware: str = FIRMWARE, **kept: str) -> Callable[[str], bytes]:
-    """Return the answers of a controller that keeps what it is told, but `kept` registers (`ERB="16384.0000"`)."""
-    values = {operand[1:]: f"{value}.0000" for operand, value in wanted(config).items()} | kept
+    def write(self, data: bytes) -> None:
+        self._transport.write(data)
 
-    def answer(command: str) -> bytes:
-        if command == "\x12\x16":
-            return f"{firmware}\r\n:".encode()
-        if command.startswith("MG _"):
-            return f" {values[command.removeprefix('MG _')]}\r\n:".encode()
-        return b":"
-
-    return answer
+    async def close(self) -> None:
+        await self._transport.close()

@@ -77,7 +77,7 @@ def test_the_gravest_cause_wins_wherever_it_stands(first: int, places: tuple[int
     assert type(faults.cause(record, ORDER, (0, 1, 2))) is error
 
 
-@pytest.mark.parametrize("code", sorted(code for code, error in NAMED.items() if error is UnexpectedStop))
+@pytest.mark.parametrize("code", [7, 11, 12, 16, 99])
 def test_partners_that_were_stopped_do_not_hide_what_stopped_them(code: int) -> None:
     for codes in ((4, 4, code), (4, code, 4), (code, 4, 4)):
         assert type(faults.cause(ended(*codes), ORDER, (0, 1, 2))) is UnexpectedStop

@@ -10,7 +10,8 @@ from maya_un.controller import marker
 from maya_un.galil.driver import Driver
 from maya_un.testing import rig
 from maya_un.values import Joints
-from tests.unit.controller.bench import HERE, homed
+from tests.unit.controller.bench import HERE, commands_in, homed
+from tests.unit.galil.scripted import conversation
 from tests.virtual_time import elapse
 
 CONFIG = Config()
@@ -63,7 +64,7 @@ async def test_a_mark_holds_where_the_lines_can_be(here: Joints, holds: bool) ->
         assert found == (pytest.approx((2.25, 2.29)) if holds else None)
 
 
-@pytest.mark.parametrize("after", [0.0, 1.0, 2.0**31 / 1024 + 5.0])
+@pytest.mark.parametrize("after", [0.0, 1.0, 1e5])
 async def test_a_mark_that_was_left_is_found_until_it_is_erased(after: float) -> None:
     async with wire() as driver:
         await elapse(after)
@@ -73,11 +74,21 @@ async def test_a_mark_that_was_left_is_found_until_it_is_erased(after: float) ->
         assert await marker.read(driver, CONFIG, UNITS, HERE) is None
 
 
+@pytest.mark.parametrize("time", [0, 1, 2, 2**31 - 1, -(2**31), -1])
+async def test_the_number_of_a_mark_is_never_zero_and_fits_both_places(time: int) -> None:
+    answers = {"MG TIME": f" {time}.0000\r\n:".encode()}
+    async with conversation(lambda command: answers.get(command, b":")) as (driver, peer):
+        await marker.leave(driver, (2.2, 2.2), UNITS)
+    told = dict(command.split("=") for command in peer.commands if "=" in command)
+    assert told["mayahome"] == told["ZAA"]
+    assert 0 < int(told["ZAA"]) < 2**31
+
+
 async def test_the_variable_comes_last_and_goes_first() -> None:
     async with homed() as bench:
         del bench.sent[:]
         driver = bench.controller._monitor.link.driver
         await marker.erase(driver)
         await marker.leave(driver, (2.2, 2.2), UNITS)
-        names = [command.split("=")[0] for command in bench.sent.decode().replace("\r", ";").split(";") if "=" in command]
+        names = [command.split("=")[0] for command in commands_in(bytes(bench.sent)) if "=" in command]
         assert names == ["mayahome", "ZAA", "ZAA", "mayaendb", "mayaendc", "mayahome"]

@@ -161,6 +161,17 @@ async def test_cancelling_a_running_job_stops_it_and_the_next_one_goes_on(instan
         assert controller.names()[-1] == "home"
 
 
+async def test_cancelling_twice_still_waits_for_the_robot_to_rest() -> None:
+    async with running() as (controller, process):
+        number = process.submit(job({"approach": "cube"}))
+        await elapse(1.0)
+        first = asyncio.create_task(process.cancel(number))
+        await elapse(0.2)
+        await process.cancel(number)
+        assert states(await first) == ["cancelled", "cancelled"]
+        assert controller.names()[-1] == "at rest"
+
+
 async def test_cancelling_at_once_ends_a_job_that_never_began() -> None:
     async with running() as (controller, process):
         first, second = process.submit(job("home")), process.submit(job("home"))

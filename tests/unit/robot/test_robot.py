@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import replace
 
 import pytest
 
@@ -234,6 +235,20 @@ async def test_a_gripper_closed_by_command_may_hold_something() -> None:
     assert robot.pose.jaws is Jaws.CLOSED
     with pytest.raises(GripperNotEmpty):
         await robot.run(Pick(HERE))
+
+
+async def test_a_gripper_whose_closing_was_interrupted_may_hold_something() -> None:
+    controller, robot = made(homed=False)
+    await robot.run(Home())
+    controller.fail_at[len(controller.calls) + 4] = Stopped()
+    with pytest.raises(Stopped):
+        await robot.run(Pick(HERE))
+    assert controller.names()[-1] == "gripper"
+    controller.state = replace(controller.state, gripper_closed=True)
+    assert robot.pose.jaws is Jaws.CLOSED
+    assert robot.holding is None
+    with pytest.raises(GripperNotEmpty):
+        await robot.run(Pick(THERE))
 
 
 async def test_a_gripper_found_closed_under_a_homing_taken_over_may_hold_something() -> None:

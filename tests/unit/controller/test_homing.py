@@ -1,0 +1,168 @@
+from __future__ import annotations
+
+import asyncio
+from dataclasses import replace
+from math import sqrt
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from maya_un.config import Config
+from maya_un.config.load import parse
+from maya_un.controller import homing
+from maya_un.controller.homing import homed_pose
+from maya_un.errors import HomingStalled, MachineError, MayaError, Stopped, StrokeDiffers, SwitchNotFound
+from maya_un.events import Kind
+from maya_un.kinematics.workspace import Workspace
+from maya_un.testing import Rig, rig
+from maya_un.values import Mode
+from maya_un.virtual.start import Start
+from maya_un.virtual.truth import Truth
+from tests.unit.controller.bench import commands_in, foreign, kinds, rewired
+from tests.virtual_time import elapse
+
+PHASES = ["raise", "datum_a", "datum_c", "datum_b", "stroke_c", "stroke_b", "pose"]
+WIDTH = 2.0
+ENDS = ((0.575, 2.260), (0.565, 2.300))
+
+
+def tension(b: float, c: float) -> float:
+    """Return what the tighter line carries (in loads): both hold the load, and one another sideways."""
+    u = (WIDTH**2 + b * b - c * c) / (2.0 * WIDTH)
+    h = sqrt(b * b - u * u)
+    return max(b * (WIDTH - u), c * u) / (WIDTH * h)
+
+
+@given(st.floats(*ENDS[0]), st.floats(*ENDS[1]), st.floats(0.0, 2.0), st.floats(1.0, 1.3))
+def test_a_step_of_the_raise_leaves_the_lines_far_from_straight(b: float, c: float, friction: float, off: float) -> None:
+    u = (WIDTH**2 + b * b - c * c) / (2.0 * WIDTH)
+    assume(0.0 <= u <= WIDTH and b > u + 1e-9)
+    load = tension(b, c)
+    reading = load / off + friction
+    assume(load <= 5.0 and reading < homing.ENOUGH)
+    step = homing._safe_step(reading)
+    bound = 2.36 if off == 1.0 else 4.53
+    assert tension(b - step, c - step) <= bound
+
+
+@given(st.floats(0.5001, 2.0), st.floats(0.0, 2.0))
+def test_the_lines_share_a_quarter_of_what_is_left_and_friction_makes_it_less(load: float, friction: float) -> None:
+    half = 2.0 * load
+    left = WIDTH * (half / sqrt(half * half - 1.0) - 1.0)
+    step = homing._safe_step(load)
+    assert 0.0 < 2.0 * step <= left / 4.0 + 1e-12
+    assert homing._safe_step(load + friction) <= step
+
+
+def test_the_homed_pose_is_inside_and_off_every_switch() -> None:
+    pose, axes = homed_pose(Config()), Config().axes
+    assert Workspace.of(Config()).holds_grain(pose)
+    for place, axis in zip(pose, (axes.a, axes.b, axes.c), strict=True):
+        assert axis.minimum + 0.02 < place < axis.maximum - 0.02
+
+
+async def test_a_homing_tells_its_phases_and_leaves_its_mark_last() -> None:
+    async with rig() as bench:
+        await bench.controller.home()
+        events = bench.controller.events.since(0)
+        assert [event.detail["name"] for event in events if event.kind is Kind.PHASE] == PHASES
+        assert kinds(bench)[2] is Kind.HOMING
+        assert kinds(bench)[-1] is Kind.HOMED
+        sent = commands_in(bytes(bench.sent))
+        first, last = sent.index("BGS"), len(sent) - sent[::-1].index("BGS")
+        assert {"mayahome=0", "ZAA=0"} < set(sent[:first])
+        marks = [command.split("=")[0] for command in sent[last:] if "=" in command]
+        assert marks == ["ZAA", "mayaendb", "mayaendc", "mayahome"]
+        assert {command for command in sent if command[:2] == "BG"} == {"BGS"}
+
+
+async def test_measured_strokes_bound_the_workspace() -> None:
+    nominal = Truth()
+    short = replace(nominal, switches=(nominal.switches[0], (0.575, 2.21), (0.565, 2.35)))
+    async with rig(truth=short) as bench:
+        await bench.controller.home()
+        assert bench.controller.workspace.line_b[1] == pytest.approx(2.21 - 0.001, abs=1e-3)
+        assert bench.controller.workspace.line_c[1] == pytest.approx(2.300, abs=1e-3)
+
+
+async def interrupted(bench: Rig, phase: str) -> asyncio.Task[None]:
+    """Begin to home, let it come a second into a phase, and stop it."""
+    home = asyncio.create_task(bench.controller.home())
+    progress = bench.controller.progress()
+    while progress is None or progress.phase != phase:
+        await elapse(0.5)
+        progress = bench.controller.progress()
+    await elapse(1.0)
+    assert bench.controller.state.mode is Mode.HOMING
+    await bench.controller.stop()
+    assert bench.controller.state.mode is Mode.STOPPING
+    await asyncio.wait({home})
+    return home
+
+
+@pytest.mark.parametrize("phase", PHASES)
+async def test_a_stop_in_any_phase_leaves_the_robot_at_rest_and_not_homed(phase: str) -> None:
+    async with rig(start=Start(0.4, 1.6, 1.7)) as bench:
+        home = await interrupted(bench, phase)
+        assert isinstance(home.exception(), Stopped)
+        state = bench.controller.state
+        assert (state.mode, state.homed, state.moving, state.fault) == (Mode.NOT_HOMED, False, False, None)
+        assert bench.controller.progress() is None
+        assert kinds(bench)[-1] is Kind.STOPPED
+        assert await foreign(bench, "MG mayahome", "MG _ZAA") == ["0.0000", "0.0000"]
+        rest = bench.mechanics.true_joints()
+        await elapse(60.0)
+        assert bench.mechanics.true_joints() == rest
+
+
+@pytest.mark.parametrize(
+    ("truth", "error", "details"),
+    [
+        (replace(Truth(), gaps=(-0.2, 0.02, 0.02)), HomingStalled, {"axis": "a"}),
+        (replace(Truth(), gaps=(0.05, 0.02, -0.3)), HomingStalled, {"axis": "c"}),
+        (
+            replace(Truth(), switches=(Truth().switches[0], (0.575, 2.260), (0.565, 2.120))),
+            StrokeDiffers,
+            {"axis": "c", "measured": "2120.0 mm", "wanted": "2300.0 mm"},
+        ),
+        (
+            replace(Truth(), switches=((-2.0, 2.0), (0.575, 2.260), (0.565, 2.300)), gaps=(1.0, 0.02, 0.02)),
+            SwitchNotFound,
+            {"axis": "a", "side": "reverse"},
+        ),
+    ],
+    ids=["boom blocked", "line blocked", "stroke differs", "no switch"],
+)
+async def test_what_homing_cannot_trust_is_named_and_waits_for_a_person(
+    truth: Truth, error: type[MayaError], details: dict[str, str]
+) -> None:
+    async with rig(truth=truth) as bench:
+        with pytest.raises(error) as failure:
+            await bench.controller.home()
+        assert isinstance(failure.value, MachineError)
+        found = {key: failure.value.details[key] for key in details}
+        if "measured" in found:
+            assert float(str(found.pop("measured")).split()[0]) == pytest.approx(2120.0, abs=1.0)
+            details = {key: value for key, value in details.items() if key != "measured"}
+        assert found == details
+        assert bench.controller.state.mode is Mode.FAULT
+        assert not bench.controller.state.moving
+        assert kinds(bench)[-1] is Kind.FAULT
+        assert await foreign(bench, "MG _ZAA") == ["0.0000"]
+
+
+async def test_a_machine_wired_to_other_letters_homes_and_moves_all_the_same() -> None:
+    config = parse({"axes": {"a": {"letter": "B"}, "b": {"letter": "C"}, "c": {"letter": "A"}}})
+    async with rewired(config, (2, 0, 1)) as bench:
+        await bench.controller.home()
+        record = bench.mechanics.record
+        assert (record.stall_time, record.peak_tension <= 6.0, record.peak_slack <= 0.25) == (0.0, True, True)
+        target = bench.controller.mechanism.ik(bench.controller.mechanism.fk(homed_pose(config)))
+        target = target._replace(a=0.5, b=1.4)
+        await bench.controller.move(target)
+        assert bench.mechanics.true_joints() == pytest.approx(target, abs=2e-4)
+        assert bench.controller.state.joints == pytest.approx(target, abs=2e-4)
+        moved = [command for command in commands_in(bytes(bench.sent)) if command.startswith("LI ")][-1]
+        c, a, b = moved[3:].split("<")[0].split(",")
+        assert (int(c), int(a) > 0, int(b) < 0) == (0, True, True)

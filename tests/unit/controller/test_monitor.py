@@ -1,0 +1,228 @@
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+
+import pytest
+
+from maya_un.config.load import parse
+from maya_un.errors import (
+    AbortInput,
+    AmplifierFault,
+    ControllerReset,
+    Faulted,
+    FollowingError,
+    LinkLost,
+    MachineError,
+    MotorOff,
+    NotConnected,
+    NotHomed,
+)
+from maya_un.events import Kind
+from maya_un.testing import Rig, rig
+from maya_un.values import Mode, State
+from tests.unit.controller.bench import FAR, HERE, commands_in, far_away, foreign, homed, kinds
+from tests.virtual_time import elapse
+
+QUESTIONS = ("\x12\x16", "QR", "MG ")
+
+
+async def test_a_watcher_gets_the_state_now_and_then_every_newer_one() -> None:
+    async with rig() as bench:
+        states = bench.controller.watch()
+        first = await anext(states)
+        assert first is bench.controller.state
+        second = asyncio.ensure_future(anext(states))
+        await elapse(5.0)
+        assert not second.done()
+        await bench.controller.gripper(True)
+        assert (await second).time > first.time
+
+
+async def test_a_slow_watcher_skips_to_the_newest() -> None:
+    async with rig(stream=True) as bench:
+        states = bench.controller.watch()
+        times: list[float] = []
+        for pause in (0.0, 10.0, 0.0, 33.0):
+            await elapse(pause)
+            times.append((await anext(states)).time)
+        assert times[1] >= 9.9
+        assert times[2] == pytest.approx(times[1] + 0.05, abs=0.01)
+        assert times[3] >= 42.9
+
+
+async def test_watchers_do_not_disturb_one_another() -> None:
+    async with rig(stream=True) as bench:
+        seen: list[State] = []
+
+        async def watch() -> None:
+            async for state in bench.controller.watch():
+                seen.append(state)
+
+        watchers = [asyncio.create_task(watch()) for _ in range(3)]
+        await elapse(1.01)
+        for watcher in watchers:
+            watcher.cancel()
+        await asyncio.wait(watchers)
+        assert len(seen) >= 3 * 20
+        assert all(seen.count(state) == 3 for state in seen[3:-3])
+
+
+@pytest.mark.parametrize("rate", [5.0, 50.0])
+async def test_the_record_is_read_at_the_configured_rate(rate: float) -> None:
+    async with rig(parse({"controller": {"stream_rate": rate}}), stream=True) as bench:
+        del bench.sent[:]
+        await elapse(10.0)
+        assert bench.sent.count(b"QR") == pytest.approx(10 * rate, abs=1)
+        assert set(commands_in(bytes(bench.sent))) == {"QR"}
+
+
+async def test_without_a_stream_nothing_is_asked_at_rest() -> None:
+    async with rig() as bench:
+        del bench.sent[:]
+        await elapse(1000.0)
+        assert bench.sent == b""
+
+
+async def test_modes_and_progress_of_a_move() -> None:
+    async with homed(stream=True) as bench:
+        controller = bench.controller
+        assert (controller.state.mode, controller.progress()) == (Mode.IDLE, None)
+        move = asyncio.create_task(controller.move(FAR))
+        await elapse(10.02)
+        progress = controller.progress()
+        assert progress is not None
+        assert (controller.state.mode, progress.phase) == (Mode.MOVING, "move")
+        assert progress.elapsed == pytest.approx(10.0, abs=0.05)
+        assert progress.duration == pytest.approx(controller.preview([HERE, FAR]).duration, abs=0.1)
+        assert controller.state.moving
+        assert controller.state.progress is not None
+        await move
+        assert (controller.state.mode, controller.progress(), controller.state.progress) == (Mode.IDLE, None, None)
+
+
+async def test_a_lost_link_is_one_event_and_a_fault_that_a_person_clears() -> None:
+    async with homed(stream=True) as bench:
+        seen = len(bench.controller.events)
+        bench.virtual.cut()
+        await elapse(0.1)
+        assert bench.controller.state.mode is Mode.DISCONNECTED
+        with pytest.raises(NotConnected):
+            await bench.controller.move(FAR)
+        with pytest.raises(NotConnected):
+            await bench.controller.stop()
+        await elapse(10.0)
+        assert kinds(bench, seen) == [Kind.DISCONNECTED, Kind.CONNECTED]
+        assert bench.controller.state.mode is Mode.FAULT
+        with pytest.raises(Faulted):
+            await bench.controller.move(FAR)
+        await bench.controller.recover()
+        assert kinds(bench, seen)[2:] == [Kind.RECOVERED]
+        assert (bench.controller.state.mode, bench.controller.state.homed) == (Mode.IDLE, True)
+
+
+@pytest.mark.parametrize("moving", [False, True])
+@pytest.mark.parametrize("stream", [False, True])
+async def test_after_a_reconnect_only_questions_go_over_the_wire(moving: bool, stream: bool) -> None:
+    async with homed(stream=stream) as bench:
+        move = asyncio.create_task(bench.controller.move(FAR)) if moving else None
+        await elapse(8.0)
+        del bench.sent[:]
+        bench.virtual.refuse(True)
+        bench.virtual.cut()
+        await elapse(5.0)
+        bench.virtual.refuse(False)
+        await elapse(100.0)
+        commands = commands_in(bytes(bench.sent))
+        assert "\x12\x16" in commands
+        assert [command for command in commands if not command.startswith(QUESTIONS)] == []
+        if move is not None:
+            assert isinstance(move.exception(), LinkLost)
+
+
+async def test_a_controller_that_was_switched_off_and_on_is_noticed_when_it_is_back() -> None:
+    async with homed() as bench:
+        seen = len(bench.controller.events)
+        bench.virtual.cut()
+        await foreign(bench, "RS")
+        await elapse(10.0)
+        assert kinds(bench, seen) == [Kind.DISCONNECTED, Kind.CONNECTED, Kind.FAULT]
+        assert bench.controller.state.fault is not None
+        assert bench.controller.state.fault.code == ControllerReset.code
+        assert not bench.controller.state.homed
+
+
+async def test_a_reset_in_motion_ends_the_motion_by_name() -> None:
+    async with homed(stream=True) as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(8.0)
+        await foreign(bench, "RS")
+        with pytest.raises(ControllerReset):
+            await move
+        assert (bench.controller.state.mode, bench.controller.state.homed) == (Mode.FAULT, False)
+
+
+async def unplug(bench: Rig) -> None:
+    await foreign(bench, "MOB")
+
+
+async def burn(bench: Rig) -> None:
+    bench.virtual.amplifier_fault(0x04000000)
+
+
+async def press(bench: Rig) -> None:
+    bench.virtual.abort_input(True)
+
+
+@pytest.mark.parametrize(("cause", "error"), [(unplug, MotorOff), (burn, AmplifierFault), (press, AbortInput)])
+async def test_what_switches_motors_off_at_rest_is_named(
+    cause: Callable[[Rig], Awaitable[None]], error: type[MachineError]
+) -> None:
+    async with homed(stream=True) as bench:
+        await cause(bench)
+        await elapse(0.2)
+        assert type(bench.controller._monitor.fault) is error
+        with pytest.raises(Faulted):
+            await bench.controller.move(FAR)
+
+
+async def test_the_first_cause_stays() -> None:
+    async with homed(stream=True) as bench:
+        await press(bench)
+        await elapse(0.2)
+        seen = len(bench.controller.events)
+        await burn(bench)
+        await unplug(bench)
+        await elapse(1.0)
+        assert type(bench.controller._monitor.fault) is AbortInput
+        assert kinds(bench, seen) == []
+
+
+async def test_motors_that_nobody_switched_on_are_no_fault() -> None:
+    async with rig(stream=True) as bench:
+        await elapse(1.0)
+        assert bench.controller.state.motors_on == (False, False, False)
+        assert bench.controller.state.mode is Mode.NOT_HOMED
+        with pytest.raises(NotHomed):
+            await bench.controller.move(FAR)
+
+
+async def test_stop_codes_of_an_earlier_fault_do_not_end_the_next_move() -> None:
+    async with far_away(latency=0.004, rate=50.0) as bench:
+        for wait in range(20):
+            bench.virtual.abort_input(True)
+            await elapse(0.1)
+            bench.virtual.abort_input(False)
+            await bench.controller.recover()
+            await elapse(0.001 * wait)
+            await bench.controller.move(HERE._replace(a=HERE.a + 0.001 * (wait % 2)))
+
+
+async def test_a_following_error_is_told_by_its_axis() -> None:
+    async with homed(stream=True) as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(8.0)
+        await foreign(bench, "ERC=5")
+        with pytest.raises(FollowingError) as failure:
+            await move
+        assert failure.value.details == {"axis": "c"}

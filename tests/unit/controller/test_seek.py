@@ -1,0 +1,228 @@
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Mapping
+from contextlib import asynccontextmanager
+from dataclasses import replace
+
+import pytest
+
+from maya_un.config import Config, Units
+from maya_un.config.load import parse
+from maya_un.controller.seek import FORWARD, REVERSE, SETTLE, Seeker, Stall, look_at
+from maya_un.controller.wish import Wish
+from maya_un.errors import AbortInput, FollowingError, HomingStalled, Stopped, WiringContradictsCn
+from maya_un.galil.record import AxisRecord, Status, Switch
+from maya_un.testing import Rig, rig
+from maya_un.virtual.start import Start
+from maya_un.virtual.truth import Truth
+from tests.unit.controller.bench import box, commands_in, foreign, now, record_of
+from tests.unit.galil.scripted import conversation
+from tests.virtual_time import elapse
+
+A, B, C = 0, 1, 2
+PERMUTED = parse({"axes": {"a": {"letter": "B"}, "b": {"letter": "C"}, "c": {"letter": "A"}}})
+
+
+@asynccontextmanager
+async def seeking(
+    start: Start | None = None, *, truth: Truth | None = None, config: Config | None = None
+) -> AsyncIterator[tuple[Seeker, Rig, Wish]]:
+    """Give a seeker on a twin whose motors are on, and the wish it works for."""
+    async with rig(config, truth=truth, start=start or Start()) as bench:
+        monitor = bench.controller._monitor
+        driver = monitor.link.driver
+        await monitor.power(driver)
+        wish = Wish("home")
+        del bench.sent[:]
+        yield Seeker(driver, bench.controller.config, bench.controller.units, wish.pause, now), bench, wish
+
+
+def moved(bench: Rig, start: Start) -> tuple[float, ...]:
+    return tuple(there - here for here, there in zip(start, bench.mechanics.true_joints(), strict=True))
+
+
+def test_a_look_puts_the_axes_in_mayas_order() -> None:
+    record = record_of(
+        AxisRecord(position=30, reference=31, error=1, torque_raw=32767, stop_code=3, status=Status.MOVING),
+        AxisRecord(position=10, switches=Switch.REVERSE_INACTIVE),
+        AxisRecord(position=20, switches=Switch.FORWARD_INACTIVE),
+    )
+    look = look_at(record, (1, 2, 0))
+    assert (look.counts, look.reference, look.error) == ((10, 20, 30), (0, 0, 31), (0, 0, 1))
+    assert (look.stop_code, look.running) == ((0, 0, 3), (False, False, True))
+    assert look.torque == pytest.approx((0.0, 0.0, 10.0), abs=1e-3)
+    assert look.moving
+    assert [look.at(axis, FORWARD) for axis in range(3)] == [True, False, False]
+    assert [look.at(axis, REVERSE) for axis in range(3)] == [False, True, False]
+
+
+@pytest.mark.parametrize(("stop_code", "forward", "reverse"), [(1, False, False), (2, True, False), (3, False, True)])
+def test_a_switch_was_met_also_where_it_let_go_again(stop_code: int, forward: bool, reverse: bool) -> None:
+    look = look_at(record_of(AxisRecord(stop_code=stop_code), AxisRecord(), AxisRecord()), (0, 1, 2))
+    assert (look.met(A, FORWARD), look.met(A, REVERSE)) == (forward, reverse)
+    assert not look.met(B, FORWARD)
+
+
+async def test_axes_go_together_and_arrive_together() -> None:
+    async with seeking() as (seeker, bench, _):
+        look = await seeker.go({B: 0.06, C: -0.03}, 0.03)
+        assert moved(bench, Start()) == pytest.approx((0.0, 0.06, -0.03), abs=2e-6)
+        assert not look.moving
+        assert now() == pytest.approx(0.06 / 0.03 + 0.03 / 0.0512 + SETTLE, abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("config", "deltas", "lines"),
+    [
+        (Config(), {B: 0.03, C: -0.04}, ["LM BC", "LI ,30000,-40000"]),
+        (Config(), {A: 0.01}, ["LM A", "LI 213"]),
+        (PERMUTED, {B: 0.03, C: -0.04}, ["LM AC", "LI -40000,,30000"]),
+        (PERMUTED, {A: 0.01}, ["LM B", "LI ,213"]),
+    ],
+    ids=["two lines", "the boom", "two lines, permuted", "the boom, permuted"],
+)
+async def test_a_move_is_sent_whole_before_it_begins(
+    config: Config, deltas: Mapping[int, float], lines: list[str]
+) -> None:
+    still = record_of(AxisRecord(), AxisRecord(), AxisRecord()).encode() + b":"
+    answers = box(config)
+    async with conversation(lambda command: still if command == "QR" else answers(command)) as (driver, peer):
+        seeker = Seeker(driver, config, Units.of(config), Wish("home").pause, now)
+        await seeker.go(deltas, 0.03)
+    setup = [command for command in peer.commands if command[:2] not in {"QR", "VS", "VA", "VD"}]
+    assert setup == ["CS S", lines[0], lines[1], "LE", "BGS", *[""] * (setup.count(""))]
+    assert peer.commands.index("BGS") > peer.commands.index("LE")
+
+
+async def test_what_is_less_than_a_count_is_not_sent() -> None:
+    async with seeking() as (seeker, bench, _):
+        await seeker.go({A: 0.0, B: 4e-7, C: -4e-7}, 0.03)
+        assert commands_in(bytes(bench.sent)) == ["QR"]
+
+
+async def test_the_speed_is_no_more_than_the_axes_can() -> None:
+    async with seeking() as (seeker, bench, _):
+        await seeker.go({B: 0.2}, 1.0)
+        await seeker.go({A: 0.05}, 1.0)
+        speeds = [int(command[3:]) for command in commands_in(bytes(bench.sent)) if command.startswith("VS")]
+        assert speeds == [45_000, 1_000]
+
+
+async def test_a_switch_ends_the_move_of_all() -> None:
+    start = Start(1.0, 1.5, 0.600)
+    async with seeking(start) as (seeker, bench, _):
+        await seeker.survey()
+        look = await seeker.go({B: 0.5, C: -0.5}, 0.03)
+        assert look.met(C, REVERSE)
+        assert not look.moving
+        way = moved(bench, start)
+        assert way[B] == pytest.approx(-way[C], abs=3e-6)
+        assert way[C] == pytest.approx(-0.035, abs=0.01)
+
+
+async def test_a_move_ends_when_it_is_told_to() -> None:
+    async with seeking() as (seeker, bench, _):
+        look = await seeker.go({B: 0.5}, 0.03, poll=0.05, until=lambda look: look.counts[B] > 60_000)
+        assert 60_000 < look.counts[B] < 60_000 + 0.1 * 30_000 + 30_000**2 / (2 * 51_200)
+        assert commands_in(bytes(bench.sent)).count("ST S") == 1
+
+
+async def test_stop_reaches_a_move_between_two_looks() -> None:
+    async with seeking() as (seeker, _, wish):
+        asyncio.get_running_loop().call_later(1.01, wish.interrupt, Stopped())
+        with pytest.raises(Stopped):
+            await seeker.go({B: 0.5}, 0.03)
+        assert now() == 1.01
+
+
+async def test_a_wish_that_was_stopped_begins_no_move() -> None:
+    async with seeking() as (seeker, bench, wish):
+        wish.interrupt(Stopped())
+        with pytest.raises(Stopped):
+            await seeker.go({B: 0.5}, 0.03)
+        assert "BGS" not in commands_in(bytes(bench.sent))
+
+
+@pytest.mark.parametrize(
+    ("truth", "start", "axis"),
+    [
+        (Truth().with_wiring(True), Start(), "a"),
+        (Truth().with_wiring(True, axis=C), Start(), "c"),
+        (Truth().with_wiring(True, axis=B, switch="reverse").with_wiring(True, axis=C, switch="reverse"), Start(), "b"),
+    ],
+    ids=["both ends of all", "both ends of c", "both lines short"],
+)
+async def test_readings_that_cannot_be_are_refused_before_anything_moves(truth: Truth, start: Start, axis: str) -> None:
+    async with seeking(start, truth=truth) as (seeker, bench, _):
+        with pytest.raises(WiringContradictsCn) as refusal:
+            await seeker.survey()
+        assert refusal.value.details["axis"] == axis
+        assert commands_in(bytes(bench.sent)) == ["QR"]
+
+
+@pytest.mark.parametrize(("side", "way"), [("forward", 0.1), ("reverse", -0.1)])
+async def test_no_move_goes_towards_a_switch_that_reads_active(side: str, way: float) -> None:
+    wired = Truth().with_wiring(True, axis=B, switch="forward" if side == FORWARD else "reverse")
+    async with seeking(truth=wired) as (seeker, bench, _):
+        with pytest.raises(WiringContradictsCn) as refusal:
+            await seeker.go({B: way}, 0.03)
+        assert (refusal.value.details["axis"], refusal.value.details["side"]) == ("b", side)
+        assert "BGS" not in commands_in(bytes(bench.sent))
+
+
+async def test_a_switch_that_does_not_let_go_contradicts() -> None:
+    async with seeking(truth=Truth().with_wiring(True, axis=C, switch="forward")) as (seeker, bench, _):
+        await seeker.survey()
+        with pytest.raises(WiringContradictsCn) as refusal:
+            await seeker.go({C: -0.3}, 0.03)
+        assert refusal.value.details["side"] == FORWARD
+        assert moved(bench, Start())[C] == pytest.approx(-0.045, abs=0.02)
+        assert not (await seeker.look()).moving
+
+
+async def test_a_switch_that_turns_active_behind_an_axis_contradicts() -> None:
+    # Wired the wrong way round, the reverse switch lets go where it should trip: it trips on the way out.
+    start = Start(1.0, 1.5, 0.560)
+    async with seeking(start, truth=Truth().with_wiring(True, axis=C, switch="reverse")) as (seeker, bench, _):
+        await seeker.survey()
+        with pytest.raises(WiringContradictsCn) as refusal:
+            await seeker.go({C: 0.1}, 0.03)
+        assert (refusal.value.details["axis"], refusal.value.details["side"]) == ("c", REVERSE)
+        assert not (await seeker.look()).moving
+        assert moved(bench, start)[C] < 0.05
+
+
+async def test_an_axis_that_stands_against_something_stalls_and_can_be_moved_away() -> None:
+    blocked = replace(Truth(), gaps=(-0.3, 0.02, 0.02))
+    start = Start(0.35, 1.5, 1.5)
+    async with seeking(start, truth=blocked) as (seeker, bench, _):
+        await seeker.survey()
+        with pytest.raises(Stall) as stall:
+            await seeker.go({A: -0.2}, 0.04)
+        assert stall.value.axis == A
+        look = await seeker.look()
+        assert (look.moving, abs(look.error[A]) <= 1) == (False, True)
+        await seeker.go({A: 0.05}, 0.04)
+        assert bench.mechanics.true_joints()[0] == pytest.approx(0.35, abs=1e-3)
+        assert isinstance(seeker.stalled(stall.value, "it pushes"), HomingStalled)
+
+
+@pytest.mark.parametrize(("register", "error"), [("ERB=5", FollowingError), ("", AbortInput)])
+async def test_what_else_ends_a_move_is_raised(register: str, error: type[Exception]) -> None:
+    async with seeking() as (seeker, bench, _):
+        if register:
+            await foreign(bench, register)
+        else:
+            bench.virtual._loop.call_later(1.0, bench.virtual.abort_input, True)
+        with pytest.raises(error):
+            await seeker.go({B: 0.2}, 0.03)
+
+
+async def test_settle_returns_at_rest() -> None:
+    async with seeking() as (seeker, bench, _):
+        await foreign(bench, "LM B", "VS 40000", "LI ,400000", "LE", "BGS")
+        await elapse(3.0)
+        look = await seeker.settle()
+        assert not look.moving
+        assert look.stop_code[B] == 4

@@ -1,0 +1,101 @@
+from __future__ import annotations
+
+from math import pi
+
+import pytest
+
+from maya_un.config import Config, Units
+from maya_un.config.load import parse
+from maya_un.controller import faults
+from maya_un.controller.snapshot import Lens, Standing
+from maya_un.errors import FollowingError, MayaError
+from maya_un.galil.record import AxisRecord, Status, Switch
+from maya_un.kinematics.mechanism import Mechanism
+from maya_un.values import Joints, Mode, Progress
+from tests.unit.controller.bench import record_of
+
+HERE = Joints(0.3, 1.5, 1.3)
+PERMUTED = parse({"axes": {"a": {"letter": "B"}, "b": {"letter": "C"}, "c": {"letter": "A"}}})
+
+
+def lens(config: Config) -> Lens:
+    return Lens(config, Units.of(config), Mechanism.of(config), faults.indices(config))
+
+
+def standing(*, homed: bool = True, fault: MayaError | None = None) -> Standing:
+    return Standing(12.5, Mode.IDLE, homed, Progress("move", 1.0, 4.0), fault)
+
+
+def at(joints: Joints) -> list[AxisRecord]:
+    return [AxisRecord(position=counts) for counts in Units.of(Config()).to_counts(joints)]
+
+
+def test_a_homed_robot_is_where_its_encoders_are() -> None:
+    state = lens(Config()).state(record_of(*at(HERE)), standing())
+    assert state.joints == pytest.approx(HERE, abs=5e-5)
+    assert state.point is not None
+    assert state.point == pytest.approx(Mechanism.of(Config()).fk(HERE), abs=2e-4)
+    assert state.counts == Units.of(Config()).to_counts(HERE)
+    assert (state.time, state.mode, state.homed, state.progress) == (12.5, Mode.IDLE, True, Progress("move", 1.0, 4.0))
+
+
+def test_before_homing_counts_are_no_lengths() -> None:
+    state = lens(Config()).state(record_of(*at(HERE)), standing(homed=False))
+    assert (state.joints, state.point, state.homed) == (None, None, False)
+    assert state.counts == Units.of(Config()).to_counts(HERE)
+
+
+def test_lines_that_cannot_meet_have_no_gripper_point() -> None:
+    state = lens(Config()).state(record_of(*at(Joints(0.3, 0.6, 0.6))), standing())
+    assert state.joints is not None
+    assert state.point is None
+
+
+@pytest.mark.parametrize(
+    ("config", "place"), [(Config(), (0, 1, 2)), (PERMUTED, (1, 2, 0))], ids=["as ever", "permuted"]
+)
+def test_every_value_is_of_the_axis_it_is_named_for(config: Config, place: tuple[int, int, int]) -> None:
+    axes = [AxisRecord()] * 3
+    axes[place[0]] = AxisRecord(position=1, stop_code=11, velocity_raw=round(64 * 371.06), status=Status.MOTOR_OFF)
+    axes[place[1]] = AxisRecord(position=2, stop_code=12, velocity_raw=-64 * 45_000, status=Status.MOVING)
+    axes[place[2]] = AxisRecord(position=3, stop_code=13, switches=Switch.FORWARD_INACTIVE)
+    state = lens(config).state(record_of(*axes), standing())
+    assert state.counts == (1, 2, 3)
+    assert state.stop_code == (11, 12, 13)
+    assert state.velocity == pytest.approx((pi / 180, -0.045, 0.0), rel=1e-3)
+    assert state.motors_on == (False, True, True)
+    assert state.moving
+    assert state.forward_limit == (False, False, False)
+    assert state.reverse_limit == (False, False, True)
+
+
+@pytest.mark.parametrize(
+    ("closed_by", "output", "outputs", "closed"),
+    [
+        ("clear", 1, 0b0000_0000, True),
+        ("clear", 1, 0b0000_0001, False),
+        ("set", 1, 0b0000_0001, True),
+        ("set", 1, 0b1111_1110, False),
+        ("set", 8, 0b1000_0000, True),
+        ("clear", 3, 0b1111_1011, True),
+    ],
+)
+def test_the_gripper_is_known_by_its_bit(closed_by: str, output: int, outputs: int, closed: bool) -> None:
+    config = parse({"gripper": {"closed_by": closed_by, "output": output}})
+    state = lens(config).state(record_of(*at(HERE), outputs=outputs), standing())
+    assert state.gripper_closed is closed
+
+
+def test_a_fault_is_told_by_code_and_sentence() -> None:
+    error = FollowingError(axis="c")
+    state = lens(Config()).state(record_of(*at(HERE)), standing(fault=error))
+    assert state.fault is not None
+    assert (state.fault.code, state.fault.message) == (2302, str(error))
+
+
+def test_before_the_first_record_nothing_is_claimed() -> None:
+    state = lens(Config()).state(None, standing(fault=FollowingError(axis="c")))
+    assert (state.homed, state.joints, state.point, state.moving) == (False, None, None, False)
+    assert state.motors_on == (False, False, False)
+    assert state.fault is not None
+    assert (state.time, state.mode) == (12.5, Mode.IDLE)

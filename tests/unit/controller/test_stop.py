@@ -1,0 +1,255 @@
+"""Stop, at any instant: at once on the wire, on the path, with an answer that is what then happens."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+
+import pytest
+
+from maya_un.config import Config
+from maya_un.config.load import parse
+from maya_un.controller.controller import GalilController
+from maya_un.controller.seek import SETTLE
+from maya_un.errors import AbortInput, Stopped
+from maya_un.events import Kind
+from maya_un.galil.record import AxisRecord, Status
+from maya_un.galil.transport import Transport, loopback_pair
+from maya_un.testing import Rig, rig
+from maya_un.values import Joints, Mode, StopReport
+from maya_un.virtual.start import Start
+from tests.unit.controller.bench import FAR, HERE, box, commands_in, foreign, homed, kinds, now, planned, record_of, when_sent
+from tests.unit.galil.scripted import Peer
+from tests.virtual_time import elapse
+
+NOTHING = StopReport(False, 0.0, (0.0, 0.0, 0.0))
+TWO_COUNTS = (1e-4, 2e-6, 2e-6)
+
+
+def assert_true(report: StopReport, bench: Rig) -> None:
+    """The answer is what the twin is about to do, to two counts and five samples."""
+    duration, ways = planned(bench)
+    assert report.was_moving is (duration > 0.0)
+    assert report.duration == pytest.approx(duration, abs=5e-3)
+    for said, way, tolerance in zip(report.distance, ways, TWO_COUNTS, strict=True):
+        assert said == pytest.approx(way, abs=tolerance)
+
+
+async def stopped(bench: Rig, after: float, move: asyncio.Task[None]) -> StopReport:
+    """Let a motion run, stop it, hold the answer against the twin, and see it end."""
+    await elapse(after)
+    told = now()
+    report = await bench.controller.stop()
+    assert now() == told
+    assert_true(report, bench)
+    await asyncio.wait({move})
+    assert isinstance(move.exception(), Stopped)
+    assert now() - told <= report.duration + 0.05
+    return report
+
+
+@pytest.mark.parametrize("after", [0.001, 0.1, 0.44, 1.0, 3.0, 8.0, 12.5, 16.0])
+@pytest.mark.parametrize(
+    ("target", "speed"), [(FAR, 1.0), (FAR, 0.2), (Joints(0.3, 1.9, 1.3), 1.0), (Joints(1.5, 1.5, 1.3), 1.0)]
+)
+async def test_a_stop_in_motion_tells_what_then_happens(after: float, target: Joints, speed: float) -> None:
+    async with homed() as bench:
+        await stopped(bench, after, asyncio.create_task(bench.controller.move(target, speed=speed)))
+        assert bench.controller.state.mode is Mode.IDLE
+        assert kinds(bench)[-1] is Kind.STOPPED
+
+
+@pytest.mark.parametrize("before_end", [2.0, 1.0, 0.5, 0.2, 0.05, 0.01])
+async def test_a_stop_shortly_before_the_end_tells_what_then_happens(before_end: float) -> None:
+    async with homed() as bench:
+        duration = bench.controller.preview([HERE, FAR]).duration - SETTLE
+        await stopped(bench, duration - before_end, asyncio.create_task(bench.controller.move(FAR)))
+
+
+async def test_a_stop_on_a_path_with_corners_tells_what_then_happens() -> None:
+    path = [HERE, Joints(0.4, 1.4, 1.4), Joints(0.4, 1.4, 1.6), Joints(0.3, 1.5, 1.5)]
+    for after in (2.0, 5.0, 6.0, 8.5):
+        async with homed() as bench:
+            await stopped(bench, after, asyncio.create_task(bench.controller.follow(path)))
+
+
+async def test_a_stop_tells_by_the_configured_deceleration() -> None:
+    durations: list[float] = []
+    for stop in (51_200, 10_240):
+        line = {"stop_deceleration_counts": stop}
+        async with homed(parse({"axes": {"b": line, "c": line}})) as bench:
+            move = asyncio.create_task(bench.controller.move(Joints(0.3, 1.9, 1.3)))
+            durations.append((await stopped(bench, 7.0, move)).duration)
+    assert durations[1] == pytest.approx(5.0 * durations[0], rel=0.01)
+
+
+PHASES = [("raise", 0.3), ("datum_a", 4.0), ("datum_c", 5.0), ("datum_b", 3.0), ("stroke_c", 6.0), ("pose", 5.0)]
+
+
+@pytest.mark.parametrize(("phase", "after"), PHASES)
+async def test_a_stop_while_homing_tells_what_then_happens(phase: str, after: float) -> None:
+    async with rig(start=Start(0.4, 1.6, 1.7)) as bench:
+        home = asyncio.create_task(bench.controller.home())
+        while (progress := bench.controller.progress()) is None or progress.phase != phase:
+            await elapse(0.05)
+        await elapse(after)
+        report = await bench.controller.stop()
+        duration, ways = planned(bench)
+        assert report.duration == pytest.approx(duration, abs=0.03)
+        for said, way in zip(report.distance, ways, strict=True):
+            assert said == pytest.approx(way, rel=0.05, abs=2e-4)
+        await asyncio.wait({home})
+        assert isinstance(home.exception(), Stopped)
+
+
+@pytest.mark.parametrize("at", ["CS S", "LM ", "LE"])
+async def test_a_stop_while_a_move_is_sent_keeps_it_from_beginning(at: str) -> None:
+    async with homed() as bench:
+        stops: list[asyncio.Task[StopReport]] = []
+        when_sent(bench, at, lambda: stops.append(asyncio.create_task(bench.controller.stop())))
+        with pytest.raises(Stopped):
+            await bench.controller.move(FAR)
+        assert await stops[0] == NOTHING
+        assert "BGS" not in commands_in(bytes(bench.sent))
+        assert bench.controller.state.mode is Mode.IDLE
+        assert kinds(bench)[-1] is Kind.STOPPED
+        await bench.controller.move(FAR)
+
+
+async def test_a_stop_at_the_beginning_holds_the_robot_where_it_is() -> None:
+    async with homed() as bench:
+        stops: list[asyncio.Task[StopReport]] = []
+        when_sent(bench, "BGS", lambda: stops.append(asyncio.create_task(bench.controller.stop())))
+        with pytest.raises(Stopped):
+            await bench.controller.move(FAR)
+        assert (await stops[0]).duration == 0.0
+        await elapse(10.0)
+        assert bench.mechanics.true_joints() == pytest.approx(HERE, abs=1e-4)
+        assert bench.controller.state.mode is Mode.IDLE
+
+
+@pytest.mark.parametrize("into", [0.001, SETTLE / 2])
+async def test_a_stop_at_the_very_end_finds_the_robot_there(into: float) -> None:
+    async with homed() as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(bench.controller.preview([HERE, FAR]).duration - SETTLE + into)
+        assert await bench.controller.stop() == NOTHING
+        await asyncio.wait({move})
+        assert isinstance(move.exception(), Stopped)
+        assert bench.controller.state.joints == pytest.approx(FAR, abs=5e-5)
+        assert bench.controller.state.mode is Mode.IDLE
+
+
+async def test_a_stop_while_the_gripper_settles_ends_the_wish() -> None:
+    async with homed() as bench:
+        grip = asyncio.create_task(bench.controller.gripper(True))
+        await elapse(0.2)
+        assert await bench.controller.stop() == NOTHING
+        await asyncio.wait({grip})
+        assert isinstance(grip.exception(), Stopped)
+        assert bench.controller.state.mode is Mode.IDLE
+        await bench.controller.move(FAR)
+
+
+async def test_a_stop_at_rest_changes_nothing() -> None:
+    async with homed() as bench:
+        seen = len(bench.controller.events)
+        del bench.sent[:]
+        assert await bench.controller.stop() == NOTHING
+        assert commands_in(bytes(bench.sent)) == ["ST S", "QR"]
+        assert kinds(bench, seen) == []
+        assert bench.controller.state.mode is Mode.IDLE
+        await bench.controller.move(FAR)
+
+
+async def test_a_stop_before_homing_and_in_a_fault_is_heard_too() -> None:
+    async with rig() as bench:
+        assert await bench.controller.stop() == NOTHING
+        await bench.controller.abort()
+        assert await bench.controller.stop() == NOTHING
+
+
+async def test_two_stops_are_one() -> None:
+    async with homed() as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(8.0)
+        first, again = await asyncio.gather(bench.controller.stop(), bench.controller.stop())
+        assert first == again
+        await elapse(0.3)
+        assert (await bench.controller.stop()).was_moving
+        with pytest.raises(Stopped):
+            await move
+        assert kinds(bench).count(Kind.STOPPED) == 1
+
+
+@pytest.mark.parametrize("stop", ["ST S", "ABC"])
+async def test_a_stop_reaches_what_somebody_else_began(stop: str) -> None:
+    async with homed() as bench:
+        begin = ["PRA=-9000", "BGA"] if stop == "ABC" else ["CS S", "LM BC", "LI ,90000,-90000", "LE", "BGS"]
+        await foreign(bench, "VS 20000", "VA 20480", "VD 71680", *begin)
+        await elapse(3.0)
+        report = await bench.controller.stop()
+        assert report.was_moving
+        assert report.duration == pytest.approx(planned(bench)[0], abs=0.03)
+        await elapse(report.duration + 0.05)
+        assert planned(bench)[0] == 0.0
+        assert kinds(bench)[-1] is Kind.STOPPED
+
+
+async def test_a_refused_stop_of_the_sequence_does_not_spare_axes_that_move_alone() -> None:
+    alone = record_of(AxisRecord(status=Status.MOVING, velocity_raw=64 * 1_024), AxisRecord(), AxisRecord())
+    known = box(Config())
+    answers = {"QR": alone.encode() + b":", "ST S": b"?", "TC1": b"28 S operand\r\n:"}
+    ours, theirs = loopback_pair("box")
+    peer = Peer(theirs, lambda command: answers.get(command) or known(command))
+    serving = asyncio.create_task(peer.run())
+
+    async def dial() -> Transport:
+        return ours
+
+    controller = GalilController(dial, "box", Config(), stream=False)
+    await controller.open()
+    report = await controller.stop()
+    await controller.close()
+    await serving
+    assert "STA" in peer.commands
+    assert (report.was_moving, report.duration) == (True, pytest.approx(0.1))
+
+
+async def test_a_stop_is_the_first_thing_on_the_wire() -> None:
+    async with homed(stream=True) as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(8.0)
+        del bench.sent[:]
+        stop = asyncio.create_task(bench.controller.stop())
+        await elapse(0.0)
+        assert commands_in(bytes(bench.sent))[0] == "ST S"
+        await stop
+        with pytest.raises(Stopped):
+            await move
+
+
+def by_stop(bench: Rig) -> None:
+    asyncio.ensure_future(bench.controller.stop())
+
+
+def by_abort_input(bench: Rig) -> None:
+    bench.virtual.abort_input(True)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "error"), [(by_stop, by_abort_input, Stopped), (by_abort_input, by_stop, AbortInput)]
+)
+async def test_what_interrupts_first_ends_the_wish(
+    first: Callable[[Rig], None], second: Callable[[Rig], None], error: type[Exception]
+) -> None:
+    async with homed(stream=True) as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(8.0)
+        first(bench)
+        await elapse(0.06)
+        second(bench)
+        await asyncio.wait({move})
+        assert isinstance(move.exception(), error)
+        await elapse(1.0)
+        assert bench.controller.state.mode is Mode.FAULT
