@@ -151,36 +151,6 @@ class Command:
             return f"{name}{self.axes}={body}" if body else name + self.axes
         return f"{name} {body}" if body else name
 
-    def value_for(self, axis: str, letters: str = "ABCDEFGH") -> Arg:
-        """Return the argument that concerns one axis letter: by place, by name, by `*`; SKIPPED where there is none.
-
-        `letters` gives the places of the implicit form.
-        """
-        if self.axes:
-            return self.args[0] if self.args and self.axes in {axis, "*"} else SKIPPED
-        place = letters.find(axis)
-        return self.args[place] if 0 <= place < len(self.args) else SKIPPED
-
-
-def split_line(line: str) -> list[str]:
-    """Return the commands of a line (without CR): each `;` ends one, a comment `'` lasts to the end.
-
-    A line that ends in `;` ends in an empty command, which answers a prompt of its own.
-    """
-    commands: list[str] = []
-    rest = line
-    while not rest.lstrip(" \t").startswith("'"):
-        command, semicolon, rest = rest.partition(";")
-        commands.append(command.strip(" \t"))
-        if not semicolon:
-            return commands
-    return [*commands, rest.strip(" \t")]
-
-
-def parse_line(line: str) -> list[Command]:
-    """Return every command of a line; raises `InvalidCommand` for the first that is none."""
-    return [parse(text) for text in split_line(line)]
-
 
 def parse(text: str) -> Command:
     """Return the command that `text` spells, raising `InvalidCommand` where it spells none.

@@ -17,7 +17,6 @@ RAW_MIN = -(1 << 47)
 
 _DECIMAL = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
 _HEX = re.compile(r"([-+]?)\$([0-9A-Fa-f]{1,8})(?:\.([0-9A-Fa-f]{1,4}))?")
-_PRINTED = re.compile(r"[-+]?(?:\$[0-9A-Fa-f]+(?:\.[0-9A-Fa-f]+)?|[0-9]+\.?[0-9]*|\.[0-9]+)")
 
 
 def fits(value: float | Fraction) -> bool:
@@ -35,16 +34,6 @@ def fixed(value: float | Fraction) -> int:
     if value != value:  # noqa: PLR0124 - the definition of NaN
         raise ValueError("NaN has no fixed-point form")
     return RAW_MAX if value > 0 else RAW_MIN
-
-
-def from_fixed(raw: int) -> float:
-    """Return the number that a raw fixed point stands for; exact, since 48 bits fit in a float."""
-    return raw / SCALE
-
-
-def truncate(value: float | Fraction) -> float:
-    """Return `value` as the controller keeps it: in steps of 1/65536, within the range."""
-    return fixed(value) / SCALE
 
 
 def parse_fixed(text: str) -> int:
@@ -71,16 +60,6 @@ def parse_number(text: str) -> float:
     return float(text) if _DECIMAL.fullmatch(text) else parse_fixed(text) / SCALE
 
 
-def parse_numbers(text: str) -> list[float]:
-    """Return the numbers of a reply that lists several, separated by commas, blanks or only their signs.
-
-    Raises `ValueError` where anything else stands between them.
-    """
-    if _PRINTED.sub("", text).strip(", \r\n\t"):
-        raise ValueError(f"not a list of numbers: {text!r}")
-    return [parse_number(number) for number in _PRINTED.findall(text)]
-
-
 def format_value(
     x: float | Fraction,
     before: int = 10,
@@ -97,27 +76,10 @@ def format_value(
     return _hexadecimal(raw, before, after, leading_zeros) if hex else _decimal(raw, before, after, leading_zeros)
 
 
-def format_position(
-    x: float | Fraction,
-    before: int = 10,
-    after: int = 0,
-    leading_zeros: bool = False,
-    hex: bool = False,
-) -> str:
-    """Return a number as PF prints it: as `format_value`, by default without decimals; ` 200`."""
-    return format_value(x, before, after, leading_zeros, hex)
-
-
 def join_positions(printed: Iterable[str]) -> str:
     """Return the reply of a command that answers for several axes: ` 200, -10, 0`."""
     first, *others = printed
     return ", ".join([first, *(number.lstrip(" ") for number in others)])
-
-
-def join_values(printed: Iterable[str]) -> str:
-    """Return several values as MG prints them, one blank between: ` 0.0000 1.0000 -2.0000`."""
-    first, *others = printed
-    return " ".join([first, *(number.lstrip(" ") for number in others)])
 
 
 def _decimal(raw: int, before: int, after: int, leading_zeros: bool) -> str:

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from maya_un.config import Units
 from maya_un.controller.homing import homed_pose
 from maya_un.controller.protocol import Controller, Preview
-from maya_un.errors import NotHomed, PathRefused, Unreachable
+from maya_un.errors import NotHomed, PathRefused, TrajectoryRefused, Unreachable
+from maya_un.kinematics.workspace import Reason
 from maya_un.robot.crossing import cross
 from maya_un.robot.jaws import Jaws
 from maya_un.robot.plan import Action, Grip, Homing, Plan, Pose, Travel
-from maya_un.robot.target import require_above, text
+from maya_un.robot.target import Standoff, text
 from maya_un.values import Joints, Point
 
 
@@ -44,15 +45,52 @@ class Sketch:
         On the way never lower than it and never lower than the clearance above the parts. Whatever is refused is
         refused by the name of `target`; with `touched`, also where the target itself is out of reach.
         """
-        cell, workspace = self._config.cell, self._controller.workspace
-        above = require_above(workspace, target, cell.clearance, touched=touched)
-        floor, start, goal = max(above.z, cell.grasp_height + cell.clearance), self.here(), workspace.require(above)
+        standoff = Standoff(self._controller.workspace, self._config.cell.clearance, touched)
+        reason = standoff.why_not(target)
+        if reason is not None:
+            raise self._unreachable(standoff, target, reason)
+        above = standoff.above(target)
         try:
-            way, preview = cross(self._controller.mechanism, self._controller.preview, start, goal, floor)
+            self._cross(phase, above)
         except (PathRefused, Unreachable) as refusal:
             raise PathRefused(target=text(target), reason=refusal.details["reason"]) from refusal
-        self._travel(phase, way, preview)
         return above
+
+    def _cross(self, phase: str, above: Point) -> None:
+        cell = self._config.cell
+        goal, floor = self._controller.workspace.require(above), max(above.z, cell.grasp_height + cell.clearance)
+        way, preview = cross(self._controller.mechanism, self._controller.preview, self.here(), goal, floor)
+        self._travel(phase, way, preview)
+
+    def _unreachable(self, standoff: Standoff, target: Point, reason: Reason) -> Unreachable:
+        """Return the refusal of `target`; the nearest place it names is one that is not refused in its turn."""
+        inside = None
+        if self.pose.joints is not None:
+            here = self._controller.mechanism.fk(self.pose.joints)
+            inside = here._replace(z=here.z - standoff.clearance)
+        places = list(standoff.candidates(target, inside))
+        nearest = next((place for place in places if self._leads_to(standoff, place)), places[0])
+        return Unreachable(
+            target=text(target),
+            reason=str(reason),
+            nearest=text(nearest),
+            limit=str(reason.limit),
+            excess=reason.excess,
+            nearest_point=tuple(nearest),
+        )
+
+    def _leads_to(self, standoff: Standoff, target: Point) -> bool:
+        """Whether the way to `target` would be drawn too; before homing nobody knows, and it counts as true."""
+        if self.pose.joints is None:
+            return True
+        trial = Sketch(self._controller, self.pose)
+        try:
+            trial._cross("", standoff.above(target))
+            if standoff.touched:
+                trial.straight("", target)
+        except (PathRefused, Unreachable, TrajectoryRefused):
+            return False
+        return True
 
     def straight(self, phase: str, target: Point) -> None:
         """Go to `target`, straight in joint space: near vertical where it is just above or below."""

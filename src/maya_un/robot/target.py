@@ -2,51 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from itertools import product
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import islice, product
 from math import dist, floor
 
-from maya_un.errors import Unreachable
-from maya_un.kinematics.workspace import Limit, Workspace
+from maya_un.kinematics.workspace import Limit, Reason, Workspace
 from maya_un.values import Point
 
 _ROUNDS = 200
-
-
-def raised(target: Point, height: float) -> Point:
-    """Return the point `height` [m] above `target`."""
-    return target._replace(z=target.z + height)
-
-
-def require_above(workspace: Workspace, target: Point, clearance: float, *, touched: bool) -> Point:
-    """Return the approach point, `clearance` [m] above `target`.
-
-    Raises `Unreachable` where it, or with `touched` the target itself, is outside the workspace; its `nearest` is a
-    target too, that keeps both within.
-    """
-    own = workspace.why_not(target) if touched else None
-    reason = own or workspace.why_not(raised(target, clearance))
-    if reason is None:
-        return raised(target, clearance)
-    words = str(reason)
-    if own is None and reason.limit is not Limit.NUMBER:
-        words = f"its approach point is {clearance * 1e3:.4g} mm higher, and there {reason}"
-
-    def accepts(place: Point) -> bool:
-        return all(
-            workspace.why_not(point) is None
-            for point in (raised(place, clearance), *((place,) if touched else ()))
-        )
-
-    nearest = _nearest(workspace, target, clearance, accepts)
-    raise Unreachable(
-        target=text(target),
-        reason=words,
-        nearest=text(_in_tenths(nearest, accepts)),
-        limit=str(reason.limit),
-        excess=reason.excess,
-        nearest_point=tuple(nearest),
-    )
+_SHARES = tuple(0.001 * 2.0**step for step in range(10))
 
 
 def text(point: Point) -> str:
@@ -54,25 +19,56 @@ def text(point: Point) -> str:
     return f"({point.x:.4f}, {point.y:.4f}, {point.z:.4f}) m"
 
 
-def _nearest(workspace: Workspace, target: Point, clearance: float, accepts: Callable[[Point], bool]) -> Point:
-    """Return the nearest place that is accepted: by one of its two points, else by going back and forth."""
+@dataclass(frozen=True, slots=True)
+class Standoff:
+    """What a target asks of the workspace: that the point `clearance` [m] above it is within.
 
-    def by_above(place: Point) -> Point:
-        return raised(workspace.nearest(raised(place, clearance)), -clearance)
+    With `touched`, the target itself as well.
+    """
 
-    place = by_above(target)
-    if accepts(place):
+    workspace: Workspace
+    clearance: float
+    touched: bool
+
+    def above(self, target: Point) -> Point:
+        """Return the approach point of `target`."""
+        return target._replace(z=target.z + self.clearance)
+
+    def why_not(self, target: Point) -> Reason | None:
+        """Return why `target` is not reachable, None where it is."""
+        own = self.workspace.why_not(target) if self.touched else None
+        reason = own or self.workspace.why_not(self.above(target))
+        if reason is None or reason is own or reason.limit is Limit.NUMBER:
+            return reason
+        return replace(reason, text=f"its approach point is {self.clearance * 1e3:.4g} mm higher, and there {reason}")
+
+    def candidates(self, target: Point, inside: Point | None) -> Iterator[Point]:
+        """Yield reachable targets, the one nearest to `target` first, then deeper and deeper towards `inside`."""
+        nearest = self._nearest(target)
+        yield from self._in_tenths(nearest)
+        for share in () if inside is None else _SHARES:
+            place = (one + (other - one) * share for one, other in zip(nearest, inside or nearest, strict=True))
+            yield from self._in_tenths(Point(*place))
+        yield nearest
+
+    def _nearest(self, target: Point) -> Point:
+        """Return the nearest reachable target: by one of the two points, else by going back and forth."""
+        place = self._by_above(target)
+        if self.why_not(place) is None:
+            return place
+        place = self.workspace.nearest(target)
+        for _ in range(_ROUNDS):
+            if self.why_not(place) is None:
+                break
+            place = self.workspace.nearest(self._by_above(place))
         return place
-    place = workspace.nearest(target)
-    for _ in range(_ROUNDS):
-        if accepts(place):
-            break
-        place = workspace.nearest(by_above(place))
-    return place
 
+    def _by_above(self, target: Point) -> Point:
+        nearest = self.workspace.nearest(self.above(target))
+        return nearest._replace(z=nearest.z - self.clearance)
 
-def _in_tenths(point: Point, accepts: Callable[[Point], bool]) -> Point:
-    """Return an accepted place in whole tenths of a millimetre beside `point`, so that its text can be used."""
-    steps = [[(floor(value * 1e4) + step) / 1e4 for step in (-1, 0, 1, 2)] for value in point]
-    beside = sorted((Point(*place) for place in product(*steps)), key=lambda place: dist(place, point))
-    return next((place for place in beside if accepts(place)), point)
+    def _in_tenths(self, point: Point) -> Iterator[Point]:
+        """Yield the nearest reachable target in whole tenths of a millimetre beside `point`, so that its text is one."""
+        steps = [[(floor(value * 1e4) + step) / 1e4 for step in (-1, 0, 1, 2)] for value in point]
+        beside = sorted((Point(*place) for place in product(*steps)), key=lambda place: dist(place, point))
+        yield from islice((place for place in beside if self.why_not(place) is None), 1)

@@ -11,10 +11,13 @@ from maya_un.errors import InvalidRequest
 def decode_object(body: bytes) -> dict[str, Any]:
     """Return the JSON object of a request's body.
 
-    Raises `InvalidRequest` for anything else, NaN and infinities (which are not JSON) included.
+    Raises `InvalidRequest` for anything else, NaN and infinities (which are not JSON), a key that stands twice and
+    half a character included.
     """
     try:
-        value = json.loads(body, parse_constant=_refuse_constant)
+        value = json.loads(body, parse_constant=_refuse_constant, object_pairs_hook=_once)
+        if b"\\u" in body:
+            json.dumps(value, ensure_ascii=False).encode()  # a lone surrogate is an error here, and nowhere later
     except RecursionError as error:
         raise InvalidRequest(key="body", reason="it is nested too deeply") from error
     except ValueError as error:
@@ -22,6 +25,15 @@ def decode_object(body: bytes) -> dict[str, Any]:
     if not isinstance(value, dict):
         raise InvalidRequest(key="body", reason="it is not a JSON object")
     return value
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    once: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in once:
+            raise ValueError(f"the key {key!r} stands twice")
+        once[key] = value
+    return once
 
 
 def _refuse_constant(name: str) -> NoReturn:

@@ -34,7 +34,7 @@ def written_down(error: BaseException) -> InternalError:
     place = log_path()
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
-        with place.open("a", encoding="utf-8") as log:
+        with place.open("a", encoding="utf-8", errors="backslashreplace") as log:
             log.write("".join(traceback.format_exception(error)) + "\n")
     except OSError as refusal:
         return InternalError(reason=f"{summary}; the log {place} cannot be written: {refusal.strerror}")

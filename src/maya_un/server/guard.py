@@ -61,11 +61,18 @@ class Guard:
 
 def _stranger(headers: Headers) -> MayaError | None:
     host, origin = headers.get("host"), headers.get("origin")
-    if urlsplit(f"//{host}").hostname not in _OWN_NAMES:
+    if _name_in(f"//{host}") not in _OWN_NAMES:
         return InvalidRequest(key="Host", reason="it is not a name of this machine's loopback")
-    if origin is not None and urlsplit(origin).hostname not in _OWN_NAMES:
+    if origin is not None and _name_in(origin) not in _OWN_NAMES:
         return InvalidRequest(key="Origin", reason="pages from elsewhere may not command the robot")
     return None
+
+
+def _name_in(url: str) -> str | None:
+    try:
+        return urlsplit(url).hostname
+    except ValueError:  # brackets that do not close
+        return None
 
 
 async def _whole_body(receive: Receive) -> bytes | None:

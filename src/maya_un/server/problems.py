@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import re
 
 from fastapi import Request, Response
 from fastapi.exceptions import RequestValidationError
-from pydantic_core import to_json
+from pydantic_core import PydanticSerializationError, to_json
 from starlette.exceptions import HTTPException
 
 from maya_un.errors import InternalError, InvalidRequest, MachineError, MayaError, NotFound
@@ -39,7 +40,14 @@ def problem(error: MayaError, language: str = "en", status: int | None = None) -
         "detail": error.text(language),
         "details": error.details,
     }
-    return Response(to_json(body, fallback=str, inf_nan_mode="strings"), chosen, media_type="application/problem+json")
+    return Response(_encoded(body), chosen, media_type="application/problem+json")
+
+
+def _encoded(body: dict[str, object]) -> bytes:
+    try:
+        return to_json(body, fallback=str, inf_nan_mode="strings")
+    except PydanticSerializationError:  # half a character in a name; JSON can escape what UTF-8 cannot hold
+        return json.dumps(body, default=str).encode("ascii")
 
 
 def _title(error: MayaError) -> str:

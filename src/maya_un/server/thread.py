@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import socket
 import threading
 from collections.abc import AsyncIterator
@@ -10,8 +11,11 @@ from contextlib import asynccontextmanager
 
 import uvicorn
 from fastapi import FastAPI
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from maya_un.errors import AddressInUse
+from maya_un.errors import AddressInUse, InvalidRequest
+from maya_un.server.crash import written_down
+from maya_un.server.problems import problem
 
 LOOPBACK = "127.0.0.1"
 
@@ -27,6 +31,32 @@ class _Server(uvicorn.Server):
         """Start to listen."""
         await super().startup(sockets)
         self.listening.set()
+
+
+class _Protocol(H11Protocol):
+    """Answers what is not HTTP with our code, too."""
+
+    def send_400_response(self, msg: str) -> None:
+        """Refuse bytes that are no request."""
+        refusal = InvalidRequest(key="request", reason="it is not HTTP as the standard has it")
+        super().send_400_response(bytes(problem(refusal, status=400).body).decode("ascii"))
+
+
+class _ToLog(logging.Handler):
+    """Hands what the server complains of to our log; without a handler it would go to the screen."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Write a defect down; a request that was cut short at the end is none."""
+        defect = record.exc_info[1] if record.exc_info else None
+        if isinstance(defect, Exception):
+            written_down(defect)
+
+
+def _keep_quiet() -> None:
+    log = logging.getLogger("uvicorn.error")
+    log.propagate = False
+    if not log.handlers:
+        log.addHandler(_ToLog())
 
 
 def bound_socket(port: int) -> socket.socket:
@@ -47,8 +77,15 @@ async def served(app: FastAPI, door: socket.socket) -> AsyncIterator[str]:
 
     The calling loop goes on while the thread starts and ends.
     """
+    _keep_quiet()
     config = uvicorn.Config(
-        app, log_config=None, access_log=False, lifespan="off", timeout_graceful_shutdown=1, loop="asyncio"
+        app,
+        http=_Protocol,
+        log_config=None,
+        access_log=False,
+        lifespan="off",
+        timeout_graceful_shutdown=1,
+        loop="asyncio",
     )
     server = _Server(config)
     thread = threading.Thread(target=server.run, args=([door],), name="maya-http", daemon=True)

@@ -34,7 +34,9 @@ FIRMWARE = "DMC4133 Rev 1.3k"
 
 
 @asynccontextmanager
-async def homed(config: Config | None = None, *, truth: Truth | None = None, stream: bool = False) -> AsyncIterator[Rig]:
+async def homed(
+    config: Config | None = None, *, truth: Truth | None = None, stream: bool = False
+) -> AsyncIterator[Rig]:
     """Give a robot that stands at `HERE` and takes over the mark of a homing, which costs nothing."""
     async with rig(config, truth=truth, start=Start(*HERE), stream=stream) as bench:
         await _take_over(bench)

@@ -28,7 +28,6 @@ from maya_un.errors import (
     TrajectoryRefused,
     UnknownName,
     Unreachable,
-    WrongController,
 )
 from maya_un.events import Kind
 from maya_un.galil.transport import Transport
@@ -102,8 +101,14 @@ async def test_before_homing_nothing_moves(act: Act) -> None:
 
 @pytest.mark.parametrize(
     "act",
-    [wish("move", FAR), wish("follow", [HERE, FAR]), wish("jog", "a", 0.1), wish("home"), wish("gripper", True)]
-    + [wish("skip_home")],
+    [
+        wish("move", FAR),
+        wish("follow", [HERE, FAR]),
+        wish("jog", "a", 0.1),
+        wish("home"),
+        wish("gripper", True),
+        wish("skip_home"),
+    ],
 )
 async def test_in_a_fault_nothing_moves(act: Act) -> None:
     async with homed() as bench:
@@ -201,7 +206,6 @@ async def test_a_floor_that_could_not_be_opened_can_be_closed() -> None:
         await controller.open()
     assert controller.state.mode is Mode.DISCONNECTED
     await controller.close()
-    assert WrongController.code != ConnectFailed.code
 
 
 @pytest.mark.parametrize("speed", [1.0, 0.5, 0.1])
@@ -385,7 +389,7 @@ async def test_the_end_of_a_move_that_was_cancelled_is_at_rest() -> None:
 async def test_a_cancel_while_a_move_is_sent_leaves_nothing_moving(at: str) -> None:
     async with homed() as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
-        when_sent(bench, at, move.cancel)
+        when_sent(bench, at, lambda: move.cancel())
         await asyncio.wait({move})
         assert move.cancelled()
         assert bench.controller.state.joints == pytest.approx(HERE, abs=1e-4)

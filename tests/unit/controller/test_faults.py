@@ -70,7 +70,7 @@ BY_GRAVITY = [(6, AbortInput), (15, AmplifierFault), (8, FollowingError), (2, Li
 @pytest.mark.parametrize("first", range(len(BY_GRAVITY)))
 def test_the_gravest_cause_wins_wherever_it_stands(first: int, places: tuple[int, ...]) -> None:
     code, error = BY_GRAVITY[first]
-    lesser = [code for code, _ in BY_GRAVITY[first + 1 :]][:1] + [4, 101]
+    lesser = [*(code for code, _ in BY_GRAVITY[first + 1 :]), 4, 101]
     codes = [code, *lesser[:2]]
     record = ended(*(codes[place] for place in places))
     assert type(faults.grave(record, ORDER)) is error

@@ -35,7 +35,7 @@ def tension(b: float, c: float) -> float:
 
 
 @given(st.floats(*ENDS[0]), st.floats(*ENDS[1]), st.floats(0.0, 2.0), st.floats(1.0, 1.3))
-def test_a_step_of_the_raise_leaves_the_lines_far_from_straight(b: float, c: float, friction: float, off: float) -> None:
+def test_a_step_of_the_raise_keeps_off_straight_lines(b: float, c: float, friction: float, off: float) -> None:
     u = (WIDTH**2 + b * b - c * c) / (2.0 * WIDTH)
     assume(0.0 <= u <= WIDTH and b > u + 1e-9)
     load = tension(b, c)

@@ -35,10 +35,10 @@ def silent(command: str) -> bytes | None:
 
 
 class Wall:
-    """Where controllers are plugged in: each dial takes the next of `answers`, the last one ever again; None refuses."""
+    """Where controllers are plugged in: a dial takes the next of `answers` and keeps to the last; None refuses."""
 
     def __init__(self, *answers: Answer | None) -> None:
-        self.answers = list(answers)
+        self.answers: list[Answer | None] = list(answers)
         self.dialled: list[float] = []
         self.peers: list[Peer] = []
         self.tasks: list[asyncio.Task[None]] = []
@@ -183,7 +183,7 @@ async def test_a_controller_that_hangs_up_behind_its_name_is_dialled_again() -> 
         wall.end._end(keep=True)
         return None
 
-    wall.answers = [hang_up, well]
+    wall.answers[:] = [hang_up, well]
     wall.end.cut()
     await elapse(10.0)
     assert len(wall.dialled) == 3

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 
 import pytest
 
@@ -18,7 +18,19 @@ from maya_un.galil.transport import Transport, loopback_pair
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode, StopReport
 from maya_un.virtual.start import Start
-from tests.unit.controller.bench import FAR, HERE, box, commands_in, foreign, homed, kinds, now, planned, record_of, when_sent
+from tests.unit.controller.bench import (
+    FAR,
+    HERE,
+    box,
+    commands_in,
+    foreign,
+    homed,
+    kinds,
+    now,
+    planned,
+    record_of,
+    when_sent,
+)
 from tests.unit.galil.scripted import Peer
 from tests.virtual_time import elapse
 
@@ -229,11 +241,11 @@ async def test_a_stop_is_the_first_thing_on_the_wire() -> None:
             await move
 
 
-def by_stop(bench: Rig) -> None:
-    asyncio.ensure_future(bench.controller.stop())
+async def by_stop(bench: Rig) -> None:
+    await bench.controller.stop()
 
 
-def by_abort_input(bench: Rig) -> None:
+async def by_abort_input(bench: Rig) -> None:
     bench.virtual.abort_input(True)
 
 
@@ -241,14 +253,14 @@ def by_abort_input(bench: Rig) -> None:
     ("first", "second", "error"), [(by_stop, by_abort_input, Stopped), (by_abort_input, by_stop, AbortInput)]
 )
 async def test_what_interrupts_first_ends_the_wish(
-    first: Callable[[Rig], None], second: Callable[[Rig], None], error: type[Exception]
+    first: Callable[[Rig], Awaitable[None]], second: Callable[[Rig], Awaitable[None]], error: type[Exception]
 ) -> None:
     async with homed(stream=True) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)
-        first(bench)
+        await first(bench)
         await elapse(0.06)
-        second(bench)
+        await second(bench)
         await asyncio.wait({move})
         assert isinstance(move.exception(), error)
         await elapse(1.0)

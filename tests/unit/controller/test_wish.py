@@ -4,8 +4,8 @@ import asyncio
 
 import pytest
 
-from maya_un.errors import AbortInput, Busy, LinkLost, NotHomed, Stopped
 from maya_un.controller.wish import Desk, Wish
+from maya_un.errors import AbortInput, Busy, LinkLost, NotHomed, Stopped
 from tests.unit.controller.bench import now
 
 

@@ -12,8 +12,6 @@ from maya_un.galil.commands import (
     Expression,
     InvalidCommand,
     parse,
-    parse_line,
-    split_line,
 )
 
 
@@ -126,41 +124,3 @@ def test_a_lone_argument_left_out_is_refused() -> None:
 
 def test_a_float_too_large_or_small_for_plain_digits_has_no_exponent() -> None:
     assert Command("PA", args=(1e-7, 1e17)).format() == "PA 0.0000001,100000000000000000"
-
-
-@pytest.mark.parametrize(
-    ("line", "commands"),
-    [
-        ("A;B", ["A", "B"]),
-        ("TP;", ["TP", ""]),
-        ("", [""]),
-        (" SH A ; BG A", ["SH A", "BG A"]),
-        ("TP;' a comment; all of it", ["TP", "' a comment; all of it"]),
-    ],
-)
-def test_a_line_splits_into_commands(line: str, commands: list[str]) -> None:
-    assert split_line(line) == commands
-
-
-def test_a_line_parses_into_commands() -> None:
-    assert parse_line("VA 5120;LE") == [Command("VA", args=(5120,)), Command("LE")]
-
-
-@pytest.mark.parametrize(
-    ("text", "axis", "value"),
-    [
-        ("PA 1,,3", "C", 3),
-        ("PA 1,,3", "B", SKIPPED),
-        ("PA 1,,3", "D", SKIPPED),
-        ("PAB=7", "B", 7),
-        ("PAB=7", "A", SKIPPED),
-        ("JG*=5", "C", 5),
-        ("BGA", "A", SKIPPED),
-    ],
-)
-def test_the_argument_of_one_axis(text: str, axis: str, value: object) -> None:
-    assert parse(text).value_for(axis) == value
-
-
-def test_the_argument_of_a_plane() -> None:
-    assert parse("VA ,5120").value_for("T", letters="ST") == 5120

@@ -5,7 +5,7 @@ from fractions import Fraction
 import pytest
 
 from maya_un.galil import numbers
-from maya_un.galil.numbers import format_position, format_value, parse_fixed, parse_number, parse_numbers
+from maya_un.galil.numbers import format_value, parse_fixed, parse_number
 
 
 @pytest.mark.parametrize(
@@ -68,24 +68,6 @@ def test_the_most_negative_hexadecimal_negated_saturates() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "values"),
-    [
-        (" 200, -10, 0, -110", [200.0, -10.0, 0.0, -110.0]),
-        (" 0.0000 1.0000 2.0000", [0.0, 1.0, 2.0]),
-        (" 0.0000-1.0000", [0.0, -1.0]),
-        ("", []),
-    ],
-)
-def test_lists_of_numbers(text: str, values: list[float]) -> None:
-    assert parse_numbers(text) == values
-
-
-def test_a_list_with_words_is_refused() -> None:
-    with pytest.raises(ValueError, match="not a list"):
-        parse_numbers(" 1.0000 volts")
-
-
-@pytest.mark.parametrize(
     ("value", "text"),
     [
         (1, " 1.0000"),
@@ -122,12 +104,6 @@ def test_hexadecimal_is_the_twos_complement(value: int, before: int, after: int,
     assert format_value(value, before, after, leading_zeros=True, hex=True) == text
 
 
-def test_positions_print_without_decimals() -> None:
-    assert format_position(200) == " 200"
-    assert format_position(-2147483648) == "-2147483648"
-
-
 def test_replies_for_several_axes() -> None:
-    positions = [format_position(x) for x in (200, -10, 0, -110)]
+    positions = [format_value(x, 10, 0) for x in (200, -10, 0, -110)]
     assert numbers.join_positions(positions) == " 200, -10, 0, -110"
-    assert numbers.join_values([format_value(x) for x in (0, 1, -2)]) == " 0.0000 1.0000 -2.0000"
