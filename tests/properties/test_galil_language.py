@@ -18,6 +18,7 @@ from maya_un.galil.commands import (
     Expression,
     Form,
     parse,
+    split_line,
 )
 from maya_un.galil.framing import LineSplitter
 
@@ -69,6 +70,16 @@ def test_the_blank_behind_the_letters_means_nothing(command: Command) -> None:
     text = command.format()
     if text[:2] in FORMS and text[2:3] == " ":
         assert parse(f"{text[:2]}  {text[3:]}") == command
+
+
+@given(st.lists(segments | axes_commands, min_size=1, max_size=5))
+def test_a_line_of_commands_reads_back_as_written(line: list[Command]) -> None:
+    assert [parse(text) for text in split_line(";".join(command.format() for command in line))] == line
+
+
+@given(st.text("AB;' x=", max_size=40))
+def test_both_ways_of_splitting_a_line_agree(line: str) -> None:
+    assert LineSplitter().feed(line.encode() + b"\r") == split_line(line)
 
 
 @given(raws)

@@ -218,7 +218,7 @@ def test_an_address_is_a_host_with_or_without_a_port(address: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "address", ["", " ", "a b", ":23", "robot:", "robot:0", "robot:65536", "robot:x", "a:1:2", "-a"]
+    "address", ["", " ", "a b", "sim", "real", ":23", "robot:", "robot:0", "robot:65536", "robot:x", "a:1:2", "-a"]
 )
 def test_an_address_that_leads_nowhere_is_refused(address: str) -> None:
     assert refusal(nested("controller.address", address))["key"] == "controller.address"

@@ -32,9 +32,7 @@ Seed = Annotated[int | None, typer.Option(help="draws where the twin powers up  
 Table = Annotated[str | None, typer.Option(metavar="JOB", help="the parts of this job stand on the twin's table")]
 _ADDRESSES = "sim, real (the configured controller), HOST or HOST:PORT"
 Address = Annotated[str, typer.Option(help=_ADDRESSES)]
-SkipHome = Annotated[
-    bool, typer.Option("--skip-home", help="take over the homing whose mark stands in the controller")
-]
+SkipHome = Annotated[bool, typer.Option("--skip-home", help="take over the homing whose mark stands in the controller")]
 File = Annotated[str | None, typer.Argument(metavar="[FILE]", help="default: --config, else the user's own")]
 
 

@@ -31,7 +31,8 @@ def run(command: str, arguments: list[str], settings: Settings) -> int:
 def stop(arguments: list[str], settings: Settings) -> int:
     """Stop by the service, or past it where it does not stop the robot in time.
 
-    With --address the controller is told at once; for "real" the configuration is read before. Raises `ServiceNotRunning` where there is neither.
+    With --address the controller is told at once; for "real" the configuration is read before. Raises
+    `ServiceNotRunning` where there is neither.
     """
     address = _address(arguments, settings)
     if address is not None:

@@ -114,9 +114,7 @@ def _own_stack(
 ) -> Outcome:
     key, details = ("twin", {"speed": factor}) if address == SIM else ("on", {"address": address})
     display.note(word(key, settings.language, **details))
-    performance = _Performance(
-        job, display, settings, factor=factor, pace=FRAME * factor, skip_home=options.skip_home
-    )
+    performance = _Performance(job, display, settings, factor=factor, pace=FRAME * factor, skip_home=options.skip_home)
     clock: Callable[[], asyncio.AbstractEventLoop] | None = (lambda: ScaledLoop(factor)) if address == SIM else None
     return run_loop(performance.perform(config, address, options.seed or 0), clock)
 

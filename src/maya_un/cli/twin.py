@@ -15,7 +15,8 @@ def require_twin(address: str, command: str, **options: object) -> None:
     """Raise `InvalidCommandLine` where one of the `options` (None: not given) is for a real machine."""
     given = [name for name, value in options.items() if value is not None]
     if given and address != SIM:
-        raise InvalidCommandLine(reason=f"--{given[0]} is for the twin, and {address} is a real machine", command=command)
+        reason = f"--{given[0]} is for the twin, and {address} is a real machine"
+        raise InvalidCommandLine(reason=reason, command=command)
 
 
 def on_the_table(table: str | None, config: Config) -> dict[str, Point]:

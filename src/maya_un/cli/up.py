@@ -64,9 +64,7 @@ def up(options: Options, settings: Settings) -> int:
     address = target_address(options.address, config.controller.address)
     speed = clock_factor(options.speed, address)
     require_twin(address, "maya up", seed=options.seed, table=options.table)
-    robot = _Robot(
-        config, address, speed, options.seed or 0, on_the_table(options.table, config), options.skip_home
-    )
+    robot = _Robot(config, address, speed, options.seed or 0, on_the_table(options.table, config), options.skip_home)
     clock: Callable[[], asyncio.AbstractEventLoop] | None = (lambda: ScaledLoop(speed)) if address == SIM else None
     with runtime.claimed(), bound_socket(options.port) as door:
         run(_serve(robot, door, settings), clock)

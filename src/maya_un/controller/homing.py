@@ -83,11 +83,24 @@ class Homing:
 
         Raises `WiringContradictsCn`, `HomingStalled`, `SwitchNotFound`, `StrokeDiffers`, and what ends a motion.
         """
-        await self._seek.survey()
+        look = await self._seek.survey()
+        if look.reverse[B] and look.reverse[C]:
+            liar = await self._liar()
+            raise self._seek.contradiction(liar, REVERSE, "lines b and c cannot both be at their short ends")
         try:
             return await self._sequence()
         except Stall as stall:
             raise await self._explain(stall) from stall
+
+    async def _liar(self) -> int:
+        """Return which line is not at its short end, where both read so: the switch under c lets go, or it lies."""
+        try:
+            look = await self._seek.go(
+                {C: BACK[C]}, 4.0 * self._approach(C), poll=0.1, until=lambda look: not look.reverse[C]
+            )
+        except Stall:
+            return C
+        return C if look.reverse[C] else B
 
     async def _sequence(self) -> Homed:
         self._phase("raise")

@@ -97,15 +97,12 @@ class Seeker:
     async def survey(self) -> Look:
         """Look at the switches before anything moves and remember which claim to be active.
 
-        Raises `WiringContradictsCn` where a reading is impossible: both ends of an axis at once, or both lines
-        at their short ends, which b + c >= W forbids.
+        Raises `WiringContradictsCn` where a reading is impossible: both ends of an axis at once.
         """
         look = await self.look()
         for axis in range(3):
             if look.forward[axis] and look.reverse[axis]:
                 raise self.contradiction(axis, "forward and reverse", "both ends read active at once")
-        if look.reverse[1] and look.reverse[2]:
-            raise self.contradiction(1, REVERSE, "lines b and c cannot both be at their short ends")
         self._claimed = {
             (axis, side): look.counts[axis] for axis in range(3) for side in (FORWARD, REVERSE) if look.at(axis, side)
         }

@@ -152,6 +152,21 @@ class Command:
         return f"{name} {body}" if body else name
 
 
+def split_line(line: str) -> list[str]:
+    """Return the commands of a line (without CR): each `;` ends one, a comment `'` lasts to the end.
+
+    A line that ends in `;` ends in an empty command, which answers a prompt of its own.
+    """
+    commands: list[str] = []
+    rest = line
+    while not rest.lstrip(" \t").startswith("'"):
+        command, semicolon, rest = rest.partition(";")
+        commands.append(command.strip(" \t"))
+        if not semicolon:
+            return commands
+    return [*commands, rest.strip(" \t")]
+
+
 def parse(text: str) -> Command:
     """Return the command that `text` spells, raising `InvalidCommand` where it spells none.
 

@@ -68,7 +68,7 @@ class Standoff:
         return nearest._replace(z=nearest.z - self.clearance)
 
     def _in_tenths(self, point: Point) -> Iterator[Point]:
-        """Yield the nearest reachable target in whole tenths of a millimetre beside `point`, so that its text is one."""
+        """Yield the nearest reachable target in whole tenths of a millimetre beside `point`, as its text has it."""
         steps = [[(floor(value * 1e4) + step) / 1e4 for step in (-1, 0, 1, 2)] for value in point]
         beside = sorted((Point(*place) for place in product(*steps)), key=lambda place: dist(place, point))
         yield from islice((place for place in beside if self.why_not(place) is None), 1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Mapping
 
 from fastapi import Request, Response
 from fastapi.exceptions import RequestValidationError
@@ -43,7 +44,7 @@ def problem(error: MayaError, language: str = "en", status: int | None = None) -
     return Response(_encoded(body), chosen, media_type="application/problem+json")
 
 
-def _encoded(body: dict[str, object]) -> bytes:
+def _encoded(body: Mapping[str, object]) -> bytes:
     try:
         return to_json(body, fallback=str, inf_nan_mode="strings")
     except PydanticSerializationError:  # half a character in a name; JSON can escape what UTF-8 cannot hold

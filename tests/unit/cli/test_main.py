@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import subprocess
 import sys
@@ -80,9 +81,10 @@ def test_what_nobody_foresaw_is_one_sentence_and_a_log(
     assert "surprise" in (tmp_path / "state" / "maya" / "maya.log").read_text()
 
 
-def test_ctrl_c_has_its_exit_code(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("end", [KeyboardInterrupt, asyncio.CancelledError])
+def test_ctrl_c_has_its_exit_code(end: type[BaseException], monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(*_: object) -> int:
-        raise KeyboardInterrupt
+        raise end
 
     monkeypatch.setattr(quick, "run", interrupted)
     assert main(["status"]) == 130

@@ -36,9 +36,11 @@ def test_reach_names_reason_and_nearest(capsys: pytest.CaptureFixture[str]) -> N
     found = answered("reach 0 2.2 2.3", capsys, code=1)
     nearest = found["nearest"]
     assert found["reachable"] is False
+    assert found["joints"] is None
     assert found["reason"]
     assert isinstance(nearest, dict)
-    assert answered(f"reach {nearest['x']} {nearest['y']} {nearest['z']}", capsys)["reachable"] is True
+    there = answered(f"reach {nearest['x']} {nearest['y']} {nearest['z']}", capsys)
+    assert (there["reachable"], there["reason"]) == (True, None)
 
 
 def test_people_get_degrees_and_millimetres(capsys: pytest.CaptureFixture[str]) -> None:

@@ -57,13 +57,21 @@ def test_only_the_twins_clock_runs_faster() -> None:
         clock_factor(1.0, "10.0.0.1")
 
 
+@pytest.mark.parametrize("word", ["sim", "real"])
+def test_a_word_that_means_something_is_no_host(word: str) -> None:
+    with pytest.raises(InvalidValue):
+        host_and_port(word)
+
+
 def test_an_address_has_a_port() -> None:
     assert host_and_port("192.168.1.156") == ("192.168.1.156", 23)
     assert host_and_port("maya-1.local:5000") == ("maya-1.local", 5000)
-    assert target_address("sim") == "sim"
+    assert target_address("sim", "10.0.0.1") == "sim"
+    assert target_address("real", "10.0.0.1:5") == "10.0.0.1:5"
+    assert target_address("10.0.0.2", "10.0.0.1") == "10.0.0.2"
 
 
 @pytest.mark.parametrize("text", ["", ":23", "host:", "host:x", "host:0", "host:65536", "ho st", "-h", "a:b:c", "h:²"])
 def test_an_address_that_is_none_is_refused(text: str) -> None:
     with pytest.raises(InvalidValue):
-        target_address(text)
+        target_address(text, "10.0.0.1")

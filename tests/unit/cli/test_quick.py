@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -22,7 +23,7 @@ STATE: dict[str, Any] = {
     "reverse_limit": [True, False, False],
     "fault": None,
 }
-STATUS: dict[str, Any] = {"address": "sim", "state": STATE, "jobs": [], "last_event": 3}
+STATUS: dict[str, Any] = {"address": "sim", "state": STATE, "progress": None, "jobs": [], "last_event": 3}
 
 
 def published(monkeypatch: pytest.MonkeyPatch, url: str, address: tuple[str, int] | None = None) -> None:
@@ -84,6 +85,15 @@ def test_the_controller_can_be_told_without_a_service(capsys: pytest.CaptureFixt
     assert json.loads(capsys.readouterr().out)["was_moving"] is False
 
 
+def test_real_is_the_configured_controller(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "c.toml"
+    with controller(data_record(0, 0, 0)) as (port, said):
+        file.write_text(f'[controller]\naddress = "127.0.0.1:{port}"\n')
+        assert main(["stop", "--address", "real", "--config", str(file), "--json"]) == 0
+    assert said == [b"ST S", b"QR"]
+    assert json.loads(capsys.readouterr().out)["address"] == f"127.0.0.1:{port}"
+
+
 def test_a_twin_in_a_service_that_hangs_cannot_be_reached(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -124,6 +134,19 @@ def test_status_before_homing(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Ca
     assert "not homed" in text
     assert "position unknown" in text
     assert "b+ a−" in text
+
+
+@pytest.mark.parametrize(
+    ("duration", "line"), [(10.0, "follow: 3.0 of 10.0 s"), (0.0, "follow: since 3.0 s")], ids=["timed", "untimed"]
+)
+def test_status_tells_phase_and_progress(
+    duration: float, line: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    progress = {"phase": "follow", "elapsed": 3.0, "duration": duration}
+    with http_service(lambda *_: (200, {**STATUS, "progress": progress})) as url:
+        published(monkeypatch, url)
+        assert main(["status"]) == 0
+    assert line in capsys.readouterr().out.splitlines()
 
 
 def test_status_with_a_place_a_fault_and_a_queue(

@@ -98,7 +98,7 @@ async def foreign(bench: Rig, *commands: str) -> list[str]:
     return replies
 
 
-def when_sent(bench: Rig, command: str, act: Callable[[], None]) -> None:
+def when_sent(bench: Rig, command: str, act: Callable[[], object]) -> None:
     """Call `act` once, as the next `command` arrives at the controller and before it is executed."""
 
     def look(_: str, way: str, data: bytes) -> None:

@@ -389,7 +389,7 @@ async def test_the_end_of_a_move_that_was_cancelled_is_at_rest() -> None:
 async def test_a_cancel_while_a_move_is_sent_leaves_nothing_moving(at: str) -> None:
     async with homed() as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
-        when_sent(bench, at, lambda: move.cancel())
+        when_sent(bench, at, move.cancel)
         await asyncio.wait({move})
         assert move.cancelled()
         assert bench.controller.state.joints == pytest.approx(HERE, abs=1e-4)

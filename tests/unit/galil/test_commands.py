@@ -12,6 +12,7 @@ from maya_un.galil.commands import (
     Expression,
     InvalidCommand,
     parse,
+    split_line,
 )
 
 
@@ -124,3 +125,17 @@ def test_a_lone_argument_left_out_is_refused() -> None:
 
 def test_a_float_too_large_or_small_for_plain_digits_has_no_exponent() -> None:
     assert Command("PA", args=(1e-7, 1e17)).format() == "PA 0.0000001,100000000000000000"
+
+
+@pytest.mark.parametrize(
+    ("line", "commands"),
+    [
+        ("A;B", ["A", "B"]),
+        ("TP;", ["TP", ""]),
+        ("", [""]),
+        (" SH A ; BG A", ["SH A", "BG A"]),
+        ("TP;' a comment; all of it", ["TP", "' a comment; all of it"]),
+    ],
+)
+def test_a_line_splits_into_commands(line: str, commands: list[str]) -> None:
+    assert split_line(line) == commands

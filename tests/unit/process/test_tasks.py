@@ -54,6 +54,12 @@ def test_a_dropped_part_is_lost() -> None:
     assert caught.value.details["key"] == "steps.2.pick"
 
 
+def test_a_task_tells_what_it_does_to_the_parts() -> None:
+    steps = ({"pick": "cube"}, {"approach": "tray"}, {"place": "tray"}, {"pick": "tray"}, {"gripper": "open"}, "home")
+    parts = [(task.part, task.put) for task in expanded(*steps).tasks]
+    assert parts == [("cube", None), (None, None), ("cube", TRAY), ("cube", None), ("cube", None), (None, None)]
+
+
 def test_an_unknown_name_lists_the_known_ones() -> None:
     with pytest.raises(UnknownName, match=r"'cub'.*cube, tray, bin"):
         expanded({"pick": "cub"})

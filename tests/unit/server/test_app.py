@@ -230,6 +230,9 @@ async def test_what_nobody_foresaw_is_one_sentence(tmp_path: Any, monkeypatch: p
         ("/v1/jobs", b'{"repeat": -Infinity}'),
         ("/v1/tasks", b'{"a": ' * 100_000),
         ("/v1/tasks", b"\xff\xfe\x00"),
+        ("/v1/tasks", b'{"command": "\\ud800"}'),
+        ("/v1/tasks", b'{"command": "home", "\\udfff": 1}'),
+        ("/v1/tasks", b'{"command": "gripper", "command": "home"}'),
         ("/v1/jog", b"{}"),
         ("/v1/jog", b'{"axis": "a", "distance": 1, "speed": 2}'),
         ("/v1/jog", b'{"axis": 3, "distance": 1}'),
@@ -274,9 +277,12 @@ async def test_a_body_too_long_is_refused() -> None:
     assert service.asked == []
 
 
+_BRACKETS = [{"Host": "[::1"}, {"Origin": "http://[::1"}]
+
+
 @pytest.mark.parametrize(
     "headers",
-    [{"Host": "maya.example.org"}, {"Host": "127.0.0.1.example.org"}, {"Origin": "https://example.org"}],
+    [{"Host": "maya.example.org"}, {"Host": "127.0.0.1.example.org"}, {"Origin": "https://example.org"}, *_BRACKETS],
 )
 async def test_only_this_machine_may_command(headers: dict[str, str]) -> None:
     service = StandIn()

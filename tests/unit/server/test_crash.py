@@ -28,6 +28,11 @@ def test_a_log_that_cannot_be_written_is_no_second_error(tmp_path: Path) -> None
     assert "cannot be written" in str(written_down(ValueError("first")))
 
 
+def test_half_a_character_is_written_down_too() -> None:
+    assert "cannot be written" not in str(written_down(ValueError("\ud800")))
+    assert "ud800" in log_path().read_text()
+
+
 def test_what_nobody_waits_for_goes_to_the_log(capsys: pytest.CaptureFixture[str]) -> None:
     async def main() -> None:
         loop = asyncio.get_running_loop()

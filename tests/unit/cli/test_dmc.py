@@ -1,0 +1,50 @@
+"""`maya dmc send`: what a controller answers, for people and for programs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from maya_un.cli.main import main
+from maya_un.galil.record import AxisRecord, DataRecord, Status, Switch, encode
+from tests.unit.cli.servers import controller
+
+RECORD = encode(
+    DataRecord(
+        (
+            AxisRecord(Status.MOVING, position=-120, reference=-118, error=-2),
+            AxisRecord(Status.MOTOR_OFF, Switch.FORWARD_INACTIVE, stop_code=1),
+            AxisRecord(),
+        )
+    )
+)
+
+
+def test_a_record_is_a_line_an_axis(capsys: pytest.CaptureFixture[str]) -> None:
+    with controller(RECORD) as (port, _):
+        assert main(["dmc", "send", f"127.0.0.1:{port}", "QR"]) == 0
+    a, b, c = capsys.readouterr().out.splitlines()
+    assert a.startswith("A  position -120  reference -118  error -2  ")
+    assert a.endswith("moving")
+    assert b.endswith("stop code 1  motor off  reverse limit")
+    assert c.endswith("stop code 0")
+
+
+def test_a_record_is_json_whole(capsys: pytest.CaptureFixture[str]) -> None:
+    with controller(RECORD) as (port, _):
+        assert main(["dmc", "send", f"127.0.0.1:{port}", "qr", "--json"]) == 0
+    (reply,) = json.loads(capsys.readouterr().out)["replies"]
+    assert reply["command"] == "qr"
+    assert reply["reply"]["axes"][0]["position"] == -120
+    assert reply["reply"]["s"]["free"] == 511
+
+
+def test_real_is_the_configured_controller(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "c.toml"
+    with controller(RECORD) as (port, said):
+        file.write_text(f'[controller]\naddress = "127.0.0.1:{port}"\n')
+        assert main(["dmc", "send", "real", "TP", "--config", str(file)]) == 0
+    assert said[0] == b"TP"
+    assert capsys.readouterr().out == ":\n"
