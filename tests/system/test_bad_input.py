@@ -236,6 +236,27 @@ def test_requests(method: str, path: str, body: str | None, code: int, robot: Ro
     assert robot.wire[before:] == []
 
 
+TWINS = ["run job.yaml --seed 2", "run job.yaml --dry-run --seed 2", "up --seed 0 --port 0", "up --table job.yaml"]
+
+
+@pytest.mark.parametrize("line", TWINS)
+def test_a_real_machine_has_no_seed_and_no_table_and_is_not_even_called(
+    line: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "job.yaml").write_text("steps: [home]")
+    with socket.create_server(("127.0.0.1", 0)) as machine:
+        machine.setblocking(False)
+        refused([*line.split(), "--address", f"127.0.0.1:{machine.getsockname()[1]}"], 4008, capsys)
+        with pytest.raises(BlockingIOError):
+            machine.accept()
+
+
+def test_the_configured_machine_is_a_real_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "job.yaml").write_text("steps: [home]")
+    assert main(["run", "job.yaml", "--speed", "2", "--address", "real"]) == 2
+    assert "error 4006: `--speed` scales the twin's time; 192.168.1.156 is a real machine" in capsys.readouterr().err
+
+
 SPEEDS = ["run job.yaml --speed 2", "run job.yaml --dry-run --speed 2", "up --speed 2 --port 0", "up --speed=1"]
 
 
@@ -259,6 +280,8 @@ def test_a_real_machine_has_no_speed_and_is_not_even_called(
         ("up --speed 1001", 4001),
         ("up --speed fast", 4008),
         ("up --address a:b", 4001),
+        ("stop --address sim", 4001),
+        ("dmc send sim TP", 4001),
         ("up --port 70000", 4008),
         ("up --table nowhere.yaml", 4007),
         ("run nowhere.yaml", 4007),

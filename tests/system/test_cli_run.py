@@ -88,6 +88,35 @@ def test_an_interrupted_run_stops_and_reports(kind: signal.Signals) -> None:
     assert "Traceback" not in text
 
 
+def test_a_second_signal_does_not_cut_the_stop_short() -> None:
+    with running("run job.yaml --speed 1") as process:
+        process.until("raise")
+        process.send(signal.SIGTERM)
+        process.until("Interrupted")
+        process.send(signal.SIGTERM)
+        code, text = process.end()
+    assert (code, "cancelled (2202)" in text, "Traceback" in text) == (130, True, False)
+    assert [line.split()[-1] for line in text.splitlines() if line.startswith("cube ")] == ["–"]
+
+
+def test_a_homing_is_taken_over_only_where_its_mark_stands(tmp_path: Path) -> None:
+    (tmp_path / "job.yaml").write_text("steps: [{gripper: open}]")
+    with running("dmc serve --port 0") as twin:
+        address = twin.until(":")
+        code, text = done(f"run job.yaml --skip-home --address {address}")
+        assert (code, "error 2106" in text) == (1, True)
+        with running(f"up --port 0 --skip-home --address {address}") as up:
+            up.until("error 2106")
+            up.until("maya home")
+            assert done("status")[1].startswith("not homed")
+        mark = "DP,1500000,1500000 mayaendb=2260000 mayaendc=2300000 ZAA=7 mayahome=7"
+        assert done(f"dmc send {address} {mark}")[0] == 0
+        with running(f"up --port 0 --skip-home --address {address} --json") as up:
+            up.until('"code": 0')
+            assert done("status")[1].startswith("idle")
+        assert done(f"run job.yaml --skip-home --address {address}")[0] == 0
+
+
 def test_an_interrupted_wish_stops_the_robot_that_runs() -> None:
     with running("up --port 0 --speed 20") as up:
         up.until("maya home")

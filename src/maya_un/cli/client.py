@@ -14,13 +14,15 @@ from maya_un.errors import MayaError, ServiceNotAnswering, ServiceNotRunning, fr
 class Client:
     """A door to the service at `url`.
 
-    `timeout` [s] is how long connecting and each answer may take.
+    `timeout` [s] is how long connecting and each answer may take. Raises `ServiceNotRunning` for what is no URL.
     """
 
     def __init__(self, url: str, timeout: float = 5.0) -> None:
-        address = urlsplit(url)
-        self.host = address.hostname or "127.0.0.1"
-        self.port = address.port or 80
+        try:
+            address = urlsplit(url)
+            self.host, self.port = address.hostname or "127.0.0.1", address.port or 80
+        except ValueError:
+            raise ServiceNotRunning from None  # nobody can listen there
         self._timeout = timeout
 
     @classmethod

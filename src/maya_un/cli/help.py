@@ -9,10 +9,10 @@ OVERVIEW = """\
 maya: the robot Maya, real or virtual.
 
 Start
-  up [--address sim|HOST[:PORT]] [--speed X]   keep a robot running and serve it on loopback
+  up [--address WHERE] [--speed X]             keep a robot running and serve it on loopback
   run JOB [--dry-run] [--speed X]              carry out a job; without a running robot, on a virtual one
   status                                       what the running robot is doing
-  stop [--address HOST[:PORT]]                 stop now, even if the service hangs
+  stop [--address WHERE]                       stop now, even if the service hangs
   abort                                        stop without deceleration
   recover                                      clear a fault once its cause is gone; moves nothing
 
@@ -29,15 +29,16 @@ Ask (no robot needed)
   dmc serve [--port N] [--speed X]             a virtual DMC-41x3 with Maya's mechanics, on TCP
   dmc send HOST[:PORT] CMD...                  talk to a controller in its own language
 
+WHERE: sim (the default), real (the configured controller), HOST or HOST:PORT.
 Everywhere: --json, --lang en|es, --config FILE; `maya COMMAND --help` tells more.
 Exit codes: 0 done, 1 not carried out, 2 refused as asked, 130 interrupted."""
 
 QUICK = {
     "status": f"Usage: maya status\n\n  Tell what the running robot is doing.\n\n  {EVERYWHERE}",
     "stop": (
-        "Usage: maya stop [--address HOST[:PORT]]\n\n"
+        "Usage: maya stop [--address real|HOST[:PORT]]\n\n"
         "  Stop the running robot on its path. If the service does not answer, or with\n"
-        f"  --address, the controller is told directly.\n\n  {EVERYWHERE}"
+        f"  --address, the controller is told directly; real is the configured one.\n\n  {EVERYWHERE}"
     ),
 }
 """Help of the commands that go past the parser."""

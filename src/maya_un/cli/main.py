@@ -18,6 +18,7 @@ from maya_un.errors import MayaError
 def main(argv: Sequence[str] | None = None) -> int:
     """Carry out one command line (without the program's name) and return its exit code; never raises."""
     settings = from_environment()
+    output.tolerate_any_terminal()
     try:
         settings, rest = split(sys.argv[1:] if argv is None else argv, settings)
         return _dispatch(rest, settings)

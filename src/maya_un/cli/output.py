@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Mapping
+from io import TextIOWrapper
 from typing import Any
 
 from maya_un.cli.settings import Settings
@@ -21,6 +22,13 @@ REFUSED = 2
 
 INTERRUPTED = 130
 """Ctrl-C ended it; motion was stopped on its path."""
+
+
+def tolerate_any_terminal() -> None:
+    """Show `?` for a letter that the terminal's encoding lacks, rather than fail on it."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="replace")
 
 
 def say(text: str) -> None:

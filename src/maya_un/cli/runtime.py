@@ -7,11 +7,14 @@ import json
 import os
 import stat
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from maya_un.errors import AlreadyRunning, FileUnwritable
+
+_MOST_BYTES = 4096
+"""Size of the largest runtime file that can be ours."""
 
 
 class Running(NamedTuple):
@@ -35,10 +38,11 @@ def find() -> Running | None:
     """Return what the runtime file says, None where there is none that can be read or that we may trust."""
     place = folder() / "service.json"
     try:
-        if place.stat().st_uid != os.getuid():
+        found = place.lstat()
+        if found.st_uid != os.getuid() or not stat.S_ISREG(found.st_mode) or found.st_size > _MOST_BYTES:
             return None
         return _parse(json.loads(place.read_text(encoding="utf-8")))
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return None  # a half-written or foreign file is no service
 
 
@@ -56,13 +60,14 @@ def claimed() -> Iterator[None]:
     so one that was killed leaves nothing in the way.
     """
     place = _own_folder()
-    lock = os.open(place / "service.lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    lock = _own_file(place / "service.lock", os.O_RDWR)
     try:
         _take(lock)
         try:
             yield
         finally:
-            (place / "service.json").unlink(missing_ok=True)
+            with suppress(OSError):
+                (place / "service.json").unlink()
     finally:
         os.close(lock)
 
@@ -82,10 +87,19 @@ def publish(running: Running) -> None:
     place = _own_folder()
     draft = place / "service.json.new"
     try:
-        draft.write_text(text + "\n", encoding="utf-8")
+        with open(_own_file(draft, os.O_WRONLY | os.O_TRUNC), "w", encoding="utf-8") as file:
+            file.write(text + "\n")
         draft.replace(place / "service.json")
     except OSError as error:
         raise FileUnwritable(path=draft, reason=error.strerror) from error
+
+
+def _own_file(path: Path, flags: int) -> int:
+    """Open a file of ours, made where it is not there; a link in its place is not followed."""
+    try:
+        return os.open(path, flags | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
+    except OSError as error:
+        raise FileUnwritable(path=path, reason=error.strerror) from error
 
 
 def _own_folder() -> Path:
@@ -97,4 +111,6 @@ def _own_folder() -> Path:
         raise FileUnwritable(path=place, reason=error.strerror) from error
     if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid():
         raise FileUnwritable(path=place, reason="it belongs to somebody else")
+    if found.st_mode & stat.S_IWOTH:
+        raise FileUnwritable(path=place, reason="everybody may write to it, and so command the robot")
     return place

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Callable, Sequence
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 
 from maya_un.config import Config
 from maya_un.controller import faults, marker
@@ -14,7 +14,7 @@ from maya_un.controller.monitor import Monitor, Run
 from maya_un.controller.planner import Planner
 from maya_un.controller.protocol import Preview
 from maya_un.controller.registers import configure
-from maya_un.controller.seek import SETTLE, Seeker
+from maya_un.controller.seek import SETTLE, Seeker, brake
 from maya_un.controller.wish import Wish
 from maya_un.errors import (
     AbortInput,
@@ -118,6 +118,7 @@ class GalilController:
         """Brake if something moves, give the handle back."""
         if self._monitor.desk.current is not None and self._monitor.link.up:
             await self.stop()
+            await self._monitor.desk.free()
         await self._monitor.close()
 
     async def skip_home(self) -> None:
@@ -129,6 +130,9 @@ class GalilController:
         with monitor.desk.take("skip home"):
             driver = monitor.ready(homed=False)
             await monitor.look()
+            if monitor.moving():
+                raise Busy(doing="the axes finish what was sent before")
+            await configure(driver, self.config)
             if not await monitor.adopt(driver):
                 raise MarkerMissing
             await monitor.power(driver)
@@ -210,10 +214,11 @@ class GalilController:
         report = self._stop_report()
         wish = monitor.desk.current
         if wish is not None:
-            monitor.stopping = True
+            monitor.stopping = monitor.run is not None or monitor.phase is not None
             wish.interrupt(Stopped())
             monitor.publish()
-        await sent
+        with suppress(CommandRejected):  # a refused ST S means that there is no sequence
+            await sent
         record = await self._stop_strays(driver)
         if wish is None and monitor.moving():
             self.events.emit(Kind.STOPPED)
@@ -347,7 +352,7 @@ class GalilController:
         if driver.lost.done():
             return
         try:
-            await driver.urgent("ST S")
+            await brake(driver)
             await self._monitor.look()
             while self._monitor.moving():
                 await asyncio.sleep(0.02)
@@ -376,11 +381,16 @@ class GalilController:
         return StopReport(duration > 0.0, duration, (end.a - here.a, end.b - here.b, end.c - here.c))
 
     def _braking(self, record: DataRecord) -> StopReport:
-        """Return what a stop makes of a motion known by its speeds only: v / a and v² / 2a of every axis."""
-        durations, ways = [0.0], [0.0, 0.0, 0.0]
-        for i, (axis, place) in enumerate(self._monitor.places()):
-            if record.axes[place].moving:
-                speed, brake = record.axes[place].velocity, axis.stop_deceleration_counts
-                durations.append(abs(speed) / brake)
-                ways[i] = 0.5 * speed * abs(speed) / brake / self.units.per_unit[i]
-        return StopReport(self._monitor.moving(), max(durations), (ways[0], ways[1], ways[2]))
+        """Return what a stop makes of a motion known by its speeds only: v / a and v t / 2 of every axis.
+
+        Axes of a sequence come to rest together, with the one that takes longest.
+        """
+        axes = [(record.axes[place], axis.stop_deceleration_counts) for axis, place in self._monitor.places()]
+        alone = [abs(axis.velocity) / rate if axis.moving else 0.0 for axis, rate in axes]
+        together = max((time for time, (axis, _) in zip(alone, axes, strict=True) if axis.coordinated), default=0.0)
+        times = [together if axis.coordinated else time for time, (axis, _) in zip(alone, axes, strict=True)]
+        a, b, c = (
+            0.5 * axis.velocity * time / unit
+            for (axis, _), time, unit in zip(axes, times, self.units.per_unit, strict=True)
+        )
+        return StopReport(self._monitor.moving(), max(times), (a, b, c))

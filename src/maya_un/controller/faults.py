@@ -58,16 +58,16 @@ def cause(record: DataRecord, order: Order, members: Sequence[int]) -> MayaError
     found = grave(record, order, members)
     if found is not None:
         return found
-    for i in members:
-        axis = record.axes[order[i]]
-        if axis.motor_off:
-            return MotorOff(axis=AXES[i])
-        if axis.stop_code == _ST:
-            return Stopped()
-        if axis.stop_code not in NORMAL_ENDS:
+    axes = [(AXES[i], record.axes[order[i]]) for i in members]
+    for name, axis in axes:
+        if axis.stop_code not in NORMAL_ENDS and axis.stop_code != _ST:
             reason = STOP_TEXTS.get(axis.stop_code, "unknown code")
-            return UnexpectedStop(axis=AXES[i], stop_code=axis.stop_code, reason=reason)
-    return None
+            return UnexpectedStop(axis=name, stop_code=axis.stop_code, reason=reason)
+    for name, axis in axes:
+        if axis.motor_off:
+            return MotorOff(axis=name)
+    # Last: partners of an axis that something befell were stopped too.
+    return Stopped() if any(axis.stop_code == _ST for _, axis in axes) else None
 
 
 def kind(error: MayaError) -> Kind:

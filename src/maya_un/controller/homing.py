@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from math import sqrt
 
 from maya_un.config import Config, Units
-from maya_un.controller.seek import FORWARD, REVERSE, Look, Seeker, Stall
+from maya_un.controller.seek import FORWARD, RELEASE_WITHIN, REVERSE, Look, Seeker, Stall
 from maya_un.errors import HomingStalled, MayaError, StrokeDiffers, SwitchNotFound
 from maya_un.galil.driver import Driver
 from maya_un.values import AXES, Joints
@@ -41,7 +41,7 @@ RELAX = 0.015
 """After the raise both lines give way by this [m], so that the ellipse starts well below the limit."""
 
 BACK = (0.07, 0.025, 0.025)
-"""Longest way back from a switch until it lets go (rad, m, m)."""
+"""Way off a long end's switch, and half of the way in which a datum must be met again (rad, m, m)."""
 
 CLEAR = (0.01, 0.002, 0.002)
 """Way on from there before the slow approach (rad, m, m): long enough for its speed to be steady at the switch."""
@@ -96,7 +96,7 @@ class Homing:
         """Return which line is not at its short end, where both read so: the switch under c lets go, or it lies."""
         try:
             look = await self._seek.go(
-                {C: BACK[C]}, 4.0 * self._approach(C), poll=0.1, until=lambda look: not look.reverse[C]
+                {C: RELEASE_WITHIN[C]}, 4.0 * self._approach(C), poll=0.1, until=lambda look: not look.reverse[C]
             )
         except Stall:
             return C
@@ -213,7 +213,7 @@ class Homing:
         await self._reach(axis, REVERSE, -distance)
         speed = self._approach(axis)
         released = await self._seek.go(
-            {axis: BACK[axis]}, 4.0 * speed, poll=0.1, until=lambda look: not look.reverse[axis]
+            {axis: RELEASE_WITHIN[axis]}, 4.0 * speed, poll=0.1, until=lambda look: not look.reverse[axis]
         )
         if released.reverse[axis]:
             raise self._seek.contradiction(axis, REVERSE, "it stays active though the axis has left it")

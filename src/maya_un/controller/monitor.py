@@ -218,8 +218,8 @@ class Monitor:
         try:
             await self.look()
             lost = self.homed and await marker.read(driver, self.config, self.units, self.here()) is None
-        except MachineError:
-            return
+        except (NotConnected, MachineError):
+            return  # lost again: the link's keeper dials again
         self._down = False
         self.events.emit(Kind.CONNECTED, address=self.link.address, firmware=self.link.firmware)
         if lost:
@@ -231,9 +231,11 @@ class Monitor:
         period = 1.0 / self.config.controller.stream_rate
         while True:
             await asyncio.sleep(period)
+            run = self.run
             try:
                 record = await self.look()
-                self._watch_for_faults(record)
+                if run is self.run:  # asked before BGS, a record tells of the motion before
+                    self._watch_for_faults(record)
             except (NotConnected, MachineError):
                 continue  # the link's keeper announces the loss and dials again
             except Exception as defect:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from maya_un.config import Config
-from maya_un.errors import ParameterMismatch, WrongController
+from maya_un.errors import ParameterMismatch, UnexpectedReply, WrongController
 from maya_un.galil.driver import Driver
+from maya_un.galil.numbers import parse_number
 
 
 def wanted(config: Config) -> dict[str, int]:
@@ -44,7 +45,11 @@ async def configure(driver: Driver, config: Config) -> None:
     await driver.batch([_command(operand, value) for operand, value in values.items()])
     replies = await driver.batch([f"MG {operand}" for operand in values])
     for (operand, value), reply in zip(values.items(), replies, strict=True):
-        if float(reply) != value:
+        try:
+            found = parse_number(reply)
+        except ValueError as error:
+            raise UnexpectedReply(command=f"MG {operand}", reply=reply) from error
+        if found != value:
             raise ParameterMismatch(register=operand[1:], found=reply, wanted=value)
 
 

@@ -7,12 +7,13 @@ powered. Every move is sent whole and bounded: a lost host leaves no axis runnin
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from math import hypot, sqrt
 
 from maya_un.config import Config, Units
 from maya_un.controller import faults
-from maya_un.errors import AmplifierFault, HomingStalled, MayaError, WiringContradictsCn
+from maya_un.errors import AmplifierFault, CommandRejected, HomingStalled, MayaError, WiringContradictsCn
 from maya_un.galil.driver import Driver
 from maya_un.galil.record import DataRecord
 from maya_un.values import AXES
@@ -27,6 +28,12 @@ SETTLE = 0.06
 
 RELEASE_WITHIN = (0.09, 0.045, 0.045)
 """A switch that read active must let go within this way (rad, m, m): its zone ends at the hard stop."""
+
+
+async def brake(driver: Driver) -> None:
+    """Stop a sequence along its path, at once and past every queue; where none runs, nothing happens."""
+    with suppress(CommandRejected):  # a refused ST S means that there is no sequence
+        await driver.urgent("ST S")
 
 
 class Stall(Exception):
@@ -148,11 +155,11 @@ class Seeker:
                 return await self.look()
             if until is not None and not halted and until(look):
                 halted = True
-                await self._driver.urgent("ST S")
+                await brake(self._driver)
 
     async def settle(self) -> Look:
         """Brake on the path and return when the axes are at rest."""
-        await self._driver.urgent("ST S")
+        await brake(self._driver)
         look = await self.look()
         while look.moving:
             await self._pause(self._clock() + 0.02)

@@ -39,6 +39,12 @@ class Desk:
 
     def __init__(self) -> None:
         self.current: Wish | None = None
+        self._done = asyncio.Event()
+
+    async def free(self) -> None:
+        """Wait until the wish under way is done."""
+        while self.current is not None:
+            await self._done.wait()
 
     @contextmanager
     def take(self, name: str) -> Iterator[Wish]:
@@ -47,7 +53,9 @@ class Desk:
             raise Busy(doing=self.current.name)
         wish = Wish(name)
         self.current = wish
+        self._done.clear()
         try:
             yield wish
         finally:
             self.current = None
+            self._done.set()

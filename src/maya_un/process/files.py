@@ -37,9 +37,11 @@ def _named(data: Any, path: Path) -> Any:
 
 def _text(path: Path) -> str:
     try:
-        if path.stat().st_size > MOST_BYTES:
+        with path.open("rb") as file:  # a device has no size, so the reading itself is bounded
+            data = file.read(MOST_BYTES + 1)
+        if len(data) > MOST_BYTES:
             raise FileUnreadable(path=path, reason=f"it is larger than {MOST_BYTES} bytes")
-        return path.read_text(encoding="utf-8")
+        return data.decode("utf-8")
     except OSError as error:
         raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
     except UnicodeDecodeError as error:

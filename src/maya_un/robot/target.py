@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import islice, product
-from math import dist, floor
+from math import dist, floor, hypot
 
 from maya_un.kinematics.workspace import Limit, Reason, Workspace
 from maya_un.values import Point
@@ -43,12 +43,17 @@ class Standoff:
         return replace(reason, text=f"its approach point is {self.clearance * 1e3:.4g} mm higher, and there {reason}")
 
     def candidates(self, target: Point, inside: Point | None) -> Iterator[Point]:
-        """Yield reachable targets, the one nearest to `target` first, then deeper and deeper towards `inside`."""
+        """Yield reachable targets, the one nearest to `target` first, then deeper and deeper towards `inside`.
+
+        They keep to the direction of the boom: only radius and height go towards those of `inside`.
+        """
         nearest = self._nearest(target)
         yield from self._in_tenths(nearest)
-        for share in () if inside is None else _SHARES:
-            place = (one + (other - one) * share for one, other in zip(nearest, inside or nearest, strict=True))
-            yield from self._in_tenths(Point(*place))
+        if inside is not None:
+            ratio = hypot(inside.x, inside.y) / hypot(nearest.x, nearest.y)
+            for share in _SHARES:
+                stretch, height = 1.0 + (ratio - 1.0) * share, nearest.z + (inside.z - nearest.z) * share
+                yield from self._in_tenths(Point(nearest.x * stretch, nearest.y * stretch, height))
         yield nearest
 
     def _nearest(self, target: Point) -> Point:

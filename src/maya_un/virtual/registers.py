@@ -54,7 +54,7 @@ AXIS: dict[str, Register] = {
     "DC": Register(1024.0, _STEEPEST, 256000.0, 1024.0, When.BRAKING),
     "SD": Register(1024.0, _STEEPEST, 256000.0, 1024.0, When.BRAKING),
     "HV": Register(0.0, _FASTEST, 256.0, 2.0),
-    "IT": Register(0.004, 1.0, 1.0, 1.0 / 256.0, places=4),
+    "IT": Register(1.0 / 256.0, 1.0, 1.0, 1.0 / 256.0, places=4),
     "KP": Register(0.0, 1023.875, 6.0, 0.125, places=2),
     "KI": Register(0.0, 255.999, 0.0, 1.0 / 1024.0, places=4),
     "KD": Register(0.0, 4095.875, 64.0, 0.125, places=2),

@@ -146,7 +146,8 @@ async def test_kinematics_at_the_door() -> None:
 
 async def test_reach_says_why_not_and_where_instead() -> None:
     async with door() as (_, service):
-        assert service.reach(Point(0.5, 1.1, 0.4)).reachable
+        there = service.reach(Point(0.5, 1.1, 0.4))
+        assert (there.reachable, there.reason) == (True, None)
         answer = service.reach(Point(0.5, 1.1, 2.2))
         assert not answer.reachable
         assert answer.reason

@@ -29,6 +29,12 @@ def test_an_answer_nobody_understands_is_none(answer: object) -> None:
         Client(url).get("/")
 
 
+@pytest.mark.parametrize("url", ["http://[::1", "http://127.0.0.1:99999"])
+def test_nobody_listens_at_what_is_no_address(url: str) -> None:
+    with pytest.raises(ServiceNotRunning):
+        Client(url)
+
+
 def test_silence_ends() -> None:
     with hanging_service() as url, pytest.raises(ServiceNotAnswering):
         Client(url, timeout=0.01).get("/")

@@ -6,6 +6,7 @@ import asyncio
 import json
 import subprocess
 import sys
+from io import BytesIO, TextIOWrapper
 from pathlib import Path
 
 import pytest
@@ -65,6 +66,14 @@ def test_an_error_as_json(capsys: pytest.CaptureFixture[str]) -> None:
 def test_an_error_in_spanish(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--lang", "es", "home"]) == 1
     assert "Aquí no hay nada en marcha" in capsys.readouterr().err
+
+
+def test_a_terminal_without_accents_is_spoken_to_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = TextIOWrapper(BytesIO(), encoding="ascii")
+    monkeypatch.setattr("sys.stdout", terminal)
+    assert main(["--lang", "es", "reach", "3", "3", "3"]) == 1
+    terminal.seek(0)
+    assert "?" in terminal.read()
 
 
 def test_what_nobody_foresaw_is_one_sentence_and_a_log(

@@ -78,6 +78,14 @@ def test_a_service_that_lost_its_link_is_passed_by(monkeypatch: pytest.MonkeyPat
     assert said[0] == b"ST S"
 
 
+def test_somebody_else_at_our_old_port_is_passed_by(monkeypatch: pytest.MonkeyPatch) -> None:
+    with http_service(lambda *_: (200, [1])) as url, controller(data_record(0, 0, 0)) as (port, said):
+        published(monkeypatch, url, ("127.0.0.1", port))
+        assert main(["status"]) == 1
+        assert main(["stop"]) == 0
+    assert said[0] == b"ST S"
+
+
 def test_the_controller_can_be_told_without_a_service(capsys: pytest.CaptureFixture[str]) -> None:
     with controller(data_record(0, 0, 0)) as (port, said):
         assert main(["stop", "--address", f"127.0.0.1:{port}", "--json"]) == 0

@@ -37,11 +37,40 @@ def test_there_is_one_at_a_time() -> None:
         pass
 
 
-@pytest.mark.parametrize("text", ["", "{", "[]", '{"url": "x"}', '{"url": "x", "pid": 1, "controller": 5}'])
+@pytest.mark.parametrize(
+    "text", ["", "{", "[]", "[" * 4000, "[" * 100_000, '{"url": "x"}', '{"url": "x", "pid": 1, "controller": 5}']
+)
 def test_a_file_that_is_not_ours_is_no_service(place: Path, text: str) -> None:
     place.mkdir()
     (place / "service.json").write_text(text)
     assert runtime.find() is None
+
+
+def test_a_device_or_a_link_is_no_service(place: Path) -> None:
+    place.mkdir()
+    (place / "service.json").symlink_to("/dev/zero")
+    assert runtime.find() is None
+    (place / "service.json").unlink()
+    os.mkfifo(place / "service.json")
+    assert runtime.find() is None
+
+
+@pytest.mark.parametrize("name", ["service.lock", "service.json.new"])
+def test_links_inside_the_folder_are_not_followed(place: Path, name: str) -> None:
+    place.mkdir()
+    victim = place.parent / "victim"
+    victim.write_text("precious")
+    (place / name).symlink_to(victim)
+    with pytest.raises(FileUnwritable, match=name), runtime.claimed():
+        runtime.publish(Running("http://127.0.0.1:4133", 77, None))
+    assert victim.read_text() == "precious"
+
+
+def test_a_folder_that_everybody_may_write_to_is_refused(place: Path) -> None:
+    place.mkdir()
+    place.chmod(0o777)
+    with pytest.raises(FileUnwritable, match="everybody"), runtime.claimed():
+        pass
 
 
 def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,15 @@ from maya_un.config import Config
 from maya_un.config.load import parse
 from maya_un.controller import homing
 from maya_un.controller.homing import homed_pose
-from maya_un.errors import HomingStalled, MachineError, MayaError, Stopped, StrokeDiffers, SwitchNotFound
+from maya_un.errors import (
+    HomingStalled,
+    MachineError,
+    MayaError,
+    Stopped,
+    StrokeDiffers,
+    SwitchNotFound,
+    WiringContradictsCn,
+)
 from maya_un.events import Kind
 from maya_un.kinematics.workspace import Workspace
 from maya_un.testing import Rig, rig
@@ -86,6 +94,13 @@ async def test_measured_strokes_bound_the_workspace() -> None:
         assert bench.controller.workspace.line_c[1] == pytest.approx(2.300, abs=1e-3)
 
 
+@pytest.mark.parametrize("start", [Start(1.0, 1.7, 0.536), Start(1.0, 0.546, 1.7)], ids=["c", "b"])
+async def test_a_line_that_was_left_at_its_hard_stop_is_homed_from_there(start: Start) -> None:
+    async with rig(truth=replace(Truth(), gaps=(0.05, 0.03, 0.03)), start=start) as bench:
+        await bench.controller.home()
+        assert bench.mechanics.record.stall_time == 0.0
+
+
 async def interrupted(bench: Rig, phase: str) -> asyncio.Task[None]:
     """Begin to home, let it come a second into a phase, and stop it."""
     home = asyncio.create_task(bench.controller.home())
@@ -150,6 +165,30 @@ async def test_what_homing_cannot_trust_is_named_and_waits_for_a_person(
         assert not bench.controller.state.moving
         assert kinds(bench)[-1] is Kind.FAULT
         assert await foreign(bench, "MG _ZAA") == ["0.0000"]
+
+
+@pytest.mark.parametrize(
+    ("lying", "start", "named"),
+    [
+        ("b", Start(1.0, 1.7, 0.563), {"b"}),
+        ("c", Start(1.0, 0.573, 1.7), {"c"}),
+        ("bc", Start(1.0, 1.5, 1.5), {"b", "c"}),
+    ],
+)
+async def test_of_two_lines_that_read_short_the_one_that_lies_is_named(
+    lying: str, start: Start, named: set[str]
+) -> None:
+    truth = Truth()
+    for line in lying:
+        truth = truth.with_wiring(True, axis="abc".index(line), switch="reverse")
+    async with rig(truth=truth, start=start) as bench:
+        with pytest.raises(WiringContradictsCn) as refusal:
+            await bench.controller.home()
+        assert refusal.value.details["axis"] in named
+        assert refusal.value.details["side"] == "reverse"
+        moved = [abs(there - here) for here, there in zip(start, bench.mechanics.true_joints(), strict=True)]
+        assert max(moved) <= 0.046
+        assert bench.mechanics.record.stall_time == 0.0
 
 
 async def test_a_machine_wired_to_other_letters_homes_and_moves_all_the_same() -> None:

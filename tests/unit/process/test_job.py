@@ -50,7 +50,14 @@ def test_a_yaml_file_is_read(tmp_path: Path) -> None:
 
 def test_a_json_file_is_the_same(tmp_path: Path) -> None:
     path = written(tmp_path, json.dumps(job()), "job.json")
-    assert load_job(path) == Job.parse(job())
+    assert load_job(path) == Job.parse(job(name="job"))
+
+
+@pytest.mark.parametrize(
+    ("file", "name"), [("two cubes.yaml", "two cubes"), ("x.json", "x"), ("y" * 80 + ".yaml", "y" * 64)]
+)
+def test_a_job_without_a_name_is_called_as_its_file(file: str, name: str, tmp_path: Path) -> None:
+    assert load_job(written(tmp_path, json.dumps(job()), file)).name == name
 
 
 def test_height_left_out_is_the_grasp_height() -> None:
@@ -139,6 +146,6 @@ def test_what_is_no_text_file_is_unreadable(tmp_path: Path) -> None:
     binary = tmp_path / "binary.yaml"
     binary.write_bytes(b"\xff\xfe\x00")
     large = written(tmp_path, "#" * (MOST_BYTES + 1), "large.yaml")
-    for path in (tmp_path, tmp_path / "absent.yaml", binary, large):
+    for path in (tmp_path, tmp_path / "absent.yaml", binary, large, Path("/dev/zero")):
         with pytest.raises(FileUnreadable):
             load_job(path)

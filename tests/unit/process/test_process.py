@@ -54,6 +54,25 @@ async def test_a_job_runs_step_by_step_and_is_reported() -> None:
         assert last.end_point == controller.state.point
 
 
+@pytest.mark.parametrize(("step", "place"), [(1, None), (2, None), (3, Point(1.10, 0.50, 0.40)), (4, None)])
+async def test_a_cancelled_job_tells_of_the_parts_it_has_put_down(step: int, place: Point | None) -> None:
+    async with running() as (controller, process):
+        number = process.submit(job(*PICK_AND_PLACE, {"approach": [0.50, 1.10]}, {"pick": "cube"}))
+        async for event in controller.events.follow():
+            if event.kind is Kind.STEP and (event.detail["index"], event.detail["state"]) == (step, "running"):
+                break
+        await elapse(0.1)
+        report = await process.cancel(number)
+        assert states(report) == ["cancelled", *["done"] * (step - 1), "cancelled", *["skipped"] * (4 - step)]
+        assert report.parts == {"cube": place}
+
+
+async def test_a_refused_job_has_put_nothing_anywhere() -> None:
+    async with running() as (_, process):
+        report = await process.result(process.submit(job(*PICK_AND_PLACE, {"approach": [5.0, 5.0]})))
+        assert (report.state.value, report.parts) == ("failed", {"cube": None})
+
+
 async def test_what_was_predicted_is_what_it_took() -> None:
     async with running() as (_, process):
         report = await process.result(process.submit(job(*PICK_AND_PLACE, repeat=3)))

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from dataclasses import replace
 
 import pytest
@@ -14,6 +15,7 @@ from maya_un.errors import (
     MayaError,
     NotConnected,
     NotHomed,
+    PathRefused,
     Stopped,
     Unreachable,
 )
@@ -24,6 +26,7 @@ from maya_un.robot.plan import Pose
 from maya_un.robot.primitives import Approach, CanTeleop, Gripper, Home, MoveJoints, Pick, Place, Primitive
 from maya_un.robot.robot import Robot
 from maya_un.values import Joints, Mode, Point
+from tests.campaign import Campaign
 from tests.fakes import HOMING_TIME, FakeController, state_of
 from tests.virtual_time import elapse
 
@@ -151,6 +154,53 @@ async def test_a_refused_wish_moves_nothing(primitive: Primitive, closed: bool, 
     with pytest.raises(error):
         await robot.run(primitive)
     assert controller.calls == []
+
+
+@pytest.mark.parametrize("kind", [Approach, Pick, Place])
+@pytest.mark.parametrize("homed", [True, False])
+async def test_a_refusal_names_what_was_asked_for_and_a_nearest_that_is_accepted(
+    kind: type[Approach | Pick | Place], homed: bool, campaign: Campaign
+) -> None:
+    rng, refused = campaign.rng(), 0
+    controller, robot = made(closed=kind is Place)
+    start = robot.pose if homed else robot.pose._replace(joints=None)
+    for _ in range(campaign.size(ci=40, long=1000)):
+        target = Point(rng.uniform(-1.0, 2.6), rng.uniform(-1.0, 2.6), rng.uniform(-0.6, 2.4))
+        try:
+            robot.preview(kind(target), start)
+        except Unreachable as refusal:
+            refused += 1
+            assert str(refusal).startswith(f"({target.x:.4f}, {target.y:.4f}, {target.z:.4f}) m cannot")
+            nearest = Point(*map(float, re.findall(r"-?\d+\.\d+", str(refusal.details["nearest"]))))
+            if homed:
+                robot.preview(kind(nearest), start)
+            else:
+                with pytest.raises(NotHomed):
+                    robot.preview(kind(nearest), start)
+        except (NotHomed, PathRefused):
+            pass
+    assert refused > 20
+    assert controller.calls == []
+
+
+async def test_a_refusal_says_where_it_is_that_the_robot_cannot_go() -> None:
+    _, robot = made()
+    with pytest.raises(Unreachable, match=r"its approach point is 100 mm higher, and there ") as caught:
+        robot.preview(Pick(HERE._replace(z=2.00)), robot.pose)
+    assert caught.value.details["nearest_point"] == pytest.approx(HERE._replace(z=1.95), abs=0.01)
+    with pytest.raises(Unreachable, match=r"reached: it lies 300 mm below the table top"):
+        robot.preview(Pick(HERE._replace(z=-0.30)), robot.pose)
+
+
+async def test_a_way_that_is_refused_is_named_by_its_target(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, robot = made()
+
+    def refused(*_: object) -> None:
+        raise PathRefused(target="elsewhere", reason="there is a wall")
+
+    monkeypatch.setattr("maya_un.robot.sketch.cross", refused)
+    with pytest.raises(PathRefused, match=r"^The way to \(0\.5000, 1\.1000, 0\.4000\) m .*a wall"):
+        robot.preview(Pick(HERE), robot.pose)
 
 
 @pytest.mark.parametrize(

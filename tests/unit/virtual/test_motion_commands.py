@@ -39,7 +39,7 @@ def test_what_was_set_is_told(setup: str, ask: str, printed: str) -> None:
     ("command", "code"),
     [
         ("PTA=2", ErrorCode.OUT_OF_RANGE),
-        ("PAA=2147483648", None),
+        ("PAA=2147483648", ErrorCode.OUT_OF_RANGE),
         ("PA 1,2,3,4", ErrorCode.OPERAND_ERROR),
         ("PAD=1", ErrorCode.INVALID_AXIS),
         ("PAS=1", ErrorCode.S_OPERAND_INVALID),
@@ -55,11 +55,8 @@ def test_what_was_set_is_told(setup: str, ask: str, printed: str) -> None:
         ("BGT", ErrorCode.NO_SEQUENCE),
     ],
 )
-def test_misuse_has_its_code(command: str, code: ErrorCode | None) -> None:
-    if code is None:
-        assert Bench().say(command) == ":"  # literals saturate at 32 bits before the range is looked at
-    else:
-        assert Bench().code(command) == code
+def test_misuse_has_its_code(command: str, code: ErrorCode) -> None:
+    assert Bench().code(command) == code
 
 
 def test_begin_and_servo_without_names_mean_all_axes() -> None:
@@ -157,7 +154,7 @@ def test_a_tracking_axis_turns_round_and_stops_tracking_with_its_motor() -> None
     bench.do("PTA=1", "SP 10240;AC 10240;DC 10240", "PAA=50000")
     bench.at(2.0).do("PAA=0")
     assert bench.at(10.0).positions()[0] == 0
-    assert bench.code("PRA=5;") if False else bench.value("_PTA") == 1.0
+    assert bench.value("_PTA") == 1.0
     bench.do("MOA")
     assert bench.value("_PTA") == 0.0
 
