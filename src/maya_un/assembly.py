@@ -75,7 +75,8 @@ async def stack(
     """
     address = meant(address, config.controller.address)
     twin = make_twin(seed=seed, truth=truth, parts=parts) if address == SIM else None
-    controller = GalilController(_dial(address, config, twin), address, config, stream=stream)
+    patient = config if twin is None else _patient(config, speed)
+    controller = GalilController(_dial(address, config, twin), address, patient, stream=stream)
     try:
         await controller.open()
         if skip_home:
@@ -91,6 +92,12 @@ async def stack(
         await controller.close()
         if twin is not None:
             await twin.controller.close()
+
+
+def _patient(config: Config, speed: float) -> Config:
+    """Return the configuration for a twin whose clock is scaled: a reply takes as long as on any machine."""
+    controller = config.controller.model_copy(update={"timeout": config.controller.timeout * max(1.0, speed)})
+    return config.model_copy(update={"controller": controller})
 
 
 def _dial(address: str, config: Config, twin: Twin | None) -> Dial:

@@ -196,3 +196,24 @@ async def test_a_reset_under_our_feet_is_named() -> None:
         assert bench.controller.state.fault.code == ControllerReset.code
         await bench.controller.recover()
         assert bench.controller.state.mode is Mode.NOT_HOMED
+
+
+async def test_places_at_a_short_end_are_reached_without_tripping_its_switch() -> None:
+    async with homed(stream=False) as bench:
+        for target in (Joints(0.0, 1.5, 1.3), Joints(0.0, 0.575, 1.9), Joints(0.0, 1.9, 0.565)):
+            await bench.controller.move(target)
+            assert not any(bench.controller.state.reverse_limit)
+            await bench.controller.jog("a", 0.01)
+
+
+async def test_a_cancel_said_twice_still_waits_for_rest() -> None:
+    async with homed(stream=False) as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(8.0)
+        move.cancel()
+        await elapse(0.05)
+        move.cancel()
+        await asyncio.wait({move})
+        assert move.cancelled()
+        assert not bench.controller.state.moving
+        await bench.controller.move(FAR)

@@ -337,3 +337,11 @@ def test_what_cannot_be_read_is_not_taken_for_none(no_configuration_of_mine: Pat
     (no_configuration_of_mine / "config.toml").mkdir(parents=True)
     with pytest.raises(FileUnreadable, match="directory"):
         load()
+
+
+@pytest.mark.parametrize("text", ["a = " + "[" * 5000, "a = " + "9" * 5000], ids=["nested", "long number"])
+def test_a_file_beyond_all_bounds_is_refused_as_any_broken_one(tmp_path: Path, text: str) -> None:
+    place = tmp_path / "config.toml"
+    place.write_text(text)
+    with pytest.raises(FileUnreadable, match="not TOML"):
+        load(place)

@@ -32,8 +32,8 @@ def tolerate_any_terminal() -> None:
 
 
 def say(text: str) -> None:
-    """Print one line for people."""
-    print(text, flush=True)
+    """Print one line for people, in one piece: who reads along must not see half of it."""
+    print(f"{text}\n", end="", flush=True)
 
 
 def emit(value: object) -> None:

@@ -74,10 +74,10 @@ def up(options: Options, settings: Settings) -> int:
 async def _serve(robot: _Robot, door: socket.socket, settings: Settings) -> None:
     keep_quiet(asyncio.get_running_loop())
     async with stack(robot.config, robot.address, seed=robot.seed, parts=robot.parts, speed=robot.speed) as running:
+        refusal = await _refusal_to_skip_home(running) if robot.skip_home else None
         async with served(create_app(_bridge(running)), door) as url:
             controller = None if robot.address == SIM else host_and_port(robot.address)
             runtime.publish(runtime.Running(url, os.getpid(), controller))
-            refusal = await _refusal_to_skip_home(running) if robot.skip_home else None
             _announce(url, robot, refusal, settings)
             await asked_to_end()
         if not settings.json:

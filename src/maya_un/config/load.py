@@ -41,7 +41,7 @@ def _read(place: Path, *, missing_is_empty: bool) -> dict[str, Any]:
         if missing_is_empty and isinstance(error, FileNotFoundError):
             return {}
         raise FileUnreadable(path=place, reason=error.strerror or str(error)) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:  # broken TOML, broken UTF-8, numbers and nesting beyond all bounds
         raise FileUnreadable(path=place, reason=f"it is not TOML: {error}") from error
 
 
@@ -71,9 +71,7 @@ def _refusal(error: ValidationError) -> InvalidConfig:
     elif first["type"] == "extra_forbidden":
         reason = "there is no such key"
     key = ".".join(str(part) for part in place)
-    return InvalidConfig(
-        key=key, value=json.dumps(value, default=str, ensure_ascii=False), reason=reason.removeprefix("Value error, ")
-    )
+    return InvalidConfig(key=key, value=_shown(value), reason=reason.removeprefix("Value error, "))
 
 
 def to_toml(config: Config, *, commented: bool = False) -> str:
@@ -104,3 +102,8 @@ def _write(model: BaseModel, name: str, lines: list[str], prefix: str) -> None:
         child = getattr(model, key)
         if isinstance(child, BaseModel):
             _write(child, f"{name}.{key}" if name else key, lines, prefix)
+
+
+def _shown(value: object) -> str:
+    """Return a refused value for a sentence; whole tables are too long for one."""
+    return "(a table)" if isinstance(value, dict) else json.dumps(value, default=str, ensure_ascii=False)

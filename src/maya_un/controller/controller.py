@@ -277,6 +277,8 @@ class GalilController:
             known = monitor.here()
             plan = self._planner.plan(self.workspace, path(known), speed)  # what is refused says nothing on the wire
             await monitor.look()
+            if monitor.moving():
+                raise Busy(doing="the axes finish what was sent before")
             if monitor.here() != known:
                 plan = self._planner.plan(self.workspace, path(monitor.here()), speed)
             wish.check()
@@ -348,7 +350,20 @@ class GalilController:
                 monitor.publish()
 
     async def _rest(self, driver: Driver) -> None:
-        """Brake on the path and wait until nothing moves; a lost link cannot be waited for."""
+        """Brake on the path and wait until nothing moves; a cancel that comes meanwhile takes effect afterwards."""
+        resting = self._loop.create_task(self._come_to_rest(driver))
+        cancelled = False
+        while not resting.done():
+            try:
+                await asyncio.wait({resting})
+            except asyncio.CancelledError:
+                cancelled = True
+        resting.result()
+        if cancelled:
+            raise asyncio.CancelledError
+
+    async def _come_to_rest(self, driver: Driver) -> None:
+        """Brake and look until nothing moves; a lost link cannot be waited for."""
         if driver.lost.done():
             return
         try:

@@ -31,6 +31,9 @@ A, B, C = 0, 1, 2
 ENOUGH = 2.0
 """Raised enough: a line carries this many loads. Low down no line carries more than 1.2, friction included 1.7."""
 
+LEAST = 0.35
+"""The tighter of two lines that hold the gripper carries half a load at least; less is a wrong torque constant."""
+
 PROBE = 0.0004
 """First step of the raise [m]: from the tightest legal start (5 loads) two lines shortened by it reach 5.3."""
 
@@ -46,7 +49,7 @@ BACK = (0.07, 0.025, 0.025)
 CLEAR = (0.01, 0.002, 0.002)
 """Way on from there before the slow approach (rad, m, m): long enough for its speed to be steady at the switch."""
 
-MARGIN_COUNTS = (1, 5, 5)
+MARGIN_COUNTS = (2, 5, 5)
 """The datum errs by this much to the safe side, so that the end of the stroke lies short of the switch."""
 
 
@@ -136,6 +139,9 @@ class Homing:
     async def _raise(self) -> None:
         """Shorten both lines until the torque says that they are nearly straight, or one is at its short end."""
         load, look = await self._probe()
+        if 0.0 < load < LEAST and not (look.reverse[B] or look.reverse[C]):
+            reason = "the torque read is too small for a hanging load, see homing.torque_per_load"
+            raise HomingStalled(axis=AXES[B], reason=reason)
         while load < ENOUGH and not (look.reverse[B] or look.reverse[C]):
             step = _safe_step(load)
             load, look = await self._shorten(step, self._speed, poll=0.05)
@@ -151,12 +157,13 @@ class Homing:
     async def _probe(self) -> tuple[float, Look]:
         """Return the load on the tighter line after a first tiny step; steps back where none could be read."""
         look = await self._seek.look()
-        for _ in range(5):
-            load, look = await self._shorten(PROBE, PROBE_SPEED, poll=0.02)
+        for attempt in range(6):
+            load, look = await self._shorten(PROBE, PROBE_SPEED / 2**attempt, poll=0.02)
             if load > 0.0 or look.reverse[B] or look.reverse[C]:
                 return load, look
-            await self._seek.go({B: PROBE, C: PROBE}, PROBE_SPEED)
-        return ENOUGH, look
+            back = {axis: PROBE for axis in (B, C) if not look.forward[axis]}  # a line at its long end is not tight
+            await self._seek.go(back, PROBE_SPEED)
+        raise HomingStalled(axis=AXES[B], reason="its torque could not be read on the way: the link is too slow")
 
     async def _shorten(self, step: float, speed: float, poll: float) -> tuple[float, Look]:
         """Shorten the lines that are not at their short ends; return the largest load seen and the last look."""
@@ -181,6 +188,8 @@ class Homing:
             return
         if not look.forward[B]:
             stroke = self._stroke(C)
+            if look.reverse[B]:  # b's length is known then; met at both ends at once, b would be slack by 0.26 m
+                stroke = min(stroke, self._config.axes.b.maximum - self._config.axes.b.minimum - 0.1)
             look = await self._seek.go({C: -stroke, B: stroke}, self._speed)
         if not look.met(C, REVERSE):
             await self._seek.go({B: -0.15}, self._speed)
@@ -231,7 +240,7 @@ class Homing:
             raise SwitchNotFound(axis=AXES[axis], side=REVERSE, distance=_shown(axis, 2.0 * BACK[axis]))
         past = lag + self._stopping(axis, speed)
         config = self._config.axes[axis]
-        counts = round(config.minimum * self._units.per_unit[axis] - past) + MARGIN_COUNTS[axis]
+        counts = round(config.minimum * self._units.per_unit[axis] - past) - MARGIN_COUNTS[axis]
         await self._driver.send(f"DP{config.letter}={counts}")
 
     def _approach(self, axis: int) -> float:

@@ -11,6 +11,7 @@ from maya_un.galil.numbers import parse_number
 def wanted(config: Config) -> dict[str, int]:
     """Return register operands (`_SPA`, `_ERB`, `_CN0`, …) and the values the configuration asks for.
 
+    Software limits (FL, BL) are off: the whole-path check is narrower, and before homing they mean nothing.
     Accelerations are what the controller makes of them: multiples of 1024 counts/s², speeds even (Galil AC, SP).
     """
     values: dict[str, int] = {"_CN0": config.wiring.limit_active_level}
@@ -23,6 +24,8 @@ def wanted(config: Config) -> dict[str, int]:
             f"_ER{axis.letter}": axis.error_limit_counts,
             f"_OE{axis.letter}": config.safety.oe,
             f"_LD{axis.letter}": 0,
+            f"_FL{axis.letter}": 2_147_483_647,
+            f"_BL{axis.letter}": -2_147_483_648,
         }
     return values
 

@@ -178,7 +178,7 @@ class Seeker:
         names = "".join(sorted(letters))
         values = ",".join(str(letters.get(letter, "")) for letter in "ABC").rstrip(",")
         await self._driver.batch(
-            ["CS S", f"LM {names}", f"VS {slew}", f"VA {brake}", f"VD {brake}", f"LI {values}", "LE"]
+            ["CA S", "CS S", "VR 1", f"LM {names}", f"VS {slew}", f"VA {brake}", f"VD {brake}", f"LI {values}", "LE"]
         )
         await self._pause(self._clock())
         await self._driver.send("BGS")

@@ -137,11 +137,12 @@ class CoordinatedMove:
 def commands(move: CoordinatedMove) -> list[str]:
     """Return the commands that load a move into the controller, in order; BGS starts it.
 
-    The sequence left by an earlier stop is cleared first. A move without segments needs no commands.
+    Plane S is chosen and its speed ratio set to 1, whatever somebody else left; the sequence of an earlier stop is
+    cleared. A move without segments needs no commands.
     """
     if not move.segments:
         return []
-    setup = ["CS S", f"LM {move.axes}", f"VA {move.va}", f"VD {move.vd}", f"VS {move.vs}"]
+    setup = ["CA S", "CS S", "VR 1", f"LM {move.axes}", f"VA {move.va}", f"VD {move.vd}", f"VS {move.vs}"]
     return [*setup, *(_li(segment, move.columns) for segment in move.segments), "LE"]
 
 

@@ -22,7 +22,16 @@ from math import isnan, nan
 from reprlib import repr
 from typing import Annotated, Literal, Self, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidator, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainValidator,
+    ValidationError,
+    model_validator,
+)
 
 from maya_un.errors import InvalidJob, InvalidValue
 from maya_un.robot.primitives import read_joints, read_point
@@ -74,7 +83,13 @@ def _repeat(value: object) -> object:
     return value
 
 
-Name = Annotated[str, Field(min_length=1, max_length=64)]
+def _printable(name: str) -> str:
+    if not name.isprintable():
+        raise ValueError("a name is made of characters that can be printed")
+    return name
+
+
+Name = Annotated[str, Field(min_length=1, max_length=64), AfterValidator(_printable)]
 Spot = Annotated[str | Coordinates, PlainValidator(_spot)]
 Place = Annotated[Coordinates, PlainValidator(_coordinates)]
 

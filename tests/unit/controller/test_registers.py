@@ -118,4 +118,4 @@ async def test_devices_without_an_answer_are_refused() -> None:
 async def test_connecting_says_nothing_that_moves() -> None:
     async with rig() as bench:
         said = {command[:2] for command in commands_in(bytes(bench.sent))}
-        assert said == {"\x12\x16", "QR", "MG", "CN", "SP", "AC", "DC", "SD", "ER", "OE", "LD"}
+        assert said == {"\x12\x16", "QR", "MG", "CN", "SP", "AC", "DC", "SD", "ER", "OE", "LD", "FL", "BL"}

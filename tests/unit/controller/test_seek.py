@@ -91,7 +91,7 @@ async def test_a_move_is_sent_whole_before_it_begins(
         seeker = Seeker(driver, config, Units.of(config), Wish("home").pause, now)
         await seeker.go(deltas, 0.03)
     setup = [command for command in peer.commands if command[:2] not in {"QR", "VS", "VA", "VD"}]
-    assert setup == ["CS S", lines[0], lines[1], "LE", "BGS", *[""] * (setup.count(""))]
+    assert setup == ["CA S", "CS S", "VR 1", lines[0], lines[1], "LE", "BGS", *[""] * (setup.count(""))]
     assert peer.commands.index("BGS") > peer.commands.index("LE")
 
 

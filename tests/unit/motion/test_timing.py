@@ -31,7 +31,9 @@ def test_the_commands_of_a_small_move_in_their_order() -> None:
     # L = 50; line c is the faster: D = 5120 · 50/40 = 6400, VD = 51200 · 50/40 rounded down to 1024,
     # s² (1 − D/2VD) = D L gives 580.5.
     assert commands(move(HERE, shifted(b=30, c=-40))) == [
+        "CA S",
         "CS S",
+        "VR 1",
         "LM BC",
         "VA 6144",
         "VD 63488",
@@ -43,8 +45,8 @@ def test_the_commands_of_a_small_move_in_their_order() -> None:
 
 def test_the_first_line_of_a_long_move_cruises_and_the_last_stops() -> None:
     lines = commands(move(HERE, shifted(b=500_000)))
-    assert lines[4] == "VS 45000"
-    assert lines[5].startswith("LI ,") and lines[5].endswith("<45000>44900")
+    assert lines[6] == "VS 45000"
+    assert lines[7].startswith("LI ,") and lines[7].endswith("<45000>44900")
     assert lines[-2].endswith(">0")
     assert lines[-1] == "LE"
 
@@ -73,7 +75,7 @@ def test_letters_decide_the_column() -> None:
         }
     )
     path = JointPath.through(HERE, shifted(b=30, c=-40))
-    assert commands(plan(path, Limits.of(swapped), UNITS))[1:6:4] == ["LM AB", "LI 30,-40<580>0"]
+    assert commands(plan(path, Limits.of(swapped), UNITS))[3:8:4] == ["LM AB", "LI 30,-40<580>0"]
 
 
 def test_standing_still_needs_no_commands() -> None:

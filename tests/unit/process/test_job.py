@@ -149,3 +149,8 @@ def test_what_is_no_text_file_is_unreadable(tmp_path: Path) -> None:
     for path in (tmp_path, tmp_path / "absent.yaml", binary, large, Path("/dev/zero")):
         with pytest.raises(FileUnreadable):
             load_job(path)
+
+
+def test_a_name_that_cannot_be_printed_is_refused() -> None:
+    with pytest.raises(InvalidJob, match="can be printed"):
+        Job.parse({"name": "cube\x1b[2J", "steps": ["home"]})
