@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import asyncio
 import contextvars
-import gc
 import heapq
 import itertools
 import selectors
@@ -166,17 +165,6 @@ class _ScaledSelector(selectors.SelectSelector):
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
         return super().select(None if timeout is None else timeout / self._speed)
-
-
-def quiet_collector() -> None:
-    """Keep garbage collection from holding the loop: for the program that owns the process, once, before it runs.
-
-    A full collection walks every object there is, tens of milliseconds in a long job. What exists now is left out
-    of it for ever, and new objects are looked at in full a hundred times more rarely.
-    """
-    gc.collect()
-    gc.freeze()
-    gc.set_threshold(10_000, 20, 1_000)
 
 
 def run(main: Coroutine[Any, Any, T], loop_factory: Callable[[], asyncio.AbstractEventLoop] | None = None) -> T:
