@@ -99,3 +99,27 @@ async def test_the_prediction_is_what_happens() -> None:
         there = bench.controller.state.joints
         assert there is not None
         assert max(abs(x - y) for x, y in zip(there, preview.end, strict=True)) < 2e-6
+
+
+async def _predictions(rng: Random, moves: int) -> None:
+    """The planner's closed form and the twin's own, written apart from each other, agree."""
+    config = Config()
+    loop = asyncio.get_running_loop()
+    async with rig(config) as bench:
+        await bench.controller.home()
+        for _ in range(moves):
+            here, target = bench.controller.state.joints, drawn_joints(rng, config)
+            assert here is not None
+            speed = rng.uniform(0.05, 1.0)
+            try:
+                preview = bench.controller.preview([here, target], speed=speed)
+            except (Unreachable, PathRefused):
+                continue
+            began = loop.time()
+            await bench.controller.move(target, speed=speed)
+            assert loop.time() - began == pytest.approx(preview.duration, rel=1e-6)
+
+
+def test_predictions_are_what_happens_at_any_speed(campaign: Campaign) -> None:
+    for case in range(campaign.size(ci=3, long=50)):
+        run_virtual(_predictions(campaign.rng(case), 30))
