@@ -218,8 +218,10 @@ class Monitor:
         try:
             await self.look()
             lost = self.homed and await marker.read(driver, self.config, self.units, self.here()) is None
-        except (NotConnected, MachineError):
-            return  # lost again: the link's keeper dials again
+        except (NotConnected, MachineError) as error:
+            if not isinstance(error, MachineError) or driver.lost.done():
+                return  # lost again: the link's keeper dials again
+            self.fault, lost = error, False  # it answers, but makes no sense
         self._down = False
         self.events.emit(Kind.CONNECTED, address=self.link.address, firmware=self.link.firmware)
         if lost:
