@@ -17,6 +17,8 @@ from maya_un.loops import run_virtual
 from tests.campaign import Campaign, Ledger
 
 DEFAULT_SEED = 20190
+LONG_TIMEOUT = 1200.0
+"""Wall limit of one test [s] where campaigns have their full size; pyproject.toml has the ordinary one."""
 LONG = os.environ.get("MAYA_TEST_LONG", "") not in {"", "0"}
 LEDGER = pytest.StashKey[Ledger]()
 SEED = pytest.StashKey[int]()
@@ -49,6 +51,8 @@ def pytest_configure(config: pytest.Config) -> None:
     seed = _seed()
     config.stash[SEED] = seed
     config.stash[LEDGER] = Ledger()
+    if LONG and config.getoption("timeout", None) is None:
+        config.option.timeout = LONG_TIMEOUT
     if config.getoption("hypothesis_seed", None) is None:
         config.option.hypothesis_seed = str(seed)
 
