@@ -13,6 +13,7 @@ from maya_un.virtual.handles import Handle
 from maya_un.virtual.motion import MotionCore
 from maya_un.virtual.operands import Names
 from maya_un.virtual.refusal import Refused
+from maya_un.virtual.thread import Thread
 from maya_un.virtual.unit import Unit
 
 Answer: TypeAlias = str | bytes | None
@@ -21,12 +22,12 @@ Answer: TypeAlias = str | bytes | None
 
 @dataclass(slots=True)
 class Context:
-    """One caller's view of the unit; `outbox` takes bytes for other handles."""
+    """One caller's view of the unit: a handle's, or that of a program's thread, which has no handle."""
 
     unit: Unit
-    caller: Handle
     names: Names
-    outbox: list[tuple[Handle, bytes]]
+    caller: Handle | None = None
+    thread: Thread | None = None
 
     @property
     def core(self) -> MotionCore:

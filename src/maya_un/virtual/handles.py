@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import Protocol
 
 from maya_un.galil.framing import LineSplitter
 from maya_un.virtual.axis import LETTERS
@@ -13,14 +14,33 @@ TCP_SLAVE = 2
 """What `_IHx2` and the data record say of a TCP connection that the other side opened; 0 is a free handle."""
 
 
+class Download(Protocol):
+    """Takes what a handle sends after DL or QD, line by line, until the backslash.
+
+    Both methods raise `Refused`; the line then answers `?` and the download goes on.
+    """
+
+    def line(self, text: str) -> None:
+        """Take one line, without its end."""
+        ...
+
+    def end(self) -> None:
+        """Take the end."""
+        ...
+
+
 @dataclass(slots=True, eq=False)
 class Handle:
-    """One connection: its place (0 for A), who is at the other end, and the bytes of a command not yet complete."""
+    """One connection: its place (0 for A), who is at the other end, and the bytes of a command not yet complete.
+
+    While `download` is set, what comes is its data and no command.
+    """
 
     index: int
     peer: tuple[str, int]
     splitter: LineSplitter = field(default_factory=LineSplitter)
     open: bool = True
+    download: Download | None = None
 
     @property
     def letter(self) -> str:

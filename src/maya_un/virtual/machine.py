@@ -5,14 +5,11 @@ The machine never waits and never looks at a clock. It obeys whatever bytes come
 
 from __future__ import annotations
 
-import re
+from math import inf
 
-from maya_un.galil.codes import ErrorCode
-from maya_un.galil.commands import TOO_LONG
-from maya_un.virtual.arguments import QUERY
-from maya_un.virtual.commands import TABLE
-from maya_un.virtual.context import Answer, Context
-from maya_un.virtual.expressions import ONE, evaluate, is_name
+from maya_un.virtual.activity import Activity
+from maya_un.virtual.context import Context
+from maya_un.virtual.execution import execute
 from maya_un.virtual.handles import Handle
 from maya_un.virtual.operands import Names
 from maya_un.virtual.plant import Plant
@@ -23,9 +20,8 @@ FIRMWARE = "DMC4133 Rev 1.3k"
 SERIAL = 41330
 ADDRESS = (10, 51, 0, 87)
 HARDWARE_ADDRESS = "00-50-4C-08-01-1F"
-MOST_VARIABLES = 510
-
-_ASSIGNMENT = re.compile(r"([A-Za-z][A-Za-z0-9]*)\s*=(?!=)\s*(.*)")
+WATCH = 0.01
+"""How often axes are looked after while they move and a program has a subroutine for what may befall them [s]."""
 
 
 class VirtualDmc:
@@ -49,7 +45,7 @@ class VirtualDmc:
         self._unit = Unit(plant, axes, Identity(firmware, serial, ADDRESS, HARDWARE_ADDRESS), motors_off)
         self._core = self._unit.core
         self._contexts: dict[Handle, Context] = {}
-        self._outbox: list[tuple[Handle, bytes]] = []
+        self._activities: tuple[Activity, ...] = self._unit.activities
 
     @property
     def now(self) -> float:
@@ -65,7 +61,7 @@ class VirtualDmc:
         """Give a new connection the first free handle, None where all eight are taken."""
         handle = self._unit.handles.connect(peer)
         if handle is not None:
-            self._contexts[handle] = Context(self._unit, handle, Names(self._unit, handle), self._outbox)
+            self._contexts[handle] = Context(self._unit, Names(self._unit, handle), handle)
         return handle
 
     def disconnect(self, handle: Handle) -> None:
@@ -78,27 +74,43 @@ class VirtualDmc:
 
         A command may close handles, the sender's among them: see `Handle.open` afterwards.
         """
-        self._core.advance(now)
+        self.advance(now)
         replies: list[bytes] = []
-        for text in handle.splitter.feed(data):
+        for text in handle.splitter.split(data):
             context = self._contexts.get(handle)
             if context is None or not handle.open:
-                break
-            replies.append(self._reply(context, text))
+                continue  # the splitter is run to its end
+            replies.append(self._take_in(handle, text) if handle.download else self._reply(context, text))
+        self._look()
         return b"".join(replies)
 
     def advance(self, now: float) -> None:
         """Bring the controller and its plant to time `now` [s]."""
-        self._core.advance(now)
+        core = self._core
+        while core.now < now:
+            core.step(min([now, *(activity.next_event() for activity in self._activities)]))
+            self._look()
 
     def next_event(self, until: float) -> float | None:
         """Return when in (now, until] something happens by itself [s], None where nothing does."""
-        return self._core.next_event(until)
+        own = min((activity.next_event() for activity in self._activities), default=inf)
+        event = self._core.next_event(min(own, until))
+        return event if event is not None else own if own <= until else None
+
+    def wake(self) -> float:
+        """Return when it should next be advanced though nobody talks to it [s], infinity for never.
+
+        It may then have something to send.
+        """
+        wake = min((activity.next_event() for activity in self._activities), default=inf)
+        watching = any(activity.watching for activity in self._activities)
+        if watching and any(axis.moving for axis in self._unit.axes):
+            wake = min(wake, self._core.now + WATCH)
+        return wake
 
     def take_messages(self) -> list[tuple[Handle, bytes]]:
         """Return the bytes for handles that did not ask for them, and forget them."""
-        messages, self._outbox[:] = list(self._outbox), []
-        return messages
+        return self._unit.outlet.take()
 
     def abort_input(self, active: bool) -> None:
         """Set the abort input at the time last advanced to."""
@@ -108,41 +120,36 @@ class VirtualDmc:
         """Set the amplifiers' fault bits, laid out as in the data record, at the time last advanced to; 0 is well."""
         self._core.set_amplifier_status(status & 0xFFFFFFFF)
 
+    def _look(self) -> None:
+        for activity in self._activities:
+            activity.look(self._core.now)
+        self._core.happened.clear()
+
+    def _take_in(self, handle: Handle, text: str) -> bytes:
+        """Hand a line of a download to what takes it; the backslash ends it."""
+        download = handle.download
+        assert download is not None
+        try:
+            if text != "\\":
+                download.line(text)
+                return b""
+            handle.download = None
+            download.end()
+        except Refused as refused:
+            self._unit.error_code = int(refused.code)
+            return b"?"
+        return b"::"
+
     def _reply(self, context: Context, text: str) -> bytes:
         try:
-            answer = _execute(context, text)
+            answer = execute(context, text)
         except Refused as refused:
             self._unit.error_code = int(refused.code)
             return b"?"
         if answer is None:
+            handle = context.caller
+            if handle is not None and handle.download is not None:
+                handle.splitter.program = True
+                return b""
             return b":"
         return answer + b":" if isinstance(answer, bytes) else answer.encode("ascii") + b"\r\n:"
-
-
-def _execute(context: Context, text: str) -> Answer:
-    """Execute one command; raises `Refused`."""
-    handler = TABLE.get(text[:2])
-    if handler is not None:
-        return handler(context, text[2:])
-    if not text or text[0] == "'":
-        return None
-    if text.startswith(TOO_LONG):
-        raise Refused(ErrorCode.INPUT_BUFFER_FULL)
-    assignment = _ASSIGNMENT.fullmatch(text)
-    if assignment is None:
-        raise Refused(ErrorCode.UNRECOGNIZED_COMMAND)
-    return _assign(context, *assignment.groups())
-
-
-def _assign(context: Context, name: str, value: str) -> Answer:
-    """Set a variable, or print it for `v=` and `v=?`."""
-    if not is_name(name) or name == "TIME":
-        raise Refused(ErrorCode.VARIABLE_ERROR)
-    unit = context.unit
-    if value in ("", QUERY):
-        return unit.value_text(context.names.variable(name) / ONE)
-    result = evaluate(value, context.names)
-    if name not in unit.variables and len(unit.variables) >= MOST_VARIABLES:
-        raise Refused(ErrorCode.TOO_MANY_VARIABLES)
-    unit.variables[name] = result
-    return None

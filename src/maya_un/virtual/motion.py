@@ -12,6 +12,7 @@ ends without LE leaves code 1; to change VD while a sequence runs is refused wit
 from __future__ import annotations
 
 from collections.abc import Sequence
+from enum import Enum
 from math import inf, nextafter
 
 from maya_un.galil.codes import ErrorCode, StopCode
@@ -34,11 +35,19 @@ _FAR = 1e9
 _LIMITS = (StopCode.FORWARD_LIMIT, StopCode.REVERSE_LIMIT)
 
 
+class Happening(Enum):
+    """What a program may have a subroutine for."""
+
+    LIMIT = "hard or soft limit in the direction of motion"
+    POSITION_ERROR = "following error beyond ER"
+    AMPLIFIER = "amplifier fault"
+
+
 class MotionCore:
     """Axes, planes S and T, and the plant they drive; `now` is the time advanced to [s].
 
-    `cn` holds the five values of CN. Everything here takes indices of axes and motor counts; commands that cannot be
-    obeyed raise `Refused`.
+    `cn` holds the five values of CN; `happened` what befell axes since the machine last cleared it. Everything here
+    takes indices of axes and motor counts; commands that cannot be obeyed raise `Refused`.
     """
 
     def __init__(self, plant: Plant, axes: Sequence[Axis], planes: dict[str, Plane]) -> None:
@@ -49,18 +58,23 @@ class MotionCore:
         self.cn = [-1, -1, -1, 0, 0]
         self.abort_active = False
         self.amplifier_status = 0
+        self.happened: list[tuple[Happening, Axis]] = []
 
     def advance(self, now: float) -> None:
         """Bring everything to time `now` [s]; an earlier time changes nothing."""
         while self.now < now:
-            self.refresh()
-            t = min(now, max(self._own_event(), nextafter(self.now, inf)))
-            event = self.plant.next_event(t)
-            if event is not None and event < t:
-                t = event
-            self.plant.advance(t)
-            self.now = t
-            self.look()
+            self.step(now)
+
+    def step(self, now: float) -> None:
+        """Advance to the next event, at most to time `now` [s], and see to it."""
+        self.refresh()
+        t = min(now, max(self._own_event(), nextafter(self.now, inf)))
+        event = self.plant.next_event(t)
+        if event is not None and event < t:
+            t = event
+        self.plant.advance(t)
+        self.now = t
+        self.look()
 
     def next_event(self, until: float) -> float | None:
         """Return the earliest time in (now, until] at which something happens by itself, None where nothing does."""
@@ -325,10 +339,12 @@ class MotionCore:
     def _look_at_error(self, axis: Axis) -> None:
         oe = int(axis.registers["OE"])
         if oe and self.amplifier_status:
+            self.happened.append((Happening.AMPLIFIER, axis))
             self._fault(axis, StopCode.AMPLIFIER_FAULT)
         elif oe & _ON_ERROR:
             error = abs(axis.timeline.at(self.now)[0] - self.plant.position(axis.index))
             if 0 <= axis.registers["ER"] < error:
+                self.happened.append((Happening.POSITION_ERROR, axis))
                 self._fault(axis, StopCode.OFF_ON_ERROR)
             elif axis.moving:
                 self._learn(axis, error)
@@ -341,6 +357,7 @@ class MotionCore:
 
     def _limit_stop(self, axis: Axis, code: StopCode) -> None:
         """Stop at a limit: an axis by itself at SD, a sequence along its path at VD."""
+        self.happened.append((Happening.LIMIT, axis))
         if axis.plane:
             self.stop_plane(self.planes[axis.plane])
             axis.stop_code = code

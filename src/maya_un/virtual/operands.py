@@ -12,17 +12,19 @@ from maya_un.virtual.expressions import ONE
 from maya_un.virtual.handles import TCP_SLAVE, Handle
 from maya_un.virtual.plane import Plane
 from maya_un.virtual.refusal import Refused
+from maya_un.virtual.thread import Thread
 from maya_un.virtual.unit import Unit
 
 _ALIASES = dict(zip("XYZW", "ABCD", strict=True))
 
 
 class Names:
-    """The scope of expressions sent by one caller."""
+    """The scope of expressions of one caller: of a handle, or of a program's thread."""
 
-    def __init__(self, unit: Unit, caller: Handle) -> None:
+    def __init__(self, unit: Unit, caller: Handle | None = None, thread: Thread | None = None) -> None:
         self._unit = unit
         self._caller = caller
+        self._thread = thread
 
     def variable(self, name: str) -> int:
         """Return a variable (raw); raises `Refused` where it was never assigned."""
@@ -38,12 +40,12 @@ class Names:
         return fixed(self._value(name))
 
     def bank(self, function: str, bit: int) -> int:
-        """Return `@IN` or `@OUT` of a bit (raw). Nothing is wired to the general inputs, which read 1."""
+        """Return `@IN` or `@OUT` of a bit (raw)."""
         if function == "AN":
             raise Refused(ErrorCode.BAD_FUNCTION)
         if not 1 <= bit <= len(self._unit.outputs):
             raise Refused(ErrorCode.OUT_OF_RANGE)
-        return ONE if function == "IN" else ONE * self._unit.outputs[bit - 1]
+        return ONE * (self._unit.inputs if function == "IN" else self._unit.outputs)[bit - 1]
 
     def _value(self, name: str) -> float:
         system = _SYSTEM.get(name)
@@ -67,10 +69,8 @@ class Names:
         return self._unit.axes[LETTERS.index(letter)]
 
     def _of_caller(self, word: str, which: str) -> float:
-        if word == "WH" and not which:
-            return self._caller.index
-        if word == "IA" and which == "3":
-            return self._caller.index
+        if (word == "WH" and not which) or (word == "IA" and which == "3"):
+            return -1 if self._caller is None else self._caller.index
         if word == "IH" and len(which) == 2 and which[0] in LETTERS and which[1] in "01234":
             return _handle(self._unit.handles.at(which[0]), int(which[1]))
         raise Refused(ErrorCode.BAD_OPERAND)
@@ -136,8 +136,8 @@ _SYSTEM: dict[str, Callable[[Unit], float]] = {
     "CA": lambda unit: unit.plane == "T",
     "AB": lambda unit: not unit.core.abort_active,
     "EO": lambda unit: unit.echo,
-    "CW": lambda unit: unit.mark_unsolicited,
-    "CF": lambda unit: ord(unit.message_port),
+    "CW": lambda unit: unit.outlet.mark,
+    "CF": lambda unit: ord(unit.outlet.port),
     "LZ": lambda unit: unit.suppress_zeros,
     "PF": lambda unit: unit.position_format.code,
     "VF": lambda unit: unit.value_format.code,

@@ -1,6 +1,7 @@
 """The virtual controller on a wire: TCP or memory, in the running event loop, on that loop's clock.
 
-Nothing here ticks: the machine is brought to the loop's time whenever somebody talks to it or looks at it.
+The machine is brought to the loop's time whenever somebody talks to it or looks at it; a timer runs only while a
+program does, or records go out by themselves.
 """
 
 from __future__ import annotations
@@ -8,12 +9,16 @@ from __future__ import annotations
 import asyncio
 import socket
 from collections.abc import Callable, Coroutine
+from math import inf
 from typing import Protocol, cast
 
 from maya_un.errors import AddressInUse
 from maya_un.galil.transport import LoopbackTransport, loopback_pair
 from maya_un.virtual.handles import Handle
 from maya_un.virtual.machine import VirtualDmc
+
+TICK = 1.0 / 256.0
+"""Where a program runs, its messages are sent this often [s]; what it does is timed to the sample all the same."""
 
 Tap = Callable[[str, str, bytes], None]
 """Wire log: handle letter, "rx" or "tx" as the controller sees it, bytes."""
@@ -42,6 +47,7 @@ class VirtualController:
         self._server: asyncio.Server | None = None
         self._tasks: set[asyncio.Task[None]] = set()
         self._refusing = False
+        self._timer: asyncio.TimerHandle | None = None
         self.tap: Tap | None = None
 
     @property
@@ -106,6 +112,8 @@ class VirtualController:
 
     async def close(self) -> None:
         """Stop listening and end every connection."""
+        if self._timer is not None:
+            self._timer.cancel()
         server, self._server = self._server, None
         if server is not None:
             server.close()
@@ -136,9 +144,24 @@ class VirtualController:
         reply = self._machine.receive(handle, data, self._loop.time())
         if reply:
             self._send(handle, reply)
-        for other, message in self._machine.take_messages():
-            self._send(other, message)
+        self._after()
+
+    def _after(self) -> None:
+        """Send what nobody asked for, end what was closed, and see to being woken when there will be more."""
+        for handle, message in self._machine.take_messages():
+            self._send(handle, message)
         self._close_released()
+        wake = max(self._machine.wake(), self._loop.time() + TICK)
+        if self._timer is not None and self._timer.when() > wake:
+            self._timer.cancel()
+            self._timer = None
+        if self._timer is None and wake < inf:
+            self._timer = self._loop.call_at(wake, self._tick)
+
+    def _tick(self) -> None:
+        self._timer = None
+        self.sync()
+        self._after()
 
     def _send(self, handle: Handle, data: bytes) -> None:
         link = self._links.get(handle)

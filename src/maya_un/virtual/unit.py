@@ -7,9 +7,11 @@ from typing import NamedTuple
 
 from maya_un.galil.numbers import format_value, join_positions
 from maya_un.virtual import registers
+from maya_un.virtual.activity import Activity
 from maya_un.virtual.axis import LETTERS, Axis
 from maya_un.virtual.handles import Handles
 from maya_un.virtual.motion import MotionCore
+from maya_un.virtual.outlet import Outlet
 from maya_un.virtual.plane import Plane
 from maya_un.virtual.plant import Plant
 
@@ -40,7 +42,10 @@ class Identity(NamedTuple):
 
 
 class Unit:
-    """One controller. `plane` is the coordinate system that CA selected; `motors_off` how motors power up."""
+    """One controller. `plane` is the coordinate system that CA selected; `motors_off` how motors power up.
+
+    `inputs` are the levels of the general inputs, which idle high; `analog` the volts at the analog ones.
+    """
 
     def __init__(self, plant: Plant, axes: int, identity: Identity, motors_off: bool) -> None:
         self.identity = identity
@@ -49,11 +54,15 @@ class Unit:
         planes = {letter: Plane(letter, registers.defaults(registers.PLANE)) for letter in "ST"}
         self.core = MotionCore(plant, tuple(lines), planes)
         self.handles = Handles()
+        self.outlet = Outlet(self.handles)
+        self.activities: tuple[Activity, ...] = ()
         self.started = 0.0
         self.burned_registers: list[dict[str, float]] | None = None
         self.burned_polarity = [-1, -1, -1, 0, 0]
         self.burned_variables: dict[str, int] = {}
         self.outputs = [False] * (8 if axes <= 4 else 16)
+        self.inputs = [True] * len(self.outputs)
+        self.analog = [0.0] * 8
         self._forget()
         for axis in self.axes:
             self.core.power(axis, not motors_off)
@@ -67,8 +76,7 @@ class Unit:
         self.position_format = Format(10, 0)
         self.suppress_zeros = 1
         self.echo = 1
-        self.mark_unsolicited = 2
-        self.message_port = "S"
+        self.outlet.reset()
 
     @property
     def axes(self) -> Sequence[Axis]:
@@ -102,6 +110,8 @@ class Unit:
         self._forget()
         for axis in self.axes:
             self.core.power(axis, not self.motors_off)
+        for activity in self.activities:
+            activity.reset()
 
     def burn(self) -> None:
         """Keep the registers over a reset (BN)."""

@@ -70,7 +70,7 @@ def _firmware(context: Context, _: str) -> Answer:
 
 
 def _who(context: Context, _: str) -> Answer:
-    return f"IH{context.caller.letter}"
+    return "USB" if context.caller is None else f"IH{context.caller.letter}"
 
 
 def _handles(context: Context, _: str) -> Answer:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 from maya_un.galil.codes import ErrorCode
 from maya_un.galil.numbers import format_value
-from maya_un.virtual.axis import LETTERS
 from maya_un.virtual.context import Answer, Context, Handler
 from maya_un.virtual.expressions import ONE, evaluate, unpack
 from maya_un.virtual.refusal import Refused
@@ -39,10 +38,11 @@ def _message(context: Context, text: str) -> Answer:
     message = _parse(context, text)
     line = _printed(context, message.items) + ("\r\n" if message.line_end else "")
     data = line.encode("ascii", "replace")
-    if message.to:
-        _deliver(context, message.to, data)
-        return None
-    return data
+    if not message.to and context.thread is None:
+        return data
+    if message.to[:1] != "P" and not context.unit.outlet.say(data, message.to[1:]):
+        raise Refused(ErrorCode.HANDLE_CLOSED)
+    return None
 
 
 def _parse(context: Context, text: str) -> _Message:
@@ -104,18 +104,6 @@ def _value(context: Context, item: _Item) -> str:
     if not 0 < before <= (8 if kind == "$" else 10) or after > 4:
         raise Refused(ErrorCode.BAD_BRACES)
     return format_value(value / ONE, before, after, kind != "Z", kind == "$")
-
-
-def _deliver(context: Context, to: str, data: bytes) -> None:
-    """Send a message to another handle, marked if CW says so; serial ports lead nowhere."""
-    if to[0] == "P":
-        return
-    handle = context.unit.handles.at(to[1]) if to[1] in LETTERS else None
-    if handle is None:
-        raise Refused(ErrorCode.HANDLE_CLOSED)
-    if context.unit.mark_unsolicited == 1:
-        data = bytes(byte | 0x80 for byte in data)
-    context.outbox.append((handle, data))
 
 
 TABLE: dict[str, Handler] = {"MG": _message}

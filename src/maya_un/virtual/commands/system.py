@@ -105,7 +105,7 @@ def _copyright(context: Context, text: str) -> Answer:
     arguments = split(text)
     if arguments[0] in ("", "0", QUERY):
         return _COPYRIGHT
-    context.unit.mark_unsolicited = context.integer(arguments[0], 1, 2)
+    context.unit.outlet.mark = context.integer(arguments[0], 1, 2)
     return None
 
 
@@ -113,10 +113,14 @@ def _message_port(context: Context, text: str) -> Answer:
     """CF: where a program's messages go; `I` is the port that asks."""
     name = text.strip()
     if name == QUERY:
-        return context.unit.position_text([ord(context.unit.message_port)])
+        return context.unit.position_text([ord(context.unit.outlet.port)])
     if len(name) != 1 or name not in "ABCDEFGHIST":
         raise Refused(ErrorCode.OPERAND_ERROR)
-    context.unit.message_port = context.caller.letter if name == "I" else name
+    if name == "I":
+        if context.caller is None:
+            raise Refused(ErrorCode.NOT_IN_PROGRAM)
+        name = context.caller.letter
+    context.unit.outlet.port = name
     return None
 
 

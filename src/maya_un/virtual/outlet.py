@@ -1,0 +1,46 @@
+"""Where bytes go that nobody asked for: messages of programs, by CF and CW, and whatever else a handle is sent."""
+
+from __future__ import annotations
+
+from maya_un.virtual.axis import LETTERS
+from maya_un.virtual.handles import Handle, Handles
+
+SERIAL = "ST"
+"""Ports of CF that are no handle: the main serial port and the auxiliary one. Nothing is plugged in there."""
+
+
+class Outlet:
+    """Collects what is to be sent; whoever owns the wire takes it with `take`.
+
+    `port` is where CF sends messages (a handle's letter, or a serial port), `mark` is CW: 1 sets bit 7 of each byte.
+    """
+
+    def __init__(self, handles: Handles) -> None:
+        self._handles = handles
+        self._waiting: list[tuple[Handle, bytes]] = []
+        self.port = "S"
+        self.mark = 2
+
+    def reset(self) -> None:
+        """Set what power-up sets; what was not taken yet is still sent."""
+        self.port, self.mark = "S", 2
+
+    def put(self, handle: Handle, data: bytes) -> None:
+        """Send bytes to a handle as they are."""
+        self._waiting.append((handle, data))
+
+    def say(self, data: bytes, port: str = "") -> bool:
+        """Send a message to a port, that of CF unless another is named; tell whether there is such a port open."""
+        port = port or self.port
+        if port in SERIAL:
+            return True
+        handle = self._handles.at(port) if port in LETTERS else None
+        if handle is None:
+            return False
+        self.put(handle, bytes(byte | 0x80 for byte in data) if self.mark == 1 else data)
+        return True
+
+    def take(self) -> list[tuple[Handle, bytes]]:
+        """Return what is to be sent, in order, and forget it."""
+        waiting, self._waiting = self._waiting, []
+        return waiting
