@@ -19,7 +19,7 @@ HORIZON = 1e9
 async def carry_out(job: Job) -> None:
     """Carry a job out on a twin of its own, as `maya run --dry-run` does."""
     config = Config()
-    async with stack(config, parts=job.part_points(config.cell.grasp_height), stream=False) as robot:
+    async with stack(config, parts=job.part_points(config.cell.grasp_height), live=False) as robot:
         accepted = await robot.service.submit(job)
         done = await robot.service.wait(accepted.id)
     assert done.state is TaskState.DONE, done.message
@@ -27,7 +27,7 @@ async def carry_out(job: Job) -> None:
 
 async def check_only(job: Job) -> None:
     """Work a job out, and send nothing that moves."""
-    async with stack(Config(), stream=False) as robot:
+    async with stack(Config(), live=False) as robot:
         checked = await robot.service.preview(job, from_homed=True)
     assert checked.refusal is None, checked.refusal
 

@@ -69,7 +69,7 @@ def timed_loop(work: Coroutine[Any, Any, None]) -> TimedLoop:
 async def carry_out(job: Job) -> None:
     """Have a job checked and carried out."""
     config = Config()
-    async with stack(config, parts=job.part_points(config.cell.grasp_height), stream=False) as robot:
+    async with stack(config, parts=job.part_points(config.cell.grasp_height), live=False) as robot:
         accepted = await robot.service.submit(job)
         done = await robot.service.wait(accepted.id)
     assert done.state is TaskState.DONE, done.message
@@ -77,7 +77,7 @@ async def carry_out(job: Job) -> None:
 
 async def accept_only(job: Job) -> None:
     """Have a job accepted, looked at once, and cancelled before its first step."""
-    async with stack(Config(), stream=False) as robot:
+    async with stack(Config(), live=False) as robot:
         accepted = await robot.service.submit(job)
         await asyncio.sleep(0)  # the wishes of an edge are steps of their own
         await robot.service.job(accepted.id)

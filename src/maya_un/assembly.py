@@ -63,7 +63,7 @@ async def stack(
     seed: int = 0,
     parts: Mapping[str, Point] | None = None,
     truth: Truth | None = None,
-    stream: bool = True,
+    live: bool = True,
     skip_home: bool = False,
     speed: float = 1.0,
 ) -> AsyncIterator[Stack]:
@@ -76,7 +76,7 @@ async def stack(
     address = meant(address, config.controller.address)
     twin = make_twin(seed=seed, truth=truth, parts=parts) if address == SIM else None
     patient = config if twin is None else _patient(config, speed)
-    controller = GalilController(_dial(address, config, twin), address, patient, stream=stream)
+    controller = GalilController(_dial(address, config, twin), address, patient, live=live)
     try:
         await controller.open()
         if skip_home:
@@ -95,9 +95,11 @@ async def stack(
 
 
 def _patient(config: Config, speed: float) -> Config:
-    """Return the configuration for a twin whose clock is scaled: a reply takes as long as on any machine."""
-    controller = config.controller.model_copy(update={"timeout": config.controller.timeout * max(1.0, speed)})
-    return config.model_copy(update={"controller": controller})
+    """Return the configuration for a twin whose clock is scaled: a reply, or a busy host, takes as long as ever."""
+    factor = max(1.0, speed)
+    controller = config.controller.model_copy(update={"timeout": config.controller.timeout * factor})
+    safety = config.safety.model_copy(update={"guard_time": config.safety.guard_time * factor})
+    return config.model_copy(update={"controller": controller, "safety": safety})
 
 
 def _dial(address: str, config: Config, twin: Twin | None) -> Dial:

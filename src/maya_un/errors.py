@@ -4,7 +4,7 @@ MayaError
 ├── RequestError            somebody asked for something impossible: refused, the robot is not disturbed
 │   ├── NotConnected 1010 · ServiceNotRunning 1020 · ServiceNotAnswering 1021
 │   ├── Unreachable 2101 · PathRefused 2102 · NotHomed 2103 · Busy 2104 · Faulted 2105
-│   │   MarkerMissing 2106 · TrajectoryRefused 2107 · NothingToRecover 2108
+│   │   MarkerMissing 2106 · TrajectoryRefused 2107 · NothingToRecover 2108 · GuardBlocked 2109
 │   ├── Stopped 2201 · Cancelled 2202
 │   ├── GripperNotEmpty 3001 · GripperEmpty 3002
 │   ├── InvalidValue 4001 · InvalidJob 4002 · UnknownName 4003 · NotFound 4004 · InvalidRequest 4005
@@ -15,6 +15,7 @@ MayaError
     │   WrongController 1005 · UnexpectedReply 1006 · ParameterMismatch 1007
     ├── LimitReached 2301 · FollowingError 2302 · AbortInput 2303 · AmplifierFault 2304
     │   UnexpectedStop 2305 · MotorOff 2306 · ControllerReset 2307 · EndNotReached 2308
+    │   GuardNotRunning 2309 · HostSilent 2310
     ├── WiringContradictsCn 2401 · HomingStalled 2402 · SwitchNotFound 2403 · StrokeDiffers 2404
     └── InternalError 5999
 
@@ -165,6 +166,12 @@ class NothingToRecover(RequestError):
     code = 2108
 
 
+class GuardBlocked(RequestError):
+    """The guard cannot be put beside the program that the controller holds."""
+
+    code = 2109
+
+
 class Stopped(RequestError):
     """The wish ended early because somebody said stop."""
 
@@ -223,6 +230,18 @@ class EndNotReached(MachineError):
     """The motion ended somewhere else than commanded."""
 
     code = 2308
+
+
+class GuardNotRunning(MachineError):
+    """The guard in the controller does not run; without it nothing moves."""
+
+    code = 2309
+
+
+class HostSilent(MachineError):
+    """The guard stopped the axes because this program had not been heard for too long."""
+
+    code = 2310
 
 
 class WiringContradictsCn(MachineError):

@@ -46,7 +46,7 @@ async def _live(ready: SimpleQueue[_Ready]) -> None:
     """Home in virtual time, then serve with the clock at rest: what is refused needs none."""
     loop, end, wire = asyncio.get_running_loop(), asyncio.Event(), list[bytes]()
     assert isinstance(loop, JumpingLoop)
-    async with stack(Config(), stream=False) as running:
+    async with stack(Config(), live=False) as running:
         assert running.twin is not None
         await running.service.wish({"command": "gripper", "open": True})
         await running.service.wish({"command": "home"})

@@ -68,7 +68,7 @@ async def tidy_up(maya: Stack, place: Point) -> None:
 @pytest.mark.system
 async def test_cancelled_at_random_instants(campaign: Campaign) -> None:
     rng = campaign.rng()
-    async with stack(Config(), parts={"cube": START}, stream=False) as maya:
+    async with stack(Config(), parts={"cube": START}, live=False) as maya:
         assert maya.twin is not None
         assert (await maya.service.wish(Home())).state == "done"
         mark = maya.twin.mechanics.record.mark()

@@ -26,7 +26,7 @@ JOBS = sorted(EXAMPLES.glob("*.yaml"))
 async def test_a_job_leaves_its_parts_where_it_was_told(path: Path) -> None:
     job, config = load_job(path), Config()
     parts = job.part_points(config.cell.grasp_height)
-    async with stack(config, parts=parts, stream=False) as maya:
+    async with stack(config, parts=parts, live=False) as maya:
         assert maya.twin is not None
         report = await maya.service.wait((await maya.service.submit(job)).id)
         assert report.state == "done", report.message

@@ -36,8 +36,8 @@ COUNT = 5e-5
 
 
 @asynccontextmanager
-async def homed(*, stream: bool) -> AsyncIterator[Rig]:
-    async with rig(stream=stream) as bench:
+async def homed(*, live: bool) -> AsyncIterator[Rig]:
+    async with rig(live=live) as bench:
         await bench.controller.home()
         yield bench
 
@@ -79,12 +79,12 @@ FAULTS = [
 ]
 
 
-@pytest.mark.parametrize("stream", [True, False])
+@pytest.mark.parametrize("live", [True, False])
 @pytest.mark.parametrize(("cause", "error", "kind"), FAULTS)
 async def test_a_fault_in_motion_is_named_and_waits_for_a_person(
-    cause: Cause, error: type[MachineError], kind: Kind, stream: bool
+    cause: Cause, error: type[MachineError], kind: Kind, live: bool
 ) -> None:
-    async with homed(stream=stream) as bench:
+    async with homed(live=live) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)
         seen = len(bench.controller.events)
@@ -106,7 +106,7 @@ async def test_a_fault_in_motion_is_named_and_waits_for_a_person(
 
 
 async def test_recover_is_refused_while_the_abort_input_lasts() -> None:
-    async with homed(stream=True) as bench:
+    async with homed(live=True) as bench:
         await press_abort(bench)
         await elapse(1.0)
         assert bench.controller.state.mode is Mode.FAULT
@@ -116,7 +116,7 @@ async def test_recover_is_refused_while_the_abort_input_lasts() -> None:
 
 
 async def test_a_motor_switched_off_at_rest_is_noticed() -> None:
-    async with homed(stream=True) as bench:
+    async with homed(live=True) as bench:
         await foreign(bench, "MOC")
         await elapse(1.0)
         assert bench.controller.state.fault is not None
@@ -130,7 +130,7 @@ async def test_nothing_to_recover_from() -> None:
 
 
 async def test_a_foreign_stop_ends_the_motion_as_a_stop() -> None:
-    async with homed(stream=False) as bench:
+    async with homed(live=False) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)
         await foreign(bench, "ST S")
@@ -140,7 +140,7 @@ async def test_a_foreign_stop_ends_the_motion_as_a_stop() -> None:
 
 
 async def test_abort_stops_at_once_and_waits_for_a_person() -> None:
-    async with homed(stream=False) as bench:
+    async with homed(live=False) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)
         await bench.controller.abort()
@@ -158,7 +158,7 @@ async def second_controller(bench: Rig) -> AsyncIterator[GalilController]:
     async def dial() -> Transport:
         return bench.virtual.loopback()
 
-    controller = GalilController(dial, "twin", bench.controller.config, stream=False)
+    controller = GalilController(dial, "twin", bench.controller.config, live=False)
     await controller.open()
     try:
         yield controller
@@ -167,7 +167,7 @@ async def second_controller(bench: Rig) -> AsyncIterator[GalilController]:
 
 
 async def test_a_restart_may_skip_the_homing_whose_mark_stands() -> None:
-    async with homed(stream=False) as bench, second_controller(bench) as again:
+    async with homed(live=False) as bench, second_controller(bench) as again:
         with pytest.raises(NotHomed):
             await again.move(FAR)
         await again.skip_home()
@@ -177,7 +177,7 @@ async def test_a_restart_may_skip_the_homing_whose_mark_stands() -> None:
 
 @pytest.mark.parametrize("burn", [False, True])
 async def test_a_reset_loses_the_mark_even_where_it_was_burned(burn: bool) -> None:
-    async with homed(stream=False) as bench:
+    async with homed(live=False) as bench:
         if burn:
             await foreign(bench, "BV", "BN")
         await foreign(bench, "RS")
@@ -189,7 +189,7 @@ async def test_a_reset_loses_the_mark_even_where_it_was_burned(burn: bool) -> No
 
 
 async def test_a_reset_under_our_feet_is_named() -> None:
-    async with homed(stream=True) as bench:
+    async with homed(live=True) as bench:
         await foreign(bench, "RS")
         await elapse(10.0)
         assert bench.controller.state.fault is not None
@@ -199,7 +199,7 @@ async def test_a_reset_under_our_feet_is_named() -> None:
 
 
 async def test_places_at_a_short_end_are_reached_without_tripping_its_switch() -> None:
-    async with homed(stream=False) as bench:
+    async with homed(live=False) as bench:
         for target in (Joints(0.0, 1.5, 1.3), Joints(0.0, 0.575, 1.9), Joints(0.0, 1.9, 0.565)):
             await bench.controller.move(target)
             assert not any(bench.controller.state.reverse_limit)
@@ -207,7 +207,7 @@ async def test_places_at_a_short_end_are_reached_without_tripping_its_switch() -
 
 
 async def test_a_cancel_said_twice_still_waits_for_rest() -> None:
-    async with homed(stream=False) as bench:
+    async with homed(live=False) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)
         move.cancel()

@@ -38,7 +38,7 @@ def _positions(robot: Stack) -> list[float]:
 
 
 async def _cut_during_job(seed: int, instant: float) -> None:
-    async with stack(Config(), seed=seed, parts={"cube": PART}, stream=False) as robot:
+    async with stack(Config(), seed=seed, parts={"cube": PART}, live=False) as robot:
         assert robot.twin is not None
         sent = bytearray()
         robot.controller.tap(lambda direction, data: sent.extend(data if direction == "tx" else b""))

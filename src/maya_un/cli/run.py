@@ -155,7 +155,7 @@ class _Performance:
             address,
             seed=seed,
             parts=parts,
-            stream=self._pace is not None,
+            live=self._pace is not None,
             skip_home=self._skip_home,
             speed=self._factor,
         ) as robot:

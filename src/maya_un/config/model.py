@@ -170,6 +170,9 @@ class SafetyConfig(_Section):
     tension_limit: Annotated[float, Field(gt=1.0, le=20.0, description="line tension, multiple of the load")] = 5.0
     self_locking: Annotated[bool, Field(description="drums hold the load with motors off")] = True
     off_on_error: Annotated[Literal[0, 1] | None, Field(description="OE; default 1 where self_locking, else 0")] = None
+    guard_time: Annotated[
+        float, Field(ge=0.0, le=10.0, description="silence after which the controller stops the axes [s]; 0: never")
+    ] = 0.5
 
     @property
     def oe(self) -> int:
@@ -180,6 +183,8 @@ class SafetyConfig(_Section):
     def _holds(self) -> Self:
         if self.off_on_error == 1 and not self.self_locking:
             raise Contradiction("off_on_error", 1, "it would drop the load, because self_locking is false")
+        if 0.0 < self.guard_time < 0.1:
+            raise Contradiction("guard_time", self.guard_time, "a host is often silent for so long; take 0.1 or more")
         return self
 
 

@@ -47,13 +47,14 @@ _START_TOLERANCE = (1e-3, 1e-4, 1e-4)
 class GalilController:
     """Joint-space control of Maya through one handle of its motion controller; see `protocol.Controller`.
 
-    `dial` opens the transport, `address` names it in messages. With `stream` the data record is read at the
-    configured rate for whoever watches; without (dry runs) the state is renewed at every wish only.
+    `dial` opens the transport, `address` names it in messages. A `live` one reads the data record at
+    the configured rate for whoever watches, and has a guard in the controller stop the axes if this program falls
+    silent; the other (dry runs) renews its state at every wish only.
     """
 
-    def __init__(self, dial: Dial, address: str, config: Config, *, stream: bool = True) -> None:
+    def __init__(self, dial: Dial, address: str, config: Config, *, live: bool = True) -> None:
         self._loop = asyncio.get_running_loop()
-        self._monitor = Monitor(dial, address, config, stream=stream)
+        self._monitor = Monitor(dial, address, config, live=live)
         self._planner = Planner(config, self._monitor.mechanism)
         self.config = config
         self.units = self._monitor.units
@@ -103,12 +104,13 @@ class GalilController:
     async def open(self) -> None:
         """Connect and write the configured registers; sends no motion.
 
-        Raises `ConnectFailed`, `LinkTimeout`, `WrongController`, `ParameterMismatch`.
+        Raises `ConnectFailed`, `LinkTimeout`, `WrongController`, `ParameterMismatch`, `GuardBlocked`.
         """
         driver = await self._monitor.open()
         try:
             if not self._monitor.moving():
                 await configure(driver, self.config)
+            await self._monitor.install_guard(driver)
         except BaseException:
             await self._monitor.close()
             raise
@@ -151,7 +153,7 @@ class GalilController:
             await marker.erase(driver)
             await monitor.power(driver)
             self.events.emit(Kind.HOMING)
-            seeker = Seeker(driver, self.config, self.units, wish.pause, self._loop.time)
+            seeker = Seeker(driver, self.config, self.units, wish.pause, self._loop.time, monitor.load)
             found = await Homing(seeker, driver, self.config, self.units, monitor.enter_phase).run()
             ends = (found.b_end, found.c_end)
             await marker.leave(driver, ends, self.units)
@@ -257,6 +259,7 @@ class GalilController:
             if record.amplifier_status:
                 raise AmplifierFault(status=f"{record.amplifier_status:#010x}")
             await configure(driver, self.config)
+            await monitor.install_guard(driver)
             await monitor.power(driver)
             if isinstance(monitor.fault, LimitReached) or not await monitor.adopt(driver):
                 monitor.homed = False
@@ -291,7 +294,7 @@ class GalilController:
     async def _execute(self, wish: Wish, driver: Driver, move: CoordinatedMove) -> None:
         """Send a plan, begin it, wait for its predicted end, then make sure of it."""
         monitor = self._monitor
-        await driver.batch(commands(move))
+        await monitor.load(driver, commands(move))
         # Between this look at the wish and the bytes of BGS nothing can come in: no await stands there.
         wish.check()
         members = tuple(i for i in range(3) if self.config.axes[i].letter in move.axes)

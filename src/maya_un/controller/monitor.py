@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Coroutine, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 from maya_un.config import AxisConfig, Config, Units
 from maya_un.controller import faults, marker
+from maya_un.controller.guard import Guard, Watch
+from maya_un.controller.guard_program import REPORT
 from maya_un.controller.link import Dial, Link
 from maya_un.controller.snapshot import Lens, Standing
 from maya_un.controller.wish import Desk, Wish
 from maya_un.errors import (
     ControllerReset,
     Faulted,
+    GuardNotRunning,
+    HostSilent,
     InternalError,
     MachineError,
     MayaError,
@@ -45,11 +50,11 @@ class Run:
 class Monitor:
     """Keeps the link, reads the record, publishes states and events, notices what the machine does unasked.
 
-    With `stream` the record is read at the configured rate; without, only when somebody looks. It never sends
-    motion; the only thing it writes is the question for the record.
+    A `live` one reads the record at the configured rate and keeps the guard in the controller awake; the other looks
+    only when somebody asks, as in a dry run. It never sends motion.
     """
 
-    def __init__(self, dial: Dial, address: str, config: Config, *, stream: bool) -> None:
+    def __init__(self, dial: Dial, address: str, config: Config, *, live: bool) -> None:
         self._loop = asyncio.get_running_loop()
         self.config = config
         self.units = Units.of(config)
@@ -67,10 +72,12 @@ class Monitor:
         self.fault: MayaError | None = None
         self.record: DataRecord | None = None
         self._down = True
-        self._stream = stream
+        self._live = live
         self._streamer: asyncio.Task[None] | None = None
         self._lens = Lens(config, self.units, self.mechanism, self.order)
         self._newer = asyncio.Event()
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._guard = self._chosen_guard()
         self.state = self._compose()
 
     async def open(self) -> Driver:
@@ -85,7 +92,7 @@ class Monitor:
         self.events.emit(Kind.CONNECTED, address=self.link.address, firmware=self.link.firmware)
         self.events.emit(Kind.NOT_HOMED)
         self.publish()
-        if self._stream:
+        if self._live:
             self._streamer = self._loop.create_task(self._keep_looking(), name="state stream")
 
     async def close(self) -> None:
@@ -94,7 +101,25 @@ class Monitor:
             self._streamer.cancel()
             await asyncio.gather(self._streamer, return_exceptions=True)
             self._streamer = None
+        if self._guard is not None:
+            with suppress(MayaError):
+                await self._guard.close(self.link.driver if self.link.up else None)
+        for task in self._tasks:
+            task.cancel()
         await self.link.close()
+
+    async def install_guard(self, driver: Driver) -> None:
+        """Have the guard in the controller watch from now on; raises `GuardBlocked`, `GuardNotRunning`."""
+        if self._guard is not None:
+            driver.on_message = self._on_message
+            await self._guard.install(driver)
+
+    async def load(self, driver: Driver, commands: Sequence[str]) -> None:
+        """Send what prepares a motion; with a guard only where it watches (`GuardNotRunning`, `HostSilent`)."""
+        if self._guard is None:
+            await driver.batch(commands)
+        else:
+            await self._guard.load(driver, commands)
 
     async def watch(self) -> AsyncIterator[State]:
         """Yield the state now and every newer one; a slow reader skips to the newest."""
@@ -243,6 +268,51 @@ class Monitor:
             except Exception as defect:
                 self._fail(InternalError(reason=repr(defect)))
                 raise
+
+    def _chosen_guard(self) -> Guard | None:
+        seconds = self.config.safety.guard_time
+        letters = "".join(sorted(axis.letter for axis, _ in self.places()))
+        return Guard(seconds, letters, self._on_watch) if self._live and seconds > 0.0 else None
+
+    def _on_watch(self, watch: Watch, driver: Driver) -> None:
+        """Hear from the guard, many times a second; it matters while nothing else is wrong."""
+        if self.fault is not None or driver.lost.done():
+            return
+        if not watch.running:
+            self._begin(self._find_out(GuardNotRunning()))
+        elif watch.expired and (self.run is not None or self.phase is not None):
+            self._end(self.desk.current, HostSilent())
+        elif watch.expired and self._guard is not None:  # at rest there was nothing to stop
+            self._begin(self._guard.arm(driver))
+
+    def _on_message(self, text: str) -> None:
+        """A limit or a following error, told by the controller itself: look at once."""
+        if text.startswith(REPORT):
+            self._begin(self._find_out(None))
+
+    async def _find_out(self, otherwise: MachineError | None) -> None:
+        """Look what befell the axes and end the motion under way with it, or with `otherwise`."""
+        run = self.run
+        try:
+            record = await self.look()
+        except (NotConnected, MachineError):
+            return  # the link's keeper announces the loss
+        if run is self.run:
+            self._watch_for_faults(record)
+        wish = self.desk.current
+        if otherwise is not None and self.fault is None and (wish is None or not wish.interrupted.done()):
+            found = faults.grave(record, self.order)
+            self._end(wish, otherwise if found is None else found)
+
+    def _begin(self, work: Coroutine[None, None, None]) -> None:
+        task = self._loop.create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._told)
+
+    def _told(self, task: asyncio.Task[None]) -> None:
+        self._tasks.discard(task)
+        if not task.cancelled() and task.exception() is not None and not isinstance(task.exception(), MayaError):
+            self._fail(InternalError(reason=repr(task.exception())))
 
     def _watch_for_faults(self, record: DataRecord) -> None:
         """Tell the motion under way, or the house, what the machine did unasked."""

@@ -6,7 +6,7 @@ powered. Every move is sent whole and bounded: a lost host leaves no axis runnin
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from math import hypot, sqrt
@@ -20,6 +20,9 @@ from maya_un.values import AXES
 
 Pause = Callable[[float], Awaitable[None]]
 """Waits until a loop time [s]; raises at once when the link is lost or somebody says stop."""
+
+Load = Callable[[Driver, Sequence[str]], Awaitable[None]]
+"""Sends the commands that prepare a motion; raises where motion is not allowed."""
 
 FORWARD, REVERSE = "forward", "reverse"
 
@@ -86,14 +89,20 @@ def look_at(record: DataRecord, order: tuple[int, int, int]) -> Look:
 
 
 class Seeker:
-    """Makes bounded coordinated moves and watches switches, torque and following error on the way."""
+    """Makes bounded coordinated moves and watches switches, torque and following error on the way.
 
-    def __init__(self, driver: Driver, config: Config, units: Units, pause: Pause, clock: Callable[[], float]) -> None:
+    `load` sends what prepares a motion, where motion is allowed.
+    """
+
+    def __init__(
+        self, driver: Driver, config: Config, units: Units, pause: Pause, clock: Callable[[], float], load: Load
+    ) -> None:
         self._driver = driver
         self._config = config
         self._units = units
         self._pause = pause
         self._clock = clock
+        self._load = load
         self._order = faults.indices(config)
         self._claimed: dict[tuple[int, str], int] = {}
 
@@ -177,8 +186,9 @@ class Seeker:
         brake = _step1024(min(axes[i].stop_deceleration_counts / s for i, s in shares.items() if s))
         names = "".join(sorted(letters))
         values = ",".join(str(letters.get(letter, "")) for letter in "ABC").rstrip(",")
-        await self._driver.batch(
-            ["CA S", "CS S", "VR 1", f"LM {names}", f"VS {slew}", f"VA {brake}", f"VD {brake}", f"LI {values}", "LE"]
+        await self._load(
+            self._driver,
+            ["CA S", "CS S", "VR 1", f"LM {names}", f"VS {slew}", f"VA {brake}", f"VD {brake}", f"LI {values}", "LE"],
         )
         await self._pause(self._clock())
         await self._driver.send("BGS")

@@ -24,6 +24,7 @@ SENTENCES: dict[int, str] = {
     "Say `maya home`.",
     2107: "This trajectory is refused: {reason}.",
     2108: "There is no fault to recover from.",
+    2109: "The guard cannot be put beside the program in the controller: {reason}.",
     2201: "Stopped before the end, because somebody said stop.",
     2202: "Cancelled before the end.",
     2301: "Axis {axis} met its {side} limit switch. Look what moved it there, then `maya recover` and home again.",
@@ -37,6 +38,10 @@ SENTENCES: dict[int, str] = {
     2306: "The motor of axis {axis} is off. Look at the machine, then say `maya recover`.",
     2307: "The controller was reset, so its position means nothing any more. Say `maya recover`, then `maya home`.",
     2308: "Axis {axis} ended {distance} away from where it was sent. Look at the machine, then say `maya recover`.",
+    2309: "The guard in the controller no longer runs, so nothing moves: somebody sent HX, ST or AB, or the controller "
+    "was reset. Say `maya recover`.",
+    2310: "The guard in the controller stopped the axes, because this program had been silent for too long. See what "
+    "keeps this computer busy, then say `maya recover`.",
     2401: "The {side} limit switch of axis {axis} reads the opposite of what CN {cn} says ({reason}). Correct the "
     "wiring or `limit_active_level` in the configuration.",
     2402: "Axis {axis} stopped following during homing ({reason}). Look for an obstacle, then say `maya recover`.",

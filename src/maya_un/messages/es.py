@@ -24,6 +24,7 @@ SENTENCES: dict[int, str] = {
     "Diga `maya home`.",
     2107: "Esta trayectoria se rechaza: {reason}.",
     2108: "No hay ningún fallo del que recuperarse.",
+    2109: "El guardián no cabe junto al programa del controlador: {reason}.",
     2201: "Detenido antes del final, porque alguien lo pidió.",
     2202: "Cancelado antes del final.",
     2301: "El eje {axis} tocó su final de carrera {side}. Mire qué lo llevó allí; luego `maya recover` y homing.",
@@ -37,6 +38,10 @@ SENTENCES: dict[int, str] = {
     2306: "El motor del eje {axis} está apagado. Mire la máquina y diga `maya recover`.",
     2307: "El controlador se reinició y su posición ya no significa nada. Diga `maya recover` y luego `maya home`.",
     2308: "El eje {axis} terminó a {distance} de donde se le envió. Mire la máquina y diga `maya recover`.",
+    2309: "El guardián del controlador ya no funciona, así que nada se mueve: alguien envió HX, ST o AB, o el "
+    "controlador se reinició. Diga `maya recover`.",
+    2310: "El guardián del controlador detuvo los ejes, porque este programa calló demasiado tiempo. Vea qué ocupa a "
+    "este ordenador y diga `maya recover`.",
     2401: "El final de carrera {side} del eje {axis} lee lo contrario de lo que dice CN {cn} ({reason}). Corrija el "
     "cableado o `limit_active_level` en la configuración.",
     2402: "El eje {axis} dejó de seguir durante el homing ({reason}). Busque un obstáculo y diga `maya recover`.",

@@ -37,7 +37,7 @@ async def rig(
     truth: Truth | None = None,
     start: Start | None = None,
     parts: Mapping[str, Point] | None = None,
-    stream: bool = False,
+    live: bool = False,
 ) -> AsyncIterator[Rig]:
     """Open a controller floor on a twin for the length of the block.
 
@@ -60,7 +60,7 @@ async def rig(
         if direction == "tx":
             sent.extend(data)
 
-    controller = GalilController(dial, "twin", chosen, stream=stream)
+    controller = GalilController(dial, "twin", chosen, live=live)
     controller.tap(note)
     try:
         await controller.open()

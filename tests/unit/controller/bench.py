@@ -34,11 +34,9 @@ FIRMWARE = "DMC4133 Rev 1.3k"
 
 
 @asynccontextmanager
-async def homed(
-    config: Config | None = None, *, truth: Truth | None = None, stream: bool = False
-) -> AsyncIterator[Rig]:
+async def homed(config: Config | None = None, *, truth: Truth | None = None, live: bool = False) -> AsyncIterator[Rig]:
     """Give a robot that stands at `HERE` and takes over the mark of a homing, which costs nothing."""
-    async with rig(config, truth=truth, start=Start(*HERE), stream=stream) as bench:
+    async with rig(config, truth=truth, start=Start(*HERE), live=live) as bench:
         await _take_over(bench)
         yield bench
 
@@ -47,7 +45,7 @@ async def homed(
 async def far_away(latency: float, rate: float) -> AsyncIterator[Rig]:
     """Give a homed robot whose answers take `latency` [s]; its record is read at `rate` [Hz]."""
     config = parse({"controller": {"stream_rate": rate}})
-    async with _plugged(MayaMechanics(start=Start(*HERE)), config, latency=latency, stream=True) as bench:
+    async with _plugged(MayaMechanics(start=Start(*HERE)), config, latency=latency, live=True) as bench:
         await _take_over(bench)
         yield bench
 
@@ -66,7 +64,7 @@ async def _plugged(
     order: tuple[int, int, int] = (0, 1, 2),
     *,
     latency: float = 0.0,
-    stream: bool = False,
+    live: bool = False,
 ) -> AsyncIterator[Rig]:
     virtual = VirtualController(VirtualDmc(_Rewired(mechanics, order)))
     sent = bytearray()
@@ -74,7 +72,7 @@ async def _plugged(
     async def dial() -> Transport:
         return _Late(virtual.loopback(), latency) if latency else virtual.loopback()
 
-    controller = GalilController(dial, "twin", config, stream=stream)
+    controller = GalilController(dial, "twin", config, live=live)
     controller.tap(lambda way, data: sent.extend(data) if way == "tx" else None)
     try:
         await controller.open()

@@ -180,7 +180,7 @@ class second:  # noqa: N801 - used as a context
         async def dial() -> Transport:
             return bench.virtual.loopback()
 
-        self._controller = GalilController(dial, "twin", bench.controller.config, stream=False)
+        self._controller = GalilController(dial, "twin", bench.controller.config, live=False)
 
     async def __aenter__(self) -> GalilController:
         await self._controller.open()
@@ -201,7 +201,7 @@ async def test_a_floor_that_could_not_be_opened_can_be_closed() -> None:
     async def dial() -> Transport:
         raise ConnectFailed(address="box", reason="refused")
 
-    controller = GalilController(dial, "box", parse({}), stream=True)
+    controller = GalilController(dial, "box", parse({}), live=True)
     with pytest.raises(ConnectFailed):
         await controller.open()
     assert controller.state.mode is Mode.DISCONNECTED

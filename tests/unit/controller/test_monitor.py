@@ -40,7 +40,7 @@ async def test_a_watcher_gets_the_state_now_and_then_every_newer_one() -> None:
 
 
 async def test_a_slow_watcher_skips_to_the_newest() -> None:
-    async with rig(stream=True) as bench:
+    async with rig(live=True) as bench:
         states = bench.controller.watch()
         times: list[float] = []
         for pause in (0.0, 10.0, 0.0, 33.0):
@@ -52,7 +52,7 @@ async def test_a_slow_watcher_skips_to_the_newest() -> None:
 
 
 async def test_watchers_do_not_disturb_one_another() -> None:
-    async with rig(stream=True) as bench:
+    async with rig(live=True) as bench:
         seen: list[State] = []
 
         async def watch() -> None:
@@ -70,7 +70,7 @@ async def test_watchers_do_not_disturb_one_another() -> None:
 
 @pytest.mark.parametrize("rate", [5.0, 50.0])
 async def test_the_record_is_read_at_the_configured_rate(rate: float) -> None:
-    async with rig(parse({"controller": {"stream_rate": rate}}), stream=True) as bench:
+    async with rig(parse({"controller": {"stream_rate": rate}}), live=True) as bench:
         del bench.sent[:]
         await elapse(10.0)
         assert bench.sent.count(b"QR") == pytest.approx(10 * rate, abs=1)
@@ -85,7 +85,7 @@ async def test_without_a_stream_nothing_is_asked_at_rest() -> None:
 
 
 async def test_modes_and_progress_of_a_move() -> None:
-    async with homed(stream=True) as bench:
+    async with homed(live=True) as bench:
         controller = bench.controller
         assert (controller.state.mode, controller.progress()) == (Mode.IDLE, None)
         move = asyncio.create_task(controller.move(FAR))
@@ -102,7 +102,7 @@ async def test_modes_and_progress_of_a_move() -> None:
 
 
 async def test_a_lost_link_is_one_event_and_a_fault_that_a_person_clears() -> None:
-    async with homed(stream=True) as bench:
+    async with homed(live=True) as bench:
         seen = len(bench.controller.events)
         bench.virtual.cut()
         await elapse(0.1)
@@ -122,9 +122,9 @@ async def test_a_lost_link_is_one_event_and_a_fault_that_a_person_clears() -> No
 
 
 @pytest.mark.parametrize("moving", [False, True])
-@pytest.mark.parametrize("stream", [False, True])
-async def test_after_a_reconnect_only_questions_go_over_the_wire(moving: bool, stream: bool) -> None:
-    async with homed(stream=stream) as bench:
+@pytest.mark.parametrize("live", [False, True])
+async def test_after_a_reconnect_only_questions_go_over_the_wire(moving: bool, live: bool) -> None:
+    async with homed(live=live) as bench:
         move = asyncio.create_task(bench.controller.move(FAR)) if moving else None
         await elapse(8.0)
         del bench.sent[:]
@@ -153,7 +153,7 @@ async def test_a_controller_that_was_switched_off_and_on_is_noticed_when_it_is_b
 
 
 async def test_a_reset_in_motion_ends_the_motion_by_name() -> None:
-    async with homed(stream=True) as bench:
+    async with homed(live=True) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)
         await foreign(bench, "RS")
@@ -178,7 +178,7 @@ async def press(bench: Rig) -> None:
 async def test_what_switches_motors_off_at_rest_is_named(
     cause: Callable[[Rig], Awaitable[None]], error: type[MachineError]
 ) -> None:
-    async with homed(stream=True) as bench:
+    async with homed(live=True) as bench:
         await cause(bench)
         await elapse(0.2)
         assert type(bench.controller._monitor.fault) is error
@@ -187,7 +187,7 @@ async def test_what_switches_motors_off_at_rest_is_named(
 
 
 async def test_the_first_cause_stays() -> None:
-    async with homed(stream=True) as bench:
+    async with homed(live=True) as bench:
         await press(bench)
         await elapse(0.2)
         seen = len(bench.controller.events)
@@ -199,7 +199,7 @@ async def test_the_first_cause_stays() -> None:
 
 
 async def test_motors_that_nobody_switched_on_are_no_fault() -> None:
-    async with rig(stream=True) as bench:
+    async with rig(live=True) as bench:
         await elapse(1.0)
         assert bench.controller.state.motors_on == (False, False, False)
         assert bench.controller.state.mode is Mode.NOT_HOMED
@@ -219,7 +219,7 @@ async def test_stop_codes_of_an_earlier_fault_do_not_end_the_next_move() -> None
 
 
 async def test_a_following_error_is_told_by_its_axis() -> None:
-    async with homed(stream=True) as bench:
+    async with homed(live=True) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)
         await foreign(bench, "ERC=5")

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import replace
 
@@ -12,6 +12,7 @@ from maya_un.config.load import parse
 from maya_un.controller.seek import FORWARD, REVERSE, SETTLE, Seeker, Stall, look_at
 from maya_un.controller.wish import Wish
 from maya_un.errors import AbortInput, FollowingError, HomingStalled, Stopped, WiringContradictsCn
+from maya_un.galil.driver import Driver
 from maya_un.galil.record import AxisRecord, Status, Switch
 from maya_un.testing import Rig, rig
 from maya_un.virtual.start import Start
@@ -35,7 +36,11 @@ async def seeking(
         await monitor.power(driver)
         wish = Wish("home")
         del bench.sent[:]
-        yield Seeker(driver, bench.controller.config, bench.controller.units, wish.pause, now), bench, wish
+        yield Seeker(driver, bench.controller.config, bench.controller.units, wish.pause, now, unguarded), bench, wish
+
+
+async def unguarded(driver: Driver, commands: Sequence[str]) -> None:
+    await driver.batch(commands)
 
 
 def moved(bench: Rig, start: Start) -> tuple[float, ...]:
@@ -88,7 +93,7 @@ async def test_a_move_is_sent_whole_before_it_begins(
     still = record_of(AxisRecord(), AxisRecord(), AxisRecord()).encode() + b":"
     answers = box(config)
     async with conversation(lambda command: still if command == "QR" else answers(command)) as (driver, peer):
-        seeker = Seeker(driver, config, Units.of(config), Wish("home").pause, now)
+        seeker = Seeker(driver, config, Units.of(config), Wish("home").pause, now, unguarded)
         await seeker.go(deltas, 0.03)
     setup = [command for command in peer.commands if command[:2] not in {"QR", "VS", "VA", "VD"}]
     assert setup == ["CA S", "CS S", "VR 1", lines[0], lines[1], "LE", "BGS", *[""] * (setup.count(""))]

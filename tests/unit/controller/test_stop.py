@@ -219,7 +219,7 @@ async def test_a_refused_stop_of_the_sequence_does_not_spare_axes_that_move_alon
     async def dial() -> Transport:
         return ours
 
-    controller = GalilController(dial, "box", Config(), stream=False)
+    controller = GalilController(dial, "box", Config(), live=False)
     await controller.open()
     report = await controller.stop()
     await controller.close()
@@ -229,7 +229,7 @@ async def test_a_refused_stop_of_the_sequence_does_not_spare_axes_that_move_alon
 
 
 async def test_a_stop_is_the_first_thing_on_the_wire() -> None:
-    async with homed(stream=True) as bench:
+    async with homed(live=True) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)
         del bench.sent[:]
@@ -255,7 +255,7 @@ async def by_abort_input(bench: Rig) -> None:
 async def test_what_interrupts_first_ends_the_wish(
     first: Callable[[Rig], Awaitable[None]], second: Callable[[Rig], Awaitable[None]], error: type[Exception]
 ) -> None:
-    async with homed(stream=True) as bench:
+    async with homed(live=True) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)
         await first(bench)

@@ -1,0 +1,87 @@
+from __future__ import annotations
+
+import pytest
+
+from maya_un.controller import guard_program
+from maya_un.errors import GuardBlocked
+from maya_un.galil.commands import LINE_LIMIT
+
+USERS = "#A\r\nPRA=1000;BGA\r\nAMA\r\nEN\r\n"
+
+
+def lines(program: str) -> list[str]:
+    return program.splitlines()
+
+
+def test_an_empty_memory_holds_the_guard_alone() -> None:
+    program = guard_program.merged("", 0.5)
+    assert lines(program) == guard_program.text(0.5)
+    assert program.endswith("\r\n")
+
+
+def test_every_line_fits_the_controller() -> None:
+    for seconds in (0.1, 0.5, 10.0, 500.0):
+        for line in guard_program.text(seconds):
+            assert len(line) <= LINE_LIMIT, line
+            assert not line.startswith("#") or len(line) <= 8, line
+
+
+def test_times_are_samples_of_a_1024th_of_a_second() -> None:
+    program = guard_program.text(0.5)
+    assert "mayaleft=mayabeat-TIME+512" in program
+    assert "JP#MAYAOUT,(mayaleft<2)|(mayaleft>512)" in program
+
+
+def test_the_guard_stands_behind_the_users_program() -> None:
+    program = guard_program.merged(USERS, 0.5)
+    assert program.startswith(USERS)
+    assert lines(program)[4:] == guard_program.text(0.5)
+    span = guard_program.span(program)
+    assert span is not None
+    assert lines(program)[span.start] == "#MAYAGRD"
+    assert span.stop == len(lines(program))
+
+
+def test_only_what_the_axes_are_called_is_stopped() -> None:
+    assert "STABC" in guard_program.text(0.5)
+    assert "STBD" in guard_program.text(0.5, "BD")
+    assert not any(line == "ST" for line in guard_program.text(0.5))
+
+
+@pytest.mark.parametrize("before", [0.25, 0.5, 2.0])
+def test_an_older_guard_is_replaced(before: float) -> None:
+    program = guard_program.merged(guard_program.merged(USERS, before), 0.5)
+    assert program == guard_program.merged(USERS, 0.5)
+    assert guard_program.without(program) == USERS
+
+
+def test_line_ends_do_not_matter() -> None:
+    assert guard_program.merged(USERS.replace("\r\n", "\r"), 0.5) == guard_program.merged(USERS, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("program", "what"),
+    [
+        ("#LIMSWI\nRE\n", "JS#MAYALIM"),
+        ("#POSERR\nMOA\nRE\n", "JS#MAYAERR"),
+        ("#LIMSWI\nRE\n#OTHER\nJS#MAYALIM\nEN\n", "JS#MAYALIM"),
+        ("#MAYALIM\nEN\n", "#MAYALIM"),
+        ("#MAYAX\nEN\n", "#MAYAX"),
+        ("#A\nXQ#B,7\nEN\n", "thread 7"),
+        ("#A\nXQ 3, 7\nEN\n", "thread 7"),
+    ],
+)
+def test_a_program_in_the_way_is_refused_with_what_to_change(program: str, what: str) -> None:
+    with pytest.raises(GuardBlocked, match=what):
+        guard_program.merged(program, 0.5)
+
+
+def test_a_program_that_calls_ours_keeps_its_own_subroutine() -> None:
+    program = guard_program.merged("#LIMSWI\nJS#MAYALIM\nMG_SCA\nRE\n", 0.5)
+    assert [line for line in lines(program) if line.startswith("#LIMSWI")] == ["#LIMSWI"]
+    assert [line for line in lines(program) if line.startswith("#POSERR")] == ["#POSERR"]
+
+
+def test_a_memory_without_a_guard_has_no_lines_of_it() -> None:
+    assert guard_program.span(USERS) is None
+    assert guard_program.without(USERS) == USERS
