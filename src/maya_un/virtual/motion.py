@@ -16,8 +16,8 @@ from enum import Enum
 from math import inf, nextafter
 
 from maya_un.galil.codes import ErrorCode, StopCode
-from maya_un.virtual import homing, profile
-from maya_un.virtual.axis import FORWARD_OFF, REVERSE_OFF, Axis, Kind, Motion
+from maya_un.virtual import coordination, homing, limits, profile
+from maya_un.virtual.axis import Axis, Kind, Motion
 from maya_un.virtual.plane import Plane
 from maya_un.virtual.plant import Plant
 from maya_un.virtual.profile import Profile
@@ -31,8 +31,6 @@ ERROR_LOOK = 0.010
 """How often the following error is looked at where it could reach ER [s]."""
 
 _ON_ERROR, _ON_LIMIT = 1, 2
-_FAR = 1e9
-_LIMITS = (StopCode.FORWARD_LIMIT, StopCode.REVERSE_LIMIT)
 
 
 class Happening(Enum):
@@ -89,7 +87,7 @@ class MotionCore:
         for plane in self.planes.values():
             if plane.stale and plane.running:
                 plane.replan(self.now)
-                self._follow(plane)
+                coordination.follow(self.axes, plane, self.now)
 
     def look(self) -> None:
         """See to everything that is due now: ends, limits, errors."""
@@ -104,7 +102,7 @@ class MotionCore:
                 self._look_at_error(axis)
         for plane in self.planes.values():
             if plane.running and self.now >= plane.end:
-                self._finish_plane(plane)
+                coordination.finish(self.axes, plane, self.now)
 
     def position(self, axis: Axis) -> int:
         """Return the encoder position TP [counts]."""
@@ -173,7 +171,7 @@ class MotionCore:
             axis.plane = plane.letter
             axis.stop_code = StopCode.SEQUENCE_RUNNING
         plane.begin(self.now, tuple(round(axis.timeline.at(self.now)[0]) for axis in members))
-        self._follow(plane)
+        coordination.follow(self.axes, plane, self.now)
         self.look()
 
     def stop(self, axis: Axis) -> None:
@@ -192,7 +190,7 @@ class MotionCore:
         for i in plane.members:
             if self.axes[i].plane == plane.letter:
                 self.axes[i].stop_code = StopCode.STOPPED
-        self._follow(plane)
+        coordination.follow(self.axes, plane, self.now)
 
     def abort(self, code: StopCode) -> None:
         """Stop everything at once, without deceleration; axes with OE 1 or 3 lose their motors' power."""
@@ -225,7 +223,7 @@ class MotionCore:
         if motion is not None and register in ("SP", "AC", "DC", "SD") and motion.kind not in homing.KINDS:
             self._replan(axis, motion)
         if register in ("FL", "BL"):
-            self._watch_soft_limits(axis)
+            limits.watch(axis, self.now)
         if register in ("ER", "OE", "LD"):
             self.look()
 
@@ -323,7 +321,7 @@ class MotionCore:
     def _look_at_limits(self, axis: Axis) -> None:
         while axis.turns and axis.turns[0] <= self.now:
             del axis.turns[0]
-        if axis.stop_code in _LIMITS:
+        if axis.stop_code in limits.CODES:
             axis.soft_limit = None
             return
         heading = axis.heading(self.now)
@@ -331,7 +329,7 @@ class MotionCore:
         if axis.soft_limit is not None and self.now >= axis.soft_limit:
             axis.soft_limit = None
             self._limit_stop(axis, code)
-        elif heading and self._enabled(axis, heading) and self.limit_active(axis, heading > 0):
+        elif heading and limits.enabled(axis, heading) and self.limit_active(axis, heading > 0):
             self._limit_stop(axis, code)
             if int(axis.registers["OE"]) & _ON_LIMIT:
                 self._fault(axis, code)
@@ -375,7 +373,7 @@ class MotionCore:
         if plane is not None:
             self.stop_plane(plane)
             if not any(self.axes[i].plane == plane.letter for i in plane.members):
-                self._finish_plane(plane)
+                coordination.finish(self.axes, plane, self.now)
 
     def _power(self, axis: Axis, on: bool) -> None:
         axis.on = on
@@ -393,21 +391,9 @@ class MotionCore:
             raise Refused(ErrorCode.BEGIN_MOTOR_OFF)
         if not direction:
             return
-        beyond = self._beyond(axis, direction)
-        if beyond or (self._enabled(axis, direction) and self.limit_active(axis, direction > 0)):
+        beyond = limits.beyond(axis, direction, self.now)
+        if beyond or (limits.enabled(axis, direction) and self.limit_active(axis, direction > 0)):
             raise Refused(ErrorCode.BEGIN_AT_LIMIT)
-
-    def _beyond(self, axis: Axis, direction: int) -> bool:
-        """Tell whether the axis is past the soft limit of a direction."""
-        here = axis.reference(self.now)
-        if direction > 0:
-            return axis.registers["FL"] < FORWARD_OFF and here > axis.registers["FL"]
-        return axis.registers["BL"] > REVERSE_OFF and here < axis.registers["BL"]
-
-    @staticmethod
-    def _enabled(axis: Axis, direction: int) -> bool:
-        """Tell whether LD leaves the limit switch of a direction in force."""
-        return not int(axis.registers["LD"]) & (1 if direction > 0 else 2)
 
     def _direction(self, axis: Axis) -> int:
         match axis.kind:
@@ -451,7 +437,7 @@ class MotionCore:
     def _replan(self, axis: Axis, motion: Motion) -> None:
         p, v = axis.timeline.at(self.now)
         if motion.stopping:
-            rate = "SD" if motion.result in _LIMITS else "DC"
+            rate = "SD" if motion.result in limits.CODES else "DC"
             way = profile.stop(self.now, p, v, axis.registers[rate])
         elif motion.kind is Kind.JOG:
             way = self._jog(axis, motion, p, v)
@@ -470,7 +456,7 @@ class MotionCore:
         axis.timeline.plan(self.now, way.pieces)
         axis.peak = way.peak
         axis.turns = [piece.t for piece in way.pieces[1:-1] if piece.v == 0.0 and piece.t > self.now]
-        self._watch_soft_limits(axis)
+        limits.watch(axis, self.now)
 
     def _finish(self, axis: Axis, motion: Motion) -> None:
         if motion.kind in homing.KINDS:
@@ -484,40 +470,6 @@ class MotionCore:
         if motion.result is StopCode.HOMED:
             axis.offset = -round(axis.timeline.at(self.now)[0])
             axis.last_stop = 0
-
-    def _follow(self, plane: Plane) -> None:
-        """Put the plan of a sequence into the timelines of its axes."""
-        for place, i in enumerate(plane.members):
-            axis = self.axes[i]
-            if axis.plane == plane.letter:
-                pieces, axis.peak = plane.pieces(place, self.now)
-                axis.timeline.plan(self.now, pieces)
-                axis.turns = plane.turns(place, self.now)
-                self._watch_soft_limits(axis)
-
-    def _finish_plane(self, plane: Plane) -> None:
-        result = plane.finish(self.now)
-        for i in plane.members:
-            axis = self.axes[i]
-            if axis.plane == plane.letter:
-                axis.plane = ""
-                axis.last_stop = axis.reference(self.now)
-                if axis.stop_code is StopCode.SEQUENCE_RUNNING:
-                    axis.stop_code = result
-
-    def _watch_soft_limits(self, axis: Axis) -> None:
-        """Work out when the reference passes FL or BL."""
-        axis.soft_limit = None
-        if not axis.moving or axis.stop_code in _LIMITS:
-            return
-        forward, reverse = axis.registers["FL"], axis.registers["BL"]
-        until = self.now + _FAR
-        times: list[float | None] = []
-        if forward < FORWARD_OFF:
-            times.append(axis.timeline.crossing(forward + 1 - axis.offset, self.now, until, True))
-        if reverse > REVERSE_OFF:
-            times.append(axis.timeline.crossing(reverse - 1 - axis.offset, self.now, until, False))
-        axis.soft_limit = min((t for t in times if t is not None), default=None)
 
 
 def _nothing(t: float) -> Profile:
