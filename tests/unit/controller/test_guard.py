@@ -1,0 +1,228 @@
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+
+import pytest
+
+from maya_un.config.load import parse
+from maya_un.controller import guard_program
+from maya_un.controller.controller import GalilController
+from maya_un.controller.guard import BEATS
+from maya_un.errors import Faulted, GuardBlocked, GuardNotRunning, HostSilent, LimitReached, MachineError
+from maya_un.galil.driver import Driver
+from maya_un.galil.transport import Transport
+from maya_un.testing import Rig, rig
+from maya_un.values import Mode
+from tests.unit.controller.bench import FAR, HERE, commands_in, foreign, homed, now
+from tests.virtual_time import elapse
+
+USERS = "#BLINK\r\nSB2\r\nWT100\r\nCB2\r\nWT100\r\nJP#BLINK\r\n"
+
+
+async def guard_line(bench: Rig) -> float:
+    return float((await foreign(bench, "MG_XQ7"))[0])
+
+
+async def download(bench: Rig, program: str, *commands: str) -> None:
+    driver = await Driver.open(bench.virtual.loopback(), timeout=2.0)
+    await driver.download(program)
+    await driver.batch(list(commands))
+    await driver.close()
+
+
+async def upload(bench: Rig) -> str:
+    driver = await Driver.open(bench.virtual.loopback(), timeout=2.0)
+    program = await driver.upload()
+    await driver.close()
+    return program
+
+
+async def test_the_guard_runs_from_the_first_moment_and_ends_with_us() -> None:
+    async with rig(live=True) as bench:
+        assert await guard_line(bench) > 0
+        assert guard_program.text(0.5) == (await upload(bench)).splitlines()
+        await bench.controller.close()
+        assert await guard_line(bench) == -1
+
+
+async def test_a_dry_run_has_no_guard() -> None:
+    async with homed() as bench:
+        await bench.controller.move(FAR)
+        assert await guard_line(bench) == -1
+        assert b"mayabeat" not in bench.sent
+
+
+async def test_a_guard_time_of_zero_means_none() -> None:
+    async with rig(parse({"safety": {"guard_time": 0.0}}), live=True) as bench:
+        assert await guard_line(bench) == -1
+
+
+async def test_the_beat_is_twenty_times_as_fast_as_it_must_be() -> None:
+    async with rig(live=True) as bench:
+        del bench.sent[:]
+        await elapse(10.0)
+        beats = commands_in(bytes(bench.sent)).count("mayabeat=TIME")
+        assert beats == pytest.approx(10.0 * BEATS / 0.5, abs=2)
+
+
+@pytest.mark.parametrize("command", ["HX7", "HX", "ST", "AB", "RS"])
+@pytest.mark.parametrize("moving", [True, False])
+async def test_who_kills_the_guard_is_noticed_and_nothing_moves_without_it(command: str, moving: bool) -> None:
+    async with homed(live=True) as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        if moving:
+            await elapse(5.0)
+        else:
+            await move
+        await foreign(bench, command)
+        if moving:
+            with pytest.raises(MachineError):
+                await move
+        else:
+            await elapse(0.1)
+        assert bench.controller.state.mode is Mode.FAULT
+        assert not bench.controller.state.moving
+        with pytest.raises(Faulted):
+            await bench.controller.move(HERE)
+        rest = bench.mechanics.true_joints()
+        await bench.controller.recover()
+        assert await guard_line(bench) > 0
+        await elapse(20.0)
+        assert bench.mechanics.true_joints() == pytest.approx(rest, abs=5e-5)
+        if bench.controller.state.homed:
+            await bench.controller.move(HERE)
+
+
+@pytest.mark.parametrize("command", ["HX7", "ST", "AB", "RS"])
+async def test_a_guard_killed_in_the_last_moment_lets_nothing_begin(command: str) -> None:
+    async with homed(live=True) as bench:
+        begun: list[float] = []
+
+        def kill(_: str, way: str, data: bytes) -> None:
+            if way == "rx" and b"LE" in data:
+                begun.append(now())
+                bench.virtual.tap = None
+                bench.virtual.machine.receive(handle, f"{command}\r".encode(), now())
+
+        handle = bench.virtual.machine.connect()
+        assert handle is not None
+        bench.virtual.tap = kill
+        rest = bench.mechanics.true_joints()
+        with pytest.raises(GuardNotRunning):
+            await bench.controller.move(FAR)
+        assert begun
+        await elapse(1.0)
+        assert bench.mechanics.true_joints() == pytest.approx(rest, abs=5e-5)
+
+
+async def test_the_abort_input_is_named_before_the_guard_it_killed() -> None:
+    async with homed(live=True) as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(5.0)
+        bench.virtual.abort_input(True)
+        with pytest.raises(MachineError) as caught:
+            await move
+        assert caught.value.code == 2303
+        bench.virtual.abort_input(False)
+        await bench.controller.recover()
+        assert await guard_line(bench) > 0
+
+
+async def test_our_own_stop_and_abort_leave_the_guard_alone() -> None:
+    async with homed(live=True) as bench:
+        for end in (bench.controller.stop, bench.controller.abort):
+            move = asyncio.create_task(bench.controller.move(FAR))
+            await elapse(3.0)
+            await end()
+            await asyncio.wait({move})
+            assert move.exception() is not None
+            assert await guard_line(bench) > 0
+            if bench.controller.state.mode is Mode.FAULT:
+                await bench.controller.recover()
+
+
+async def test_a_limit_is_told_by_the_controller_itself() -> None:
+    slow = parse({"controller": {"stream_rate": 0.01}})
+    async with homed(slow, live=True) as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(5.0)
+        met = now()
+        await foreign(bench, "CN 1")
+        with pytest.raises(LimitReached):
+            await move
+        assert now() - met < 1.5  # braking included; the record would have come after 100 s
+
+
+async def test_a_silent_host_is_told_so_when_it_comes_back() -> None:
+    async with homed(live=True) as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(5.0)
+        await foreign(bench, "mayabeat=TIME-600")  # as old as if nobody had been heard for 0.6 s
+        await foreign(bench, "HX7", "XQ#MAYAGRD,7")
+        with pytest.raises(HostSilent):
+            await move
+        assert bench.controller.state.mode is Mode.FAULT
+        await bench.controller.recover()
+        await bench.controller.move(HERE)
+
+
+async def test_a_silent_host_at_rest_is_no_fault() -> None:
+    async with homed(live=True) as bench:
+        await foreign(bench, "mayaout=1")
+        await elapse(0.2)
+        assert await foreign(bench, "MG mayaout") == ["0.0000"]
+        assert bench.controller.state.mode is Mode.IDLE
+        await bench.controller.move(FAR)
+
+
+async def test_a_users_program_stays_and_the_guard_goes_behind_it() -> None:
+    async with rig() as bench:
+        await download(bench, USERS)
+        again = bench.controller
+        await again.close()
+        live = _live(bench)
+        await live.open()
+        assert (await upload(bench)).startswith(USERS)
+        await foreign(bench, "XQ#BLINK,0")
+        await elapse(2.0)
+        assert await guard_line(bench) > 0
+        assert float((await foreign(bench, "MG_XQ0"))[0]) >= 0
+        await live.close()
+        assert float((await foreign(bench, "MG_XQ0"))[0]) >= 0
+
+
+@pytest.mark.parametrize(
+    ("program", "commands", "words"),
+    [
+        (USERS, ["XQ#BLINK,0"], "HX"),
+        ("#LIMSWI\r\nRE\r\n", [], "JS#MAYALIM"),
+        ("#X\r\nWT1000\r\nJP#X\r\n" + "".join(f"{line}\r\n" for line in guard_program.text(0.5)), ["XQ#X,7"], "HX 7"),
+    ],
+)
+async def test_a_program_in_the_way_keeps_us_from_connecting(program: str, commands: Sequence[str], words: str) -> None:
+    async with rig() as bench:
+        await download(bench, program, *commands)
+        live = _live(bench)
+        with pytest.raises(GuardBlocked, match=words):
+            await live.open()
+        assert bench.virtual.connections == "A"
+        assert (await upload(bench)) == program
+
+
+async def test_a_guard_with_another_time_is_replaced() -> None:
+    async with rig() as bench:
+        await download(bench, "".join(f"{line}\r\n" for line in guard_program.text(2.0)), "mayabeat=TIME", "mayaout=0")
+        await foreign(bench, "XQ#MAYAGRD,7")
+        live = _live(bench)
+        await live.open()
+        assert (await upload(bench)).splitlines() == guard_program.text(0.5)
+        assert await guard_line(bench) > 0
+        await live.close()
+
+
+def _live(bench: Rig) -> GalilController:
+    async def dial() -> Transport:
+        return bench.virtual.loopback()
+
+    return GalilController(dial, "twin", bench.controller.config, live=True)
