@@ -5,18 +5,26 @@ The machine never waits and never looks at a clock. It obeys whatever bytes come
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from math import inf
 
+from maya_un.galil.codes import ErrorCode
+from maya_un.virtual import burn, status
 from maya_un.virtual.activity import Activity
 from maya_un.virtual.context import Context
 from maya_un.virtual.execution import execute
-from maya_un.virtual.handles import Handle
+from maya_un.virtual.handles import Attempt, Handle, Kind
+from maya_un.virtual.memory import Memory
 from maya_un.virtual.operands import Names
 from maya_un.virtual.plant import Plant
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.unit import Identity, Unit
 
-FIRMWARE = "DMC4133 Rev 1.3k"
+REVISION = "Rev 1.3k"
+"""Firmware it says it has, unless told otherwise."""
+
+PORT = 23
 SERIAL = 41330
 ADDRESS = (10, 51, 0, 87)
 HARDWARE_ADDRESS = "00-50-4C-08-01-1F"
@@ -27,7 +35,9 @@ WATCH = 0.01
 class VirtualDmc:
     """The controller.
 
-    `plant` is what its motors drive, `axes` how many there are (1 to 8), `motors_off` whether motors power up off.
+    `plant` is what its motors drive, `axes` how many there are (1 to 8), `motors_off` whether motors that were never
+    burned power up off, `memory` what is burned. `firmware` is the line of ^R^V, by default that of a DMC-41x3.
+    While `balk` says so, a command is refused with code 1 and not executed (for faults on demand).
     Times are seconds on one clock of the caller's that never goes back.
     """
 
@@ -36,16 +46,22 @@ class VirtualDmc:
         plant: Plant,
         *,
         axes: int = 3,
-        firmware: str = FIRMWARE,
+        firmware: str | None = None,
         serial: int = SERIAL,
         motors_off: bool = True,
+        memory: Memory | None = None,
     ) -> None:
         if not 1 <= axes <= 8:
             raise ValueError("a DMC-41x3 has one to eight axes")
-        self._unit = Unit(plant, axes, Identity(firmware, serial, ADDRESS, HARDWARE_ADDRESS), motors_off)
+        line = firmware or f"DMC41{axes}3 {REVISION}"
+        self._unit = Unit(plant, axes, Identity(line, serial, ADDRESS, HARDWARE_ADDRESS), motors_off, memory)
+        self._unit.records.source = partial(status.record, self._unit)
+        self._unit.activities = (*self._unit.activities, self._unit.records)
+        self.balk: Callable[[], bool] | None = None
         self._core = self._unit.core
         self._contexts: dict[Handle, Context] = {}
         self._activities: tuple[Activity, ...] = self._unit.activities
+        burn.power_up(self._unit)
 
     @property
     def now(self) -> float:
@@ -57,9 +73,11 @@ class VirtualDmc:
         """What the controller remembers; for those who look into it from outside, such as tests."""
         return self._unit
 
-    def connect(self, peer: tuple[str, int] = ("127.0.0.1", 0)) -> Handle | None:
-        """Give a new connection the first free handle, None where all eight are taken."""
-        handle = self._unit.handles.connect(peer)
+    def connect(
+        self, peer: tuple[str, int] = ("127.0.0.1", 0), kind: Kind = Kind.TCP, port: int = PORT
+    ) -> Handle | None:
+        """Give a new connection to `port` the first free handle; None where all are taken or IK blocks the port."""
+        handle = self._unit.handles.connect(peer, kind, port)
         if handle is not None:
             self._contexts[handle] = Context(self._unit, Names(self._unit, handle), handle)
         return handle
@@ -75,6 +93,9 @@ class VirtualDmc:
         A command may close handles, the sender's among them: see `Handle.open` afterwards.
         """
         self.advance(now)
+        if handle.master:
+            _take_answer(handle, data)
+            return b""
         replies: list[bytes] = []
         for text in handle.splitter.split(data):
             context = self._contexts.get(handle)
@@ -107,6 +128,17 @@ class VirtualDmc:
         if watching and any(axis.moving for axis in self._unit.axes):
             wake = min(wake, self._core.now + WATCH)
         return wake
+
+    def power_off(self) -> None:
+        """Lose power at the time last advanced to: motors and outputs go off, connections and what is not burned go."""
+        self._unit.reset()
+        for activity in self._activities:
+            activity.reset()
+        self._unit.handles.reset()
+
+    def power_on(self) -> None:
+        """Come up again with what is burned, at the time last advanced to."""
+        burn.reset(self._unit)
 
     def take_messages(self) -> list[tuple[Handle, bytes]]:
         """Return the bytes for handles that did not ask for them, and forget them."""
@@ -141,6 +173,9 @@ class VirtualDmc:
         return b"::"
 
     def _reply(self, context: Context, text: str) -> bytes:
+        if self.balk is not None and self.balk():
+            self._unit.error_code = int(ErrorCode.UNRECOGNIZED_COMMAND)
+            return b"?"
         try:
             answer = execute(context, text)
         except Refused as refused:
@@ -153,3 +188,10 @@ class VirtualDmc:
                 return b""
             return b":"
         return answer + b":" if isinstance(answer, bytes) else answer.encode("ascii") + b"\r\n:"
+
+
+def _take_answer(handle: Handle, data: bytes) -> None:
+    """Note what the other side of a handle that IH opened says; it answers, it does not command."""
+    for byte in data:
+        if byte in b":?":
+            handle.attempt = Attempt.ACCEPTED if byte == ord(":") else Attempt.REFUSED

@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 from maya_un.galil.codes import ErrorCode
 from maya_un.galil.numbers import fixed
-from maya_un.virtual import registers, status
+from maya_un.virtual import network, registers, status
 from maya_un.virtual.axis import LETTERS, Axis
 from maya_un.virtual.expressions import ONE
-from maya_un.virtual.handles import TCP_SLAVE, Handle
+from maya_un.virtual.handles import Handle
 from maya_un.virtual.plane import Plane
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.thread import Thread
@@ -82,7 +82,7 @@ def _handle(handle: Handle | None, item: int) -> float:
         return 0
     host, port = handle.peer
     address = int.from_bytes(bytes(status.address_bytes(host)), "big", signed=True)
-    return (address, port, TCP_SLAVE, 0, 1)[item]
+    return (address, port, handle.state, not handle.connected, handle.attempt)[item]
 
 
 _Motion = Callable[[Unit, Axis], float]
@@ -142,8 +142,16 @@ _SYSTEM: dict[str, Callable[[Unit], float]] = {
     "PF": lambda unit: unit.position_format.code,
     "VF": lambda unit: unit.value_format.code,
     "TM": lambda unit: 1000,
-    "DR0": lambda unit: 0,
-    "DR1": lambda unit: 0,
+    "DR0": lambda unit: unit.records.period,
+    "DR1": lambda unit: unit.records.place,
+    "RS": lambda unit: unit.memory.errors,
+    "CW4": lambda unit: unit.outlet.discarding,
+    "IA0": lambda unit: network.number(unit.network.address),
+    "IA1": lambda unit: unit.network.retry,
+    "MU": lambda unit: network.number(unit.network.multicast),
+    "MU0": lambda unit: network.number(unit.network.multicast),
+    "SM": lambda unit: network.number(unit.network.mask),
+    "SM0": lambda unit: network.number(unit.network.mask),
     "IA2": lambda unit: unit.handles.free,
     "IA4": lambda unit: unit.handles.last_lost,
     "IA5": lambda unit: 100,

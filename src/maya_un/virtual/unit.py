@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+from maya_un.galil.codes import ErrorCode
 from maya_un.galil.numbers import format_value, join_positions
 from maya_un.virtual import registers
 from maya_un.virtual.activity import Activity
 from maya_un.virtual.axis import LETTERS, Axis
-from maya_un.virtual.handles import Handles
+from maya_un.virtual.handles import Handle, Handles
+from maya_un.virtual.memory import Memory
 from maya_un.virtual.motion import MotionCore
+from maya_un.virtual.network import Network
 from maya_un.virtual.outlet import Outlet
 from maya_un.virtual.plane import Plane
 from maya_un.virtual.plant import Plant
+from maya_un.virtual.records import RecordStream
 
 SAMPLES = 1024
 """Samples in a second at TM 1000."""
@@ -47,7 +51,9 @@ class Unit:
     `inputs` are the levels of the general inputs, which idle high; `analog` the volts at the analog ones.
     """
 
-    def __init__(self, plant: Plant, axes: int, identity: Identity, motors_off: bool) -> None:
+    def __init__(
+        self, plant: Plant, axes: int, identity: Identity, motors_off: bool, memory: Memory | None = None
+    ) -> None:
         self.identity = identity
         self.motors_off = motors_off
         lines = (Axis(i, plant.timelines[i], registers.defaults(registers.AXIS)) for i in range(axes))
@@ -55,21 +61,20 @@ class Unit:
         self.core = MotionCore(plant, tuple(lines), planes)
         self.handles = Handles()
         self.outlet = Outlet(self.handles)
+        self.handles.on_close = self._closed
+        self.memory = Memory() if memory is None else memory
+        self.records = RecordStream(self.handles, self.outlet)
         self.activities: tuple[Activity, ...] = ()
+        self.on_tcp_error: Callable[[int], None] | None = None
         self.started = 0.0
-        self.burned_registers: list[dict[str, float]] | None = None
-        self.burned_polarity = [-1, -1, -1, 0, 0]
-        self.burned_variables: dict[str, int] = {}
         self.outputs = [False] * (8 if axes <= 4 else 16)
         self.inputs = [True] * len(self.outputs)
         self.analog = [0.0] * 8
         self._forget()
-        for axis in self.axes:
-            self.core.power(axis, not motors_off)
 
     def _forget(self) -> None:
         """Set what power-up sets."""
-        self.variables: dict[str, int] = dict(self.burned_variables)
+        self.variables: dict[str, int] = {}
         self.error_code = 0
         self.plane = "S"
         self.value_format = Format(10, 4)
@@ -77,6 +82,8 @@ class Unit:
         self.suppress_zeros = 1
         self.echo = 1
         self.outlet.reset()
+        self.network = Network(self.identity.address)
+        self.handles.blocking = True
 
     @property
     def axes(self) -> Sequence[Axis]:
@@ -95,12 +102,11 @@ class Unit:
         return (samples + (1 << 31)) % (1 << 32) - (1 << 31)
 
     def reset(self) -> None:
-        """Do what power-up does (RS): counters from zero, burned or factory registers, variables lost."""
+        """Set what the factory set: counters from zero, motors off, variables lost. See `burn` for what comes back."""
         self.core.reset()
-        self.core.cn = list(self.burned_polarity)
-        stored = self.burned_registers or [registers.defaults(registers.AXIS) for _ in self.axes]
-        for axis, values in zip(self.axes, stored, strict=True):
-            axis.registers.update(values)
+        self.core.cn = [-1, -1, -1, 0, 0]
+        for axis in self.axes:
+            axis.registers.update(registers.defaults(registers.AXIS))
             axis.jog_speed = registers.JOG.default
         for plane in self.core.planes.values():
             plane.registers.update(registers.defaults(registers.PLANE))
@@ -108,15 +114,16 @@ class Unit:
             self.set_output(bit, False)
         self.started = self.core.now
         self._forget()
-        for axis in self.axes:
-            self.core.power(axis, not self.motors_off)
-        for activity in self.activities:
-            activity.reset()
 
-    def burn(self) -> None:
-        """Keep the registers over a reset (BN)."""
-        self.burned_registers = [dict(axis.registers, ZA=0.0) for axis in self.axes]
-        self.burned_polarity = list(self.core.cn)
+    def tcp_error(self, handle_index: int) -> None:
+        """Take notice that something was sent on a TCP handle and its connection was found gone (error 123)."""
+        self.handles.last_lost = handle_index
+        self.error_code = int(ErrorCode.TCP_LOST)
+        if self.on_tcp_error is not None:
+            self.on_tcp_error(handle_index)
+
+    def _closed(self, handle: Handle) -> None:
+        self.outlet.closed(handle.letter)
 
     def set_output(self, bit: int, on: bool) -> None:
         """Set digital output `bit`, from 1."""

@@ -34,6 +34,8 @@ class Bench:
 
     def raw(self, text: str) -> bytes:
         """Send bytes as they are and return the bytes that come back."""
+        if not self.handle.open:
+            self.handle = self.connect()
         return self.machine.receive(self.handle, text.encode("latin-1"), self.now)
 
     def say(self, text: str) -> str:

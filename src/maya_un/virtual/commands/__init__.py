@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from maya_un.virtual.commands import coordinated, inquiry, message, motion, setting, system
+from maya_un.virtual.commands import coordinated, ethernet, inquiry, message, motion, setting, system
 from maya_un.virtual.context import Handler
 
 TABLE: dict[str, Handler] = {
@@ -11,6 +11,7 @@ TABLE: dict[str, Handler] = {
     **coordinated.TABLE,
     **inquiry.TABLE,
     **system.TABLE,
+    **ethernet.TABLE,
     **message.TABLE,
 }
 """Every command that this controller knows."""

@@ -9,9 +9,8 @@ from maya_un.galil.codes import ERROR_TEXTS, ErrorCode
 from maya_un.galil.numbers import format_value, join_positions
 from maya_un.virtual import status
 from maya_un.virtual.arguments import QUERY, mask
-from maya_un.virtual.axis import LETTERS, Axis
+from maya_un.virtual.axis import Axis
 from maya_un.virtual.context import Answer, Context, Handler
-from maya_un.virtual.handles import Handles
 from maya_un.virtual.refusal import Refused
 
 _Reader = Callable[[Context, Axis], float]
@@ -69,29 +68,6 @@ def _firmware(context: Context, _: str) -> Answer:
     return context.unit.identity.firmware
 
 
-def _who(context: Context, _: str) -> Answer:
-    return "USB" if context.caller is None else f"IH{context.caller.letter}"
-
-
-def _handles(context: Context, _: str) -> Answer:
-    own = context.unit.identity
-    address = ",".join(map(str, own.address))
-    first = f"CONTROLLER IP ADDRESS {address} ETHERNET ADDRESS {own.hardware_address}"
-    return "\r\n".join([first, *_handle_lines(context.unit.handles)])
-
-
-def _handle_lines(handles: Handles) -> list[str]:
-    lines: list[str] = []
-    for letter, handle in zip(LETTERS, handles, strict=True):
-        if handle is None:
-            lines.append(f"IH{letter} AVAILABLE")
-            continue
-        host, port = handle.peer
-        remote = ",".join(map(str, status.address_bytes(host)))
-        lines.append(f"IH{letter} TCP PORT 23 TO IP ADDRESS {remote} PORT {port}")
-    return lines
-
-
 def _variables(context: Context, _: str) -> Answer:
     unit = context.unit
     names = sorted(unit.variables)
@@ -116,7 +92,5 @@ TABLE: dict[str, Handler] = {
     "QZ": _layout,
     "ID": _identity,
     "\x12\x16": _firmware,
-    "WH": _who,
-    "TH": _handles,
     "LV": _variables,
 }

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from functools import partial
 
 from maya_un.galil.codes import ErrorCode
+from maya_un.virtual import burn
 from maya_un.virtual.arguments import QUERY, split
 from maya_un.virtual.context import Answer, Context, Handler
 from maya_un.virtual.expressions import is_name
@@ -15,8 +15,6 @@ from maya_un.virtual.unit import Format, Unit
 
 THREADS = 8
 
-_CLOSE = re.compile(r"\s*([A-HST])\s*=\s*>?\s*-([123])\s*")
-_TCP_OR_ANY = ("2", "3")
 _COPYRIGHT = "Virtual DMC-41x3 of Maya-UN, Apache License 2.0"
 
 
@@ -63,27 +61,6 @@ def _deallocate(context: Context, text: str) -> Answer:
     return None
 
 
-def _close_handle(context: Context, text: str) -> Answer:
-    """IH...=>-1, -2, -3: close a handle, one's own (S) or all the others (T), of kind UDP, TCP or any."""
-    form = _CLOSE.fullmatch(text)
-    if form is None:
-        raise Refused(ErrorCode.NOT_SUPPORTED)
-    which, kind = form.groups()
-    handles, caller = context.unit.handles, context.caller
-    if kind not in _TCP_OR_ANY:
-        return None
-    if which == "T":
-        closing = [handle for handle in handles if handle is not None and handle is not caller]
-    else:
-        handle = caller if which == "S" else handles.at(which)
-        if handle is None:
-            raise Refused(ErrorCode.HANDLE_CLOSED)
-        closing = [handle]
-    for handle in closing:
-        handles.close(handle)
-    return None
-
-
 def _flag(read: Callable[[Unit], int], write: Callable[[Unit, int], None], context: Context, text: str) -> Answer:
     """Set or tell a flag of 0 or 1."""
     if text.strip() == QUERY:
@@ -101,11 +78,18 @@ def _set_zeros(unit: Unit, value: int) -> None:
 
 
 def _copyright(context: Context, text: str) -> Answer:
-    """CW: 1 marks unsolicited characters by bit 7, 2 does not; else the copyright."""
+    """CW: 1 marks unsolicited characters by bit 7, 2 does not; else the copyright.
+
+    The second number, whether a full serial port discards, concerns no Ethernet handle and is only kept.
+    """
     arguments = split(text)
     if arguments[0] in ("", "0", QUERY):
         return _COPYRIGHT
-    context.unit.outlet.mark = context.integer(arguments[0], 1, 2)
+    outlet = context.unit.outlet
+    mark = context.integer(arguments[0], 1, 2) if arguments[0] else outlet.mark
+    if len(arguments) > 1 and arguments[1]:
+        outlet.discarding = context.integer(arguments[1], 0, 1)
+    outlet.mark = mark
     return None
 
 
@@ -144,31 +128,25 @@ def _format(name: str, context: Context, text: str) -> Answer:
 
 
 def _reset(context: Context, text: str) -> Answer:
-    if text.strip():
-        context.integer(text, -1, 0)
-    context.unit.reset()
+    """RS: 0 comes up with what is burned, -1 as from the factory this once.
+
+    The prompt still goes out, then all links end; the manual leaves open whether there is a reply.
+    """
+    burn.reset(context.unit, factory=bool(text.strip()) and context.integer(text, -1, 0) == -1)
     return None
 
 
-def _burn(context: Context, text: str) -> Answer:
+def _master_reset(context: Context, text: str) -> Answer:
+    """^R^S: a reset that also erases what is burned."""
     _bare(text)
-    context.unit.burn()
+    burn.master_reset(context.unit)
     return None
 
 
-def _burn_variables(context: Context, text: str) -> Answer:
+def _burn(what: Callable[[Unit], None], context: Context, text: str) -> Answer:
+    """BN, BP, BV: keep parameters, program, or variables and arrays without power."""
     _bare(text)
-    context.unit.burned_variables = dict(context.unit.variables)
-    return None
-
-
-def _data_record_rate(context: Context, text: str) -> Answer:
-    """DR: records by themselves go to a UDP handle only; 0 switches them off."""
-    first = split(text)[0]
-    if first == QUERY:
-        return context.unit.position_text([0])
-    if context.integer(first, 0, 30000):
-        raise Refused(ErrorCode.HANDLE_MUST_BE_UDP)
+    what(context.unit)
     return None
 
 
@@ -212,7 +190,6 @@ TABLE: dict[str, Handler] = {
     "OB": _bit_by_value,
     "OP": _port,
     "DA": _deallocate,
-    "IH": _close_handle,
     "EO": partial(_flag, lambda unit: unit.echo, _set_echo),
     "LZ": partial(_flag, lambda unit: unit.suppress_zeros, _set_zeros),
     "CW": _copyright,
@@ -220,9 +197,10 @@ TABLE: dict[str, Handler] = {
     "PF": partial(_format, "PF"),
     "VF": partial(_format, "VF"),
     "RS": _reset,
-    "BN": _burn,
-    "BV": _burn_variables,
-    "DR": _data_record_rate,
+    "\x12\x13": _master_reset,
+    "BN": partial(_burn, burn.burn_parameters),
+    "BP": partial(_burn, burn.burn_program),
+    "BV": partial(_burn, burn.burn_variables),
     "TM": _sample_time,
     "XQ": _execute,
     "HX": _halt,

@@ -1,0 +1,177 @@
+"""Power-up, reset and burning: what a controller forgets and what it comes up with (RS, ^R^S, BN, BP, BV).
+
+What is burned of the parameters: the registers of axes and planes (but for ZA and VV), whether motors are off, CN,
+and the formats, ports and addresses. Outputs come up off. The reply to a burn comes at once, though the controller
+takes up to seconds; records by themselves (DR) pause as long as it does.
+"""
+
+from __future__ import annotations
+
+from maya_un.galil.codes import ErrorCode
+from maya_un.virtual import registers
+from maya_un.virtual.memory import Parameters
+from maya_un.virtual.network import Quad
+from maya_un.virtual.outlet import SERIAL
+from maya_un.virtual.refusal import Refused
+from maya_un.virtual.registers import Register
+from maya_un.virtual.unit import Format, Unit
+
+BURN_TIME = 2.0
+"""How long a controller is busy with BN, BP or BV, at most [s]."""
+
+_NOT_BURNED = frozenset({"ZA", "VV"})
+
+
+def power_up(unit: Unit) -> None:
+    """Come up with what is burned; a part of the memory found damaged sets error 14 and comes up as from the factory.
+
+    Motors of axes that were never burned come up as the unit was told.
+    """
+    unit.memory.load()
+    _restore(unit, factory=False)
+    if unit.memory.errors:
+        unit.error_code = int(ErrorCode.CHECKSUM)
+
+
+def reset(unit: Unit, *, factory: bool = False) -> None:
+    """Do what a power-up does at once (RS), or with what the factory set for this once (RS -1): all handles close."""
+    unit.reset()
+    if factory:
+        _restore(unit, factory=True)
+    else:
+        power_up(unit)
+    for activity in unit.activities:
+        activity.reset()
+    unit.handles.reset()
+
+
+def master_reset(unit: Unit) -> None:
+    """Erase everything burned and reset (^R^S)."""
+    unit.memory.erase()
+    reset(unit)
+
+
+def burn_parameters(unit: Unit) -> None:
+    """Keep the parameters over a reset (BN); raises `Refused`."""
+    unit.memory.contents.parameters = _parameters(unit)
+    _store(unit)
+
+
+def burn_program(unit: Unit) -> None:
+    """Keep the program (BP); raises `Refused`."""
+    _store(unit)
+
+
+def burn_variables(unit: Unit) -> None:
+    """Keep variables and arrays (BV); raises `Refused`."""
+    unit.memory.contents.variables = dict(unit.variables)
+    _store(unit)
+
+
+def _store(unit: Unit) -> None:
+    unit.records.pause(unit.core.now + BURN_TIME)
+    try:
+        unit.memory.store()
+    except OSError:
+        raise Refused(ErrorCode.WRITE) from None
+
+
+def _parameters(unit: Unit) -> Parameters:
+    groups: Parameters = {"unit": _unit_parameters(unit)}
+    for axis in unit.axes:
+        groups[axis.letter] = {**_burned(axis.registers), "motor_off": not axis.on}
+    for plane in unit.core.planes.values():
+        groups[plane.letter] = _burned(plane.registers)
+    return groups
+
+
+def _burned(values: dict[str, float]) -> dict[str, float | str]:
+    return {name: value for name, value in values.items() if name not in _NOT_BURNED}
+
+
+def _unit_parameters(unit: Unit) -> dict[str, float | str]:
+    network = unit.network
+    return {
+        **{f"CN{place}": value for place, value in enumerate(unit.core.cn)},
+        "PF": _format_text(unit.position_format),
+        "VF": _format_text(unit.value_format),
+        "LZ": unit.suppress_zeros,
+        "EO": unit.echo,
+        "CF": unit.outlet.port,
+        "CW": unit.outlet.mark,
+        "IK": unit.handles.blocking,
+        "IA": ".".join(map(str, network.address)),
+        "IA1": network.retry,
+        "DH": network.dhcp,
+        "MU": ".".join(map(str, network.multicast)),
+        "SM": ".".join(map(str, network.mask)),
+    }
+
+
+def _format_text(form: Format) -> str:
+    return f"{'$' * form.hexadecimal}{form.before}.{form.after}"
+
+
+def _restore(unit: Unit, *, factory: bool) -> None:
+    contents = unit.memory.contents
+    burned = (None if factory else contents.parameters) or {}
+    for axis in unit.axes:
+        group = burned.get(axis.letter, {})
+        _restore_registers(axis.registers, group, registers.AXIS)
+        unit.core.power(axis, not group.get("motor_off", unit.motors_off))
+    for plane in unit.core.planes.values():
+        _restore_registers(plane.registers, burned.get(plane.letter, {}), registers.PLANE)
+    _restore_unit(unit, burned.get("unit", {}))
+    if not factory:
+        unit.variables.update(contents.variables)
+
+
+def _restore_registers(values: dict[str, float], group: dict[str, float | str], table: dict[str, Register]) -> None:
+    """Set registers to burned values; one that is out of range keeps what the factory set."""
+    for name, value in group.items():
+        register = table.get(name)
+        if register is None or isinstance(value, str) or name in _NOT_BURNED:
+            continue
+        try:
+            register.rounded(value)
+        except Refused:
+            continue
+        values[name] = value
+
+
+def _restore_unit(unit: Unit, group: dict[str, float | str]) -> None:
+    def number(name: str, default: float) -> int:
+        value = group.get(name, default)
+        return int(default if isinstance(value, str) else value)
+
+    def text(name: str, default: str) -> str:
+        return str(group.get(name, default))
+
+    unit.core.cn = [number(f"CN{place}", value) for place, value in enumerate(unit.core.cn)]
+    unit.position_format = _format(text("PF", ""), unit.position_format)
+    unit.value_format = _format(text("VF", ""), unit.value_format)
+    unit.suppress_zeros, unit.echo = number("LZ", unit.suppress_zeros), number("EO", unit.echo)
+    port = text("CF", unit.outlet.port)
+    unit.outlet.port = port if port in tuple("ABCDEFGH" + SERIAL) else unit.outlet.port
+    unit.outlet.mark = number("CW", unit.outlet.mark)
+    unit.handles.blocking = bool(number("IK", unit.handles.blocking))
+    network = unit.network
+    network.address = _quad(text("IA", ""), network.address)
+    network.retry, network.dhcp = number("IA1", network.retry), bool(number("DH", network.dhcp))
+    network.multicast = _quad(text("MU", ""), network.multicast)
+    network.mask = _quad(text("SM", ""), network.mask)
+
+
+def _format(text: str, default: Format) -> Format:
+    before, _, after = text.removeprefix("$").partition(".")
+    if not (before.isdecimal() and after.isdecimal() and int(before) <= 10 and int(after) <= 4):
+        return default
+    return Format(int(before), int(after), text.startswith("$"))
+
+
+def _quad(text: str, default: Quad) -> Quad:
+    parts = text.split(".")
+    if len(parts) != 4 or not all(part.isdecimal() and int(part) < 256 for part in parts):
+        return default
+    a, b, c, d = (int(part) for part in parts)
+    return a, b, c, d

@@ -1,0 +1,206 @@
+"""Commands about the network: handles, addresses, blocked ports, and the stream of data records."""
+
+from __future__ import annotations
+
+import re
+from functools import partial
+
+from maya_un.galil.codes import ErrorCode
+from maya_un.virtual import status
+from maya_un.virtual.arguments import QUERY, split
+from maya_un.virtual.axis import LETTERS
+from maya_un.virtual.context import Answer, Context, Handler
+from maya_un.virtual.handles import DEFAULT_PORT, Handle, Kind
+from maya_un.virtual.network import Network, Quad
+from maya_un.virtual.outlet import SERIAL
+from maya_un.virtual.records import LONGEST, SHORTEST
+from maya_un.virtual.refusal import Refused
+
+_CLOSE = re.compile(r"\s*([A-HST])\s*=\s*>?\s*-([123])\s*")
+_OPEN = re.compile(r"\s*([A-H])\s*=\s*([^<>]+)(?:<([^<>]+))?(?:>([^<>]+))?")
+_SWAP = re.compile(r"\s*([A-HS])\s*=\s*([A-HS])\s*")
+_KINDS: dict[str, tuple[Kind, ...]] = {"1": (Kind.UDP,), "2": (Kind.TCP,), "3": (Kind.UDP, Kind.TCP)}
+_LARGEST_PORT = 65535
+_LONGEST_RETRY = 2147483647
+_UDP, _TCP = 1, 2
+
+
+def _handle(context: Context, text: str) -> Answer:
+    """IH: close handles with -1, -2, -3 (UDP, TCP, any), or open one to an address."""
+    closing = _CLOSE.fullmatch(text)
+    if closing is not None:
+        _close(context, *closing.groups())
+        return None
+    opening = _OPEN.fullmatch(text)
+    if opening is None:
+        raise Refused(ErrorCode.OPERAND_ERROR)
+    letter, address, port, kind = opening.groups()
+    if text.rstrip().endswith(QUERY):
+        raise Refused(ErrorCode.QUESTION_MARK_INVALID)
+    _open(context, letter, address, port, kind)
+    return None
+
+
+def _close(context: Context, which: str, kind: str) -> None:
+    """Close one's own handle (S), all the others (T), or the one named, of the kind named."""
+    handles, caller = context.unit.handles, context.caller
+    if which == "T":
+        closing = [handle for handle in handles if handle is not None and handle is not caller]
+    else:
+        handle = caller if which == "S" else handles.at(which)
+        if handle is None:
+            raise Refused(ErrorCode.HANDLE_CLOSED)
+        closing = [handle]
+    for handle in closing:
+        if handle.kind in _KINDS[kind]:
+            handles.close(handle)
+
+
+def _open(context: Context, letter: str, address: str, port: str | None, kind: str | None) -> None:
+    handles = context.unit.handles
+    if handles.at(letter) is not None:
+        raise Refused(ErrorCode.HANDLE_IN_USE)
+    host = _quad(context, split(address))
+    default = DEFAULT_PORT + LETTERS.index(letter)
+    number = default if port is None else context.integer(port, 0, _LARGEST_PORT)
+    protocol = _TCP if kind is None else context.integer(kind, _UDP, _TCP)
+    handles.dial(letter, (".".join(map(str, host)), number), Kind(protocol))
+
+
+def _quad(context: Context, parts: list[str]) -> Quad:
+    """Return four bytes, given one by one or as one number of 32 bits."""
+    if len(parts) == 1:
+        number = context.integer(parts[0], -(1 << 31), (1 << 31) - 1)
+        a, b, c, d = (number & 0xFFFFFFFF).to_bytes(4, "big")
+        return a, b, c, d
+    if len(parts) != 4:
+        raise Refused(ErrorCode.NOT_ENOUGH_FIELDS)
+    a, b, c, d = (context.integer(part, 0, 255) for part in parts)
+    return a, b, c, d
+
+
+def _swap(context: Context, text: str) -> Answer:
+    """HS: two handles change their connections; S is the sender's."""
+    form = _SWAP.fullmatch(text)
+    if form is None:
+        raise Refused(ErrorCode.OPERAND_ERROR)
+    if "S" in form.groups() and context.caller is None:
+        raise Refused(ErrorCode.NOT_IN_PROGRAM)
+    own = -1 if context.caller is None else context.caller.index
+    first, second = (own if name == "S" else LETTERS.index(name) for name in form.groups())
+    context.unit.handles.swap(first, second)
+    return None
+
+
+def _block(context: Context, text: str) -> Answer:
+    """IK: 1 refuses new connections to ports below 1000, except 0, 23, 68 and 502."""
+    handles = context.unit.handles
+    if text.strip() == QUERY:
+        return context.unit.position_text([handles.blocking])
+    handles.blocking = context.integer(text, 0, 1) == 1 if text.strip() else True
+    return None
+
+
+def _address(context: Context, text: str) -> Answer:
+    """IA: the controller's address, or with `<` the samples between two attempts on a silent TCP handle.
+
+    The address told from then on is the new one; what the twin listens on does not change.
+    """
+    network = context.unit.network
+    body, less, retry = text.partition("<")
+    if less and (body.strip() or not retry.strip()):
+        raise Refused(ErrorCode.OPERAND_ERROR)
+    if less:
+        network.retry = context.integer(retry, 1, _LONGEST_RETRY)
+        return None
+    if body.strip() == QUERY:
+        return _quad_text(network.address)
+    if network.dhcp:
+        raise Refused(ErrorCode.NOT_WITH_DHCP)
+    network.address = _quad(context, split(body))
+    return None
+
+
+def _quad_register(name: str, context: Context, text: str) -> Answer:
+    """MU, SM: an address that is kept and told, and filters nothing on the twin."""
+    network: Network = context.unit.network
+    if text.strip() == QUERY:
+        return _quad_text(network.multicast if name == "MU" else network.mask)
+    value = _quad(context, split(text))
+    if name == "MU":
+        network.multicast = value
+    else:
+        network.mask = value
+    return None
+
+
+def _quad_text(quad: Quad) -> str:
+    return " " + ", ".join(map(str, quad))
+
+
+def _dhcp(context: Context, text: str) -> Answer:
+    """DH: whether the address comes from DHCP; IA is refused while it does."""
+    if text.strip() == QUERY:
+        return context.unit.position_text([context.unit.network.dhcp])
+    context.unit.network.dhcp = context.integer(text, 0, 1) == 1
+    return None
+
+
+def _who(context: Context, _: str) -> Answer:
+    return "USB" if context.caller is None else f"IH{context.caller.letter}"
+
+
+def _list(context: Context, _: str) -> Answer:
+    address = ",".join(map(str, context.unit.network.address))
+    first = f"CONTROLLER IP ADDRESS {address} ETHERNET ADDRESS {context.unit.identity.hardware_address}"
+    lines = [_line(letter, handle) for letter, handle in zip(LETTERS, context.unit.handles, strict=True)]
+    return "\r\n".join([first, *lines])
+
+
+def _line(letter: str, handle: Handle | None) -> str:
+    if handle is None:
+        return f"IH{letter} AVAILABLE"
+    host, port = handle.peer
+    remote = ",".join(map(str, status.address_bytes(host)))
+    return f"IH{letter} {handle.kind.name} PORT {handle.port} TO IP ADDRESS {remote} PORT {port}"
+
+
+def _records(context: Context, text: str) -> Answer:
+    """DR: a data record every n0 samples to handle n1, which must be UDP; without n1 to the port of CF.
+
+    Where CF names a serial port the stream is accepted and goes nowhere.
+    """
+    arguments = split(text)
+    stream, handles = context.unit.records, context.unit.handles
+    if len(arguments) > 2:
+        raise Refused(ErrorCode.OPERAND_ERROR)
+    if arguments[0] == QUERY:
+        return context.unit.position_text([stream.period])
+    period = context.integer(arguments[0], 0, LONGEST) // 2 * 2 if arguments[0] else 0
+    if 0 < period < SHORTEST:
+        raise Refused(ErrorCode.OUT_OF_RANGE)
+    named = list(handles)[context.integer(arguments[1], 0, 7)] if len(arguments) > 1 and period else None
+    if not period:
+        stream.stop()
+        return None
+    port = context.unit.outlet.port
+    target = named if len(arguments) > 1 else None if port in SERIAL else handles.at(port)
+    by_serial_port = len(arguments) == 1 and port in SERIAL
+    if not by_serial_port and (target is None or target.kind is not Kind.UDP):
+        raise Refused(ErrorCode.HANDLE_MUST_BE_UDP)
+    stream.start(period, named, context.core.now)
+    return None
+
+
+TABLE: dict[str, Handler] = {
+    "IH": _handle,
+    "HS": _swap,
+    "IK": _block,
+    "IA": _address,
+    "MU": partial(_quad_register, "MU"),
+    "SM": partial(_quad_register, "SM"),
+    "DH": _dhcp,
+    "WH": _who,
+    "TH": _list,
+    "DR": _records,
+}

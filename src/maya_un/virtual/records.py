@@ -1,0 +1,87 @@
+"""Data records that go out by themselves: DR sends one by UDP every few samples."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import inf
+
+from maya_un.virtual.axis import LETTERS
+from maya_un.virtual.handles import Handle, Handles, Kind
+from maya_un.virtual.outlet import SERIAL, Outlet
+
+SHORTEST, LONGEST = 8, 30000
+"""Range of the period of DR on a DMC-41x3 [samples]; it is even."""
+
+SAMPLE = 1.0 / 1024.0
+"""Sample time at TM 1000 [s]."""
+
+
+class RecordStream:
+    """The stream of records, an activity of the machine; `source` encodes the record of this instant.
+
+    `period` [samples] is 0 while there is none. Records due while a program or an array is downloaded, or while
+    memory is burned, are left out, as on the controller; the others keep their places in time.
+    """
+
+    def __init__(self, handles: Handles, outlet: Outlet) -> None:
+        self._handles = handles
+        self._outlet = outlet
+        self.source: Callable[[], bytes] = bytes
+        self.period = 0
+        self._handle: Handle | None = None
+        self._due = inf
+        self._silent_until = -inf
+
+    @property
+    def place(self) -> int:
+        """The handle's number that the records go to (`_DR1`), 0 where they go to a serial port."""
+        target = self._target()
+        return 0 if target is None else target.index
+
+    @property
+    def watching(self) -> bool:
+        """A stream does not care what befalls axes."""
+        return False
+
+    def start(self, period: int, handle: Handle | None, now: float) -> None:
+        """Send a record every `period` samples from `now` [s] on to a UDP handle, or where CF says (None)."""
+        self.period, self._handle = period, handle
+        self._due = now + period * SAMPLE
+
+    def stop(self) -> None:
+        """End the stream."""
+        self.period, self._handle, self._due = 0, None, inf
+
+    def pause(self, until: float) -> None:
+        """Leave out the records due before `until` [s]."""
+        self._silent_until = max(self._silent_until, until)
+
+    def next_event(self) -> float:
+        """Return when the next record is due [s], infinity without a stream."""
+        return self._due
+
+    def look(self, now: float) -> None:
+        """Send the record that is due."""
+        if self._handle is not None and not self._handle.open:
+            self.stop()
+        if now < self._due:
+            return
+        # Counted on from the record before, not from now: the stream does not drift.
+        self._due += self.period * SAMPLE
+        target = self._target()
+        if target is not None and now >= self._silent_until and not self._downloading():
+            self._outlet.put(target, self.source())
+
+    def reset(self) -> None:
+        """End the stream, as power-up does."""
+        self.stop()
+        self._silent_until = -inf
+
+    def _target(self) -> Handle | None:
+        if self._handle is not None or not self.period or self._outlet.port in SERIAL:
+            return self._handle
+        handle = self._handles.at(self._outlet.port) if self._outlet.port in LETTERS else None
+        return handle if handle is not None and handle.kind is Kind.UDP else None
+
+    def _downloading(self) -> bool:
+        return any(handle is not None and handle.download is not None for handle in self._handles)
