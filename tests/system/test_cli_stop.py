@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+from pathlib import Path
 
 import pytest
 
@@ -19,8 +20,14 @@ def wait_for_motion(wire: Wire, *, moving: bool, within: float) -> None:
         assert wire.time < latest, f"still not {'moving' if moving else 'at rest'}"
 
 
-def test_stop_past_a_service_that_hangs(campaign: Campaign) -> None:
-    """300 ms are asked for, of a machine with nothing else to do; the short run shares its processors."""
+def test_stop_past_a_service_that_hangs(campaign: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """300 ms are asked for, of a machine with nothing else to do; the short run shares its processors.
+
+    Without the guard, which would stop the axes of a hanging service by itself.
+    """
+    config = tmp_path / "unguarded.toml"
+    config.write_text("[safety]\nguard_time = 0.0\n")
+    monkeypatch.setenv("MAYA_CONFIG", str(config))
     budget = 0.3 if campaign.long else 2.0
     with running("dmc serve --port 0 --seed 5") as twin:
         address = twin.until(":")
