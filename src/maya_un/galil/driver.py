@@ -25,6 +25,8 @@ from maya_un.errors import (
     NotConnected,
     UnexpectedReply,
 )
+from maya_un.galil import arrays, program
+from maya_un.galil.burned import Burned
 from maya_un.galil.codes import ERROR_TEXTS
 from maya_un.galil.commands import LINE_LIMIT
 from maya_un.galil.framing import Kind, Message, Received, Record, Reply, ReplySplitter, Stray
@@ -37,6 +39,9 @@ T = TypeVar("T")
 Answer = str | bytes
 
 _ASK = "TC1"
+
+TRANSFER_TIMEOUT = 10.0
+"""Longest wait for the end of a download or upload [s]; a program of 4000 lines is 320 kB."""
 
 
 class _Request(Generic[T]):
@@ -84,8 +89,9 @@ class _Sent(NamedTuple):
 class Driver:
     """One link to a controller; made by `open`, ended by `close`, which also a lost one needs.
 
-    `tap` sees every piece of the wire as ("tx" or "rx", bytes); `on_message` gets the lines that a program in the
-    controller sends by itself (see `subscribe`).
+    `tap` sees every piece of the wire as ("tx" or "rx", bytes). The lines that a program in the controller sends by
+    itself (see `subscribe`) go to `on_message` and to whoever said `listen`. They end with the link: `lost` tells when,
+    what was sent meanwhile is gone, and a new link has to subscribe anew.
     """
 
     def __init__(self, transport: Transport, timeout: float) -> None:
@@ -102,6 +108,7 @@ class Driver:
         self.lost: asyncio.Future[MachineError] = self._loop.create_future()
         self.tap: Callable[[str, bytes], None] | None = None
         self.on_message: Callable[[str], None] | None = None
+        self._listeners: list[Callable[[str], None]] = []
 
     @classmethod
     async def open(cls, transport: Transport, *, timeout: float) -> Driver:
@@ -122,6 +129,10 @@ class Driver:
         `InvalidValue` for a text that is not one command, and what became of the link.
         """
         return await self._submit((command,), Kind.TEXT, _first_text, timeout)
+
+    async def exact(self, command: str, *, timeout: float | None = None) -> str:
+        """Send one command and return what it printed as it came, blanks included; otherwise as `send`."""
+        return await self._submit((command,), Kind.TEXT, _first_exact, timeout)
 
     def urgent(self, command: str) -> asyncio.Future[str]:
         """Write one command before returning, for a stop; the future is its reply and may be left alone."""
@@ -151,11 +162,61 @@ class Driver:
 
     async def record(self) -> DataRecord:
         """Return the controller's data record of now; raises as `send`."""
-        return decode(await self._submit(("QR",), Kind.RECORD, _first_bytes))
+        return decode(await self.raw_record())
+
+    async def raw_record(self) -> bytes:
+        """Return the bytes of the data record of now, without prompt; raises as `send`."""
+        return await self._submit(("QR",), Kind.RECORD, _first_bytes)
 
     async def subscribe(self) -> None:
         """Have the controller send its programs' messages here, marked by bit 7 (CW 1; CF I)."""
         await self.batch(["CW 1", "CF I"])
+
+    def listen(self, listener: Callable[[str], None]) -> Callable[[], None]:
+        """Hand every message to `listener` too, from now until the function returned is called."""
+        self._listeners.append(listener)
+
+        def leave() -> None:
+            if listener in self._listeners:
+                self._listeners.remove(listener)
+
+        return leave
+
+    async def download(self, text: str) -> None:
+        """Replace the controller's program by `text` (DL) and make sure that it is there as sent (UL).
+
+        Raises `InvalidValue` for what no controller takes, before anything is sent; `CommandRejected` with code 17
+        while a program runs, which then stays as it is, and with the code of a line that was refused; `ProgramDiffers`.
+        After the last two the memory holds whatever the controller made of it.
+        """
+        lines = program.split(text)
+        program.require_loadable(lines)
+        await self._transfer("DL", program.PROBE)
+        await self._transfer("DL", program.download(lines))
+        program.require_same(lines, program.split(await self._listing("UL")))
+
+    async def upload(self) -> str:
+        """Return the controller's program (UL), each line ended by a line feed; raises as `send`."""
+        return "".join(f"{line}\n" for line in program.split(await self._listing("UL")))
+
+    async def download_array(self, name: str, values: Sequence[float], first: int = 0) -> None:
+        """Write `values` into an array that there is, from element `first` on (QD).
+
+        Numbers are cut to the controller's step of 1/65536. Raises `InvalidValue` for a number out of its range or
+        values that do not fit, and `CommandRejected` (82 or 57) where there is no such array.
+        """
+        arrays.require_fit(name, first, len(values), await self.value(arrays.length(name)))
+        if values:
+            await self._transfer("QD", arrays.download(name, values, first))
+
+    async def upload_array(self, name: str) -> list[float]:
+        """Return the elements of an array (QU); raises `CommandRejected` where there is no such array."""
+        command = arrays.upload(name)
+        return arrays.parse(command, await self._listing(command))
+
+    async def burned(self) -> Burned:
+        """Return which of the controller's burned memories passed their checksum at the last power-up (_RS)."""
+        return Burned.of(int(await self.value("_RS")))
 
     async def close(self) -> None:
         """Wait for the replies under way, then end the link. No reason of loss follows; again is harmless."""
@@ -180,11 +241,32 @@ class Driver:
         result: Callable[[list[Answer]], T],
         timeout: float | None = None,
     ) -> asyncio.Future[T]:
+        self._require_open()
+        return self._begin(_lines(commands), commands, kind, result, timeout)
+
+    async def _transfer(self, command: str, data: bytes) -> None:
+        """Send a download with its data in one piece, so that nobody's command can get between them."""
+        self._require_open()
+        await self._begin(data, (command,), Kind.TRANSFER, _first_text, max(self._timeout, TRANSFER_TIMEOUT))
+
+    async def _listing(self, command: str) -> str:
+        patience = max(self._timeout, TRANSFER_TIMEOUT)
+        return await self._submit((command,), Kind.LISTING, _first_as_it_is, patience)
+
+    def _require_open(self) -> None:
         if self.lost.done():
             raise _again(self.lost.result())
         if self._closing:
             raise NotConnected
-        data = _lines(commands)
+
+    def _begin(
+        self,
+        data: bytes,
+        commands: tuple[str, ...],
+        kind: Kind,
+        result: Callable[[list[Answer]], T],
+        timeout: float | None,
+    ) -> asyncio.Future[T]:
         request = _Request(self._loop.create_future(), len(commands), result)
         patience = self._timeout if timeout is None else timeout
         for command in commands:
@@ -224,8 +306,7 @@ class Driver:
 
     def _take(self, received: Received) -> None:
         if isinstance(received, Message):
-            if self.on_message is not None:
-                self.on_message(received.text)
+            self._hand_out(received.text)
             return
         if isinstance(received, Stray):
             command = self._sent[0].command if self._sent else ""
@@ -238,8 +319,16 @@ class Driver:
             sent.request.answer(received.data)
         elif received.ok:
             sent.request.answer(received.text)
+        elif received.text:
+            sent.request.reject(_rejection(sent.command, received.text))
         else:
             self._ask_why(sent)
+
+    def _hand_out(self, message: str) -> None:
+        if self.on_message is not None:
+            self.on_message(message)
+        for listener in tuple(self._listeners):
+            listener(message)
 
     def _ask_why(self, sent: _Sent) -> None:
         """Ask for the code before anybody else can write; one question serves all rejections until its answer.
@@ -253,13 +342,10 @@ class Driver:
 
     def _explain(self, received: Reply | Record) -> None:
         text = received.text if isinstance(received, Reply) else ""
-        number, _, words = text.strip().partition(" ")
-        code = int(number) if number.isdecimal() else 0
-        reason = ERROR_TEXTS.get(code) or words.strip() or "no reason given"
         rejected, self._rejected = self._rejected, []
         for sent in rejected:
             if sent.request is not None:
-                sent.request.reject(CommandRejected(command=sent.command, tc=code, reason=reason))
+                sent.request.reject(_rejection(sent.command, text))
 
     def _look_at_oldest(self) -> None:
         self._watchdog = None
@@ -318,6 +404,14 @@ def _require_one(command: str) -> None:
         raise InvalidValue(key="command", value=repr(command), reason=f"a line holds {LINE_LIMIT} characters")
 
 
+def _rejection(command: str, told: str) -> CommandRejected:
+    """Return the refusal of a command, of which TC1 told so."""
+    number, _, words = told.strip().partition(" ")
+    code = int(number) if number.isdecimal() else 0
+    reason = ERROR_TEXTS.get(code) or words.strip() or "no reason given"
+    return CommandRejected(command=command, tc=code, reason=reason)
+
+
 def _again(error: MayaError) -> MayaError:
     """Return a fresh copy: one instance raised in several tasks would collect all their tracebacks."""
     return type(error)(**error.details)
@@ -331,6 +425,14 @@ def _look(future: asyncio.Future[str]) -> None:
 
 def _first_text(answers: list[Answer]) -> str:
     return cast("str", answers[0]).strip()
+
+
+def _first_as_it_is(answers: list[Answer]) -> str:
+    return cast("str", answers[0])
+
+
+def _first_exact(answers: list[Answer]) -> str:
+    return cast("str", answers[0])
 
 
 def _first_bytes(answers: list[Answer]) -> bytes:

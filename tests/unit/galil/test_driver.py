@@ -60,6 +60,11 @@ async def test_a_reply_comes_without_its_blanks() -> None:
         assert driver.address == "box"
 
 
+async def test_exact_keeps_the_blanks() -> None:
+    async with conversation(Box()) as (driver, _):
+        assert await driver.exact("MG 5.0000") == " 5.0000"
+
+
 async def test_requests_of_many_tasks_are_answered_in_order() -> None:
     async with conversation(Box()) as (driver, peer):
         replies = await asyncio.gather(*(driver.send(f"MG {n}") for n in range(50)))
