@@ -13,6 +13,7 @@ MayaError
 └── MachineError            the machine did something unexpected: motion ends, a person recovers
     ├── LinkLost 1001 · ConnectFailed 1002 · LinkTimeout 1003 · CommandRejected 1004
     │   WrongController 1005 · UnexpectedReply 1006 · ParameterMismatch 1007
+    │   ProgramDiffers 1008 · MemoryDamaged 1009
     ├── LimitReached 2301 · FollowingError 2302 · AbortInput 2303 · AmplifierFault 2304
     │   UnexpectedStop 2305 · MotorOff 2306 · ControllerReset 2307 · EndNotReached 2308
     │   GuardNotRunning 2309 · HostSilent 2310
@@ -98,6 +99,18 @@ class ParameterMismatch(MachineError):
     """The controller did not keep a parameter as configured."""
 
     code = 1007
+
+
+class ProgramDiffers(MachineError):
+    """The controller holds another program than the one just downloaded."""
+
+    code = 1008
+
+
+class MemoryDamaged(MachineError):
+    """The controller's EEPROM failed a checksum when it last powered up."""
+
+    code = 1009
 
 
 class NotConnected(RequestError):

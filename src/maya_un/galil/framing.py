@@ -19,7 +19,6 @@ _SEVEN_BITS = bytes(code & 0x7F for code in range(256))
 _COMMAND_ENDS = re.compile(r"[\r;]")
 _PROGRAM_ENDS = re.compile(r"[\r\\]")
 
-_PROMPT = re.compile(rb"(?:\r\n|\x1a):")
 _RUN = re.compile(rb"[\x00-\x7f]+|[\x80-\xff]+")
 _ACCEPTED, _REJECTED = ord(":"), ord("?")
 _HEADER = 4
@@ -80,15 +79,33 @@ class LineSplitter:
 
 
 class Kind(Enum):
-    """What a request will be answered with."""
+    """What a request will be answered with.
+
+    `LISTING` is the answer to UL and QU: any text, ended by Ctrl-Z and a prompt. `TRANSFER` is that to DL and QD with
+    their data and a TC1 behind it: prompts, however many, and then what TC1 prints.
+    """
 
     TEXT = auto()
     RECORD = auto()
+    LISTING = auto()
+    TRANSFER = auto()
+
+
+_ENDS = {
+    Kind.TEXT: re.compile(rb"(?:\r\n|\x1a):"),
+    Kind.LISTING: re.compile(rb"\x1a:"),
+    Kind.TRANSFER: re.compile(rb"\r\n:"),
+}
+_PROMPTS = {Kind.TEXT: b":?", Kind.LISTING: b"?", Kind.TRANSFER: b""}
+"""Bytes that are a whole answer where they come first."""
 
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """The answer to one command: accepted or not, and what it printed, without the last line end."""
+    """The answer to one command: accepted or not, and what it printed, without the last line end.
+
+    Of a transfer that was refused, in whole or in part, `text` is what TC1 said.
+    """
 
     ok: bool
     text: str = ""
@@ -162,19 +179,20 @@ class ReplySplitter:
         return received
 
     def _take_text(self, data: bytes, place: int, end: int, received: list[Received]) -> int:
-        if not self._text and data[place] in {_ACCEPTED, _REJECTED}:
+        kind = self._kinds[0]
+        if not self._text and data[place] in _PROMPTS[kind]:
             self._kinds.popleft()
             received.append(Reply(data[place] == _ACCEPTED))
             return place + 1
         known = len(self._text)
         text = self._text + data[place:end]
-        prompt = _PROMPT.search(text, max(0, known - 2))
+        prompt = _ENDS[kind].search(text, max(0, known - 2))
         if prompt is None:
             self._text = text
             return end
         self._text = b""
         self._kinds.popleft()
-        received.append(Reply(True, text[: prompt.end() - 1].removesuffix(b"\r\n").decode("ascii")))
+        received.append(_reply(kind, text[: prompt.end() - 1]))
         return place + prompt.end() - known
 
     def _take_record(self, data: bytes, place: int, received: list[Received]) -> int:
@@ -214,6 +232,17 @@ class ReplySplitter:
         *lines, self._message = (self._message + data[place:end].translate(_SEVEN_BITS)).split(b"\n")
         received.extend(Message(line.removesuffix(b"\r").decode("ascii")) for line in lines)
         return end
+
+
+def _reply(kind: Kind, data: bytes) -> Reply:
+    """Return the reply whose text, without its prompt, is `data`."""
+    if kind is Kind.LISTING:
+        return Reply(True, data[:-1].decode("ascii"))
+    text = data.removesuffix(b"\r\n").decode("ascii")
+    if kind is Kind.TEXT:
+        return Reply(True, text)
+    words = text.lstrip(":?")
+    return Reply("?" not in text[: len(text) - len(words)], words)
 
 
 def _is_message(byte: int) -> bool:

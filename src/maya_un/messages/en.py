@@ -12,6 +12,10 @@ SENTENCES: dict[int, str] = {
     1006: "The controller answered {command!r} with {reply!r}, which nobody understands. Check that the "
     "address is a Galil controller.",
     1007: "The controller keeps {register} = {found} where the configuration says {wanted}. Correct one of them.",
+    1008: "The controller's program differs from the one sent to it in line {line}: {sent} was sent, {found} is there. "
+    "Download it again; if that does not help, look who else writes to this controller.",
+    1009: "The controller found its burned {what} damaged when it last powered up. Download and burn them again before "
+    "anything moves.",
     1010: "There is no connection to the controller. Wait for it, or check power and cable.",
     1020: "Nothing is running here. Start `maya up`, then say it again.",
     1021: "The running `maya up` does not answer ({reason}). Use `maya stop` to stop the robot, then restart it.",

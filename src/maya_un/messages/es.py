@@ -12,6 +12,10 @@ SENTENCES: dict[int, str] = {
     1006: "El controlador respondió a {command!r} con {reply!r}, que nadie entiende. Compruebe que la dirección "
     "es la de un controlador Galil.",
     1007: "El controlador guarda {register} = {found} donde la configuración dice {wanted}. Corrija uno de los dos.",
+    1008: "El programa del controlador difiere del enviado en la línea {line}: se envió {sent}, allí está {found}. "
+    "Descárguelo otra vez; si no ayuda, mire quién más escribe en este controlador.",
+    1009: "El controlador encontró dañado lo grabado ({what}) al encenderse por última vez. Descárguelo y grábelo otra vez "
+    "antes de mover nada.",
     1010: "No hay conexión con el controlador. Espere, o revise alimentación y cable.",
     1020: "Aquí no hay nada en marcha. Inicie `maya up` y repita la orden.",
     1021: "El `maya up` en marcha no responde ({reason}). Detenga el robot con `maya stop` y reinícielo.",

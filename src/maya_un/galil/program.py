@@ -1,0 +1,58 @@
+"""Programs on their way into a controller and back: DL and UL, their bytes and what they must agree in.
+
+A controller says nothing while it takes a program in, and takes a download whose DL it refused for commands. So a
+download begins with a probe that proves, before the first line of it is sent, that downloads are accepted now.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from maya_un.errors import InvalidValue, ProgramDiffers
+from maya_un.galil.commands import LINE_LIMIT
+
+LINES_LIMIT = 4000
+"""Lines that the program memory of a DMC-41x3 holds (firmware 1.2a and later)."""
+
+PROBE = b"DL\r'\\\rTC1\r"
+"""Downloads a program of one comment and asks for the code.
+
+Where DL is refused, for one because a program runs (17), the comment is a command that does nothing, and TC1 says why.
+Afterwards no program is left that could start to run.
+"""
+
+_LINE_END = re.compile(r"\r\n|\r|\n")
+_FORBIDDEN = re.compile(r"[^ -~]|\\")
+
+
+def split(text: str) -> tuple[str, ...]:
+    """Return the lines of a program, whatever ends them; what is behind the last end is a line if it is not empty."""
+    lines = _LINE_END.split(text)
+    return tuple(lines[:-1] if not lines[-1] else lines)
+
+
+def require_loadable(lines: Sequence[str]) -> None:
+    """Raise `InvalidValue` for lines that no controller takes: too many, too long, or with other than ASCII."""
+    if len(lines) > LINES_LIMIT:
+        raise InvalidValue(key="program", value=f"{len(lines)} lines", reason=f"there is room for {LINES_LIMIT}")
+    for number, line in enumerate(lines):
+        if len(line) > LINE_LIMIT:
+            raise InvalidValue(key=f"line {number}", value=repr(line), reason=f"a line holds {LINE_LIMIT} characters")
+        if (found := _FORBIDDEN.search(line)) is not None:
+            raise InvalidValue(key=f"line {number}", value=repr(line), reason=f"{found[0]!r} ends or breaks a download")
+
+
+def download(lines: Sequence[str]) -> bytes:
+    """Return the bytes that put a program into a controller, to be sent in one piece; a transfer answers them."""
+    body = "".join(f"{line}\r" for line in lines)
+    return f"DL\r{body}\\TC1\r".encode("ascii")
+
+
+def require_same(sent: Sequence[str], found: Sequence[str]) -> None:
+    """Raise `ProgramDiffers` for the first line in which the controller's program is not the one sent."""
+    for number in range(max(len(sent), len(found))):
+        ours = sent[number] if number < len(sent) else None
+        theirs = found[number] if number < len(found) else None
+        if ours != theirs:
+            raise ProgramDiffers(line=number, sent=repr(ours), found=repr(theirs))
