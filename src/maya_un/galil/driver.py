@@ -132,7 +132,7 @@ class Driver:
 
     async def exact(self, command: str, *, timeout: float | None = None) -> str:
         """Send one command and return what it printed as it came, blanks included; otherwise as `send`."""
-        return await self._submit((command,), Kind.TEXT, _first_exact, timeout)
+        return await self._submit((command,), Kind.TEXT, _first_as_it_is, timeout)
 
     def urgent(self, command: str) -> asyncio.Future[str]:
         """Write one command before returning, for a stop; the future is its reply and may be left alone."""
@@ -428,10 +428,6 @@ def _first_text(answers: list[Answer]) -> str:
 
 
 def _first_as_it_is(answers: list[Answer]) -> str:
-    return cast("str", answers[0])
-
-
-def _first_exact(answers: list[Answer]) -> str:
     return cast("str", answers[0])
 
 
