@@ -72,7 +72,11 @@ def format_value(
     A number too large for its digits prints as the largest they can show. Hexadecimal shows the two's
     complement behind a `$` and has no slot for the sign.
     """
-    raw = fixed(x)
+    return format_raw(fixed(x), before, after, leading_zeros, hex)
+
+
+def format_raw(raw: int, before: int = 10, after: int = 4, leading_zeros: bool = False, hex: bool = False) -> str:
+    """Return a number given as raw fixed point as `format_value` prints it."""
     return _hexadecimal(raw, before, after, leading_zeros) if hex else _decimal(raw, before, after, leading_zeros)
 
 

@@ -5,42 +5,129 @@ from __future__ import annotations
 import re
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.galil.commands import TOO_LONG
+from maya_un.galil.commands import FORMS, TOO_LONG, Form
 from maya_un.virtual.arguments import QUERY
+from maya_un.virtual.arithmetic import ONE, unpack, whole
 from maya_un.virtual.commands import TABLE
 from maya_un.virtual.context import Answer, Context
-from maya_un.virtual.expressions import ONE, evaluate, is_name
+from maya_un.virtual.expressions import AXIS_NAMES, KEYWORDS, axis_letter, evaluate, is_name
 from maya_un.virtual.refusal import Refused
+from maya_un.virtual.unit import MOST_VARIABLES
 
-MOST_VARIABLES = 510
+_MASKED = frozenset(
+    "AL AM AS BG BT CM CS FE FI HM LM MC MO QH QR QS RL RP SC SH ST TD TE TP TS TT TV VM".split(),
+)
+"""Commands whose arguments are letters; behind all others `~a` alone is a number."""
 
-_ASSIGNMENT = re.compile(r"([A-Za-z][A-Za-z0-9]*)\s*=(?!=)\s*(.*)")
+_PLAIN = re.compile(r"([A-Za-z][A-Za-z0-9]*|[~^][a-h])\s*=(?!=)\s*(.*)")
+_ELEMENT = re.compile(r"(?:[A-Za-z][A-Za-z0-9]*|\^[a-h])\[")
+_LIKE_A_COMMAND = re.compile(r"[A-Z]{2}(?![A-Z*]\s*=)[A-Za-z0-9]+\s*(?:\[[^=]*\]\s*)?=(?!=)")
+_MASK = re.compile(r"(?:[A-Z ]|~[a-h])*")
+_EXPLICIT = re.compile(r"(..\s*)(~[a-h])(\s*=.*)")
+_VARIABLE_AXIS = re.compile(r"~[a-h]")
+_ALIASES = str.maketrans("XYZW", "ABCD")
 
 
 def execute(context: Context, text: str) -> Answer:
     """Execute one command; raises `Refused`."""
     handler = TABLE.get(text[:2])
-    if handler is not None:
-        return handler(context, text[2:])
+    if handler is None or ("=" in text and _is_assignment(text)):
+        return _other(context, text)
+    if "~" in text:
+        text = with_axes(context, text)
+    return handler(context, text[2:])
+
+
+def assignment(text: str) -> tuple[str, str] | None:
+    """Return the target of an assignment and the text behind the `=`, None for a text that is none.
+
+    The target is a variable, `~a`, `^a`, or an array with its index in brackets.
+    """
+    found = _PLAIN.fullmatch(text)
+    if found is not None:
+        return found[1], found[2]
+    found = _ELEMENT.match(text)
+    if found is None:
+        return None
+    end = _closing(text, found.end())
+    rest = text[end:].lstrip()
+    return (text[:end], rest[1:].strip()) if rest[:1] == "=" != rest[1:2] else None
+
+
+def with_axes(context: Context, text: str) -> str:
+    """Return a command with letters in place of the axis variables that name its axes; raises `Refused`."""
+    name = text[:2]
+    if name in _MASKED and _MASK.fullmatch(text, 2):
+        return name + _VARIABLE_AXIS.sub(lambda found: axis_letter(context.names, found[0]), text[2:])
+    found = _EXPLICIT.fullmatch(text) if FORMS.get(name) is Form.AXES else None
+    return text if found is None else f"{found[1]}{axis_letter(context.names, found[2])}{found[3]}"
+
+
+def _is_assignment(text: str) -> bool:
+    """Tell a variable whose name begins like a command (`CD0=0`) from a command with an axis (`CDA=0`)."""
+    return _LIKE_A_COMMAND.match(text) is not None and FORMS.get(text[:2]) is not Form.VERBATIM
+
+
+def _other(context: Context, text: str) -> Answer:
     if not text or text[0] == "'":
         return None
     if text.startswith(TOO_LONG):
         raise Refused(ErrorCode.INPUT_BUFFER_FULL)
-    assignment = _ASSIGNMENT.fullmatch(text)
-    if assignment is None:
+    parts = assignment(text)
+    if parts is None:
         raise Refused(ErrorCode.UNRECOGNIZED_COMMAND)
-    return _assign(context, *assignment.groups())
-
-
-def _assign(context: Context, name: str, value: str) -> Answer:
-    """Set a variable, or print it for `v=` and `v=?`."""
-    if not is_name(name) or name == "TIME":
-        raise Refused(ErrorCode.VARIABLE_ERROR)
-    unit = context.unit
+    target, value = parts
     if value in ("", QUERY):
-        return unit.value_text(context.names.variable(name) / ONE)
-    result = evaluate(value, context.names)
-    if name not in unit.variables and len(unit.variables) >= MOST_VARIABLES:
-        raise Refused(ErrorCode.TOO_MANY_VARIABLES)
-    unit.variables[name] = result
+        return context.unit.raw_text(evaluate(target, context.names))
+    _assign(context, target, evaluate(value, context.names))
     return None
+
+
+def _assign(context: Context, target: str, value: int) -> None:
+    variables = context.unit.variables
+    if target in variables:
+        variables[target] = value
+    elif target[-1] == "]":
+        name, _, index = target[:-1].partition("[")
+        context.unit.arrays.assign(context.names.array(name), whole(evaluate(index, context.names)), value)
+    elif target[0] == "~":
+        context.unit.axis_variables[target] = ONE * _axis_number(value)
+    elif target[0] == "^":
+        _set_local(context, target[1:], value)
+    else:
+        _create(context, target, value)
+
+
+def _create(context: Context, name: str, value: int) -> None:
+    if not is_name(name) or name in KEYWORDS:
+        raise Refused(ErrorCode.VARIABLE_ERROR)
+    if len(context.unit.variables) >= MOST_VARIABLES:
+        raise Refused(ErrorCode.TOO_MANY_VARIABLES)
+    context.unit.variables[name] = value
+
+
+def _set_local(context: Context, letter: str, value: int) -> None:
+    if context.thread is None:
+        raise Refused(ErrorCode.PROGRAM_ONLY)
+    context.thread.locals[letter] = value
+
+
+def _axis_number(value: int) -> int:
+    """Return what an axis variable keeps of a number, or of a letter in quotes; raises `Refused` (6)."""
+    number = whole(value)
+    if 0 <= number < len(AXIS_NAMES):
+        return number
+    letter = unpack(value).translate(_ALIASES)
+    if len(letter) != 1 or letter not in AXIS_NAMES:
+        raise Refused(ErrorCode.OUT_OF_RANGE)
+    return AXIS_NAMES.index(letter)
+
+
+def _closing(text: str, start: int) -> int:
+    """Return the place behind the bracket that closes the one before `start`; raises `Refused` (55)."""
+    depth = 1
+    for place in range(start, len(text)):
+        depth += (text[place] == "[") - (text[place] == "]")
+        if not depth:
+            return place + 1
+    raise Refused(ErrorCode.MISSING_BRACKET)

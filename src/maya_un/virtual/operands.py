@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.galil.numbers import fixed
+from maya_un.galil.numbers import RAW_MAX, RAW_MIN, fixed
 from maya_un.virtual import network, registers, status
+from maya_un.virtual.arithmetic import ONE, unpack
+from maya_un.virtual.arrays import MOST_ARRAYS
 from maya_un.virtual.axis import LETTERS, Axis
-from maya_un.virtual.expressions import ONE
 from maya_un.virtual.handles import Handle
 from maya_un.virtual.plane import Plane
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.thread import Thread
-from maya_un.virtual.unit import Unit
+from maya_un.virtual.unit import MOST_VARIABLES, Unit
 
 _ALIASES = dict(zip("XYZW", "ABCD", strict=True))
+
+
+_FIRST_AUXILIARY = 81
+"""Number of the first of two inputs that belong to the auxiliary encoder of each axis."""
+
+_Reader = Callable[[], float]
 
 
 class Names:
@@ -25,42 +33,80 @@ class Names:
         self._unit = unit
         self._caller = caller
         self._thread = thread
+        self._readers: dict[str, _Reader] = {}
 
     def variable(self, name: str) -> int:
-        """Return a variable (raw); raises `Refused` where it was never assigned."""
-        try:
-            return self._unit.variables[name]
-        except KeyError:
-            raise Refused(ErrorCode.VARIABLE_ERROR) from None
+        """Return a variable (raw), also `~a` or `^a`.
+
+        Raises `Refused`: 9 where it was never assigned, 2 for `^a` outside a program, 55 for an array.
+        """
+        value = self._unit.variables.get(name)
+        return self._special(name) if value is None else value
+
+    def element(self, name: str, index: int) -> int:
+        """Return an element of an array (raw), index -1 its length; `^a` is an array whose name was passed.
+
+        Raises `Refused`: 57 for an unknown array, 56 for an index outside it.
+        """
+        return self._unit.arrays.element(self.array(name), index)
+
+    def array(self, name: str) -> str:
+        """Return the name of an array, which a stack variable `^a` holds as a string; raises `Refused`."""
+        return unpack(self.variable(name)) if name[0] == "^" else name
 
     def operand(self, name: str) -> int:
         """Return an operand (raw) by its name without underscore, or TIME; raises `Refused` for an unknown one."""
-        if name == "TIME":
-            return self._unit.time * ONE
-        return fixed(self._value(name))
+        read = self._readers.get(name)
+        if read is None:
+            # Only names that exist are kept, so there is an end to them.
+            read = self._readers[name] = self._reader(name)
+        value = read()
+        raw = int(value * ONE)
+        return raw if RAW_MIN <= raw <= RAW_MAX else fixed(value)
 
     def bank(self, function: str, bit: int) -> int:
-        """Return `@IN` or `@OUT` of a bit (raw)."""
-        if function == "AN":
-            raise Refused(ErrorCode.BAD_FUNCTION)
-        if not 1 <= bit <= len(self._unit.outputs):
+        """Return `@IN` or `@OUT` of a bit, or the volts of `@AN` (raw); raises `Refused` (6) for one not there."""
+        unit = self._unit
+        if function == "IN" and 0 <= bit - _FIRST_AUXILIARY < 2 * len(unit.axes):
+            return ONE  # idle inputs are high, and nothing is wired to these
+        values = {"IN": unit.inputs, "OUT": unit.outputs, "AN": unit.analog}[function]
+        if not 1 <= bit <= len(values):
             raise Refused(ErrorCode.OUT_OF_RANGE)
-        return ONE * (self._unit.inputs if function == "IN" else self._unit.outputs)[bit - 1]
+        return fixed(values[bit - 1])
 
-    def _value(self, name: str) -> float:
+    def _special(self, name: str) -> int:
+        if name[0] == "^" and self._thread is None:
+            raise Refused(ErrorCode.PROGRAM_ONLY)
+        if name in self._unit.arrays:
+            raise Refused(ErrorCode.MISSING_BRACKET)
+        value = self._unit.axis_variables.get(name)
+        if name[0] == "^" and self._thread is not None:
+            value = self._thread.locals.get(name[1:])
+        if value is None:
+            raise Refused(ErrorCode.VARIABLE_ERROR)
+        return value
+
+    def _reader(self, name: str) -> _Reader:
         system = _SYSTEM.get(name)
         if system is not None:
-            return system(self._unit)
+            return partial(system, self._unit)
         word, which = name[:2], name[2:]
-        if word in _PLANE and which in ("S", "T"):
-            return _PLANE[word](self._unit, self._unit.core.planes[which])
+        if word in _PLANE and (which in ("S", "T") or (not which and word not in _AXIS)):
+            return self._plane_reader(_PLANE[word], which)
         if word in _AXIS:
-            return _AXIS[word](self._unit, self._axis(which))
+            return partial(_AXIS[word], self._unit, self._axis(which))
         if word in registers.AXIS:
-            return self._axis(which).registers[word]
+            values = self._axis(which).registers
+            return lambda: values[word]
         if word in registers.PLANE and which in ("S", "T", ""):
-            return self._unit.core.planes[which or "S"].registers[word]
-        return self._of_caller(word, which)
+            return self._plane_reader(lambda _, plane: plane.registers[word], which)
+        self._of_caller(word, which)
+        return lambda: self._of_caller(word, which)
+
+    def _plane_reader(self, read: Callable[[Unit, Plane], float], which: str) -> _Reader:
+        """Return what reads an operand of a plane; without its letter, of the one that CA selected."""
+        unit = self._unit
+        return lambda: read(unit, unit.core.planes[which or unit.plane])
 
     def _axis(self, letter: str) -> Axis:
         letter = _ALIASES.get(letter, letter)
@@ -109,6 +155,9 @@ _AXIS: dict[str, _Motion] = {
     "HM": lambda unit, axis: unit.core.home_state(axis),
     "AL": lambda unit, axis: axis.latch_armed,
     "RL": lambda unit, axis: axis.latched,
+    "IP": lambda unit, axis: axis.reference(unit.core.now),
+    "QS": lambda unit, axis: 0,
+    "QH": lambda unit, axis: 0,
 }
 
 _PLANE: dict[str, Callable[[Unit, Plane], float]] = {
@@ -124,15 +173,20 @@ _PLANE: dict[str, Callable[[Unit, Plane], float]] = {
 _SYSTEM: dict[str, Callable[[Unit], float]] = {
     "TC": lambda unit: unit.error_code,
     "TB": lambda unit: unit.echo,
-    "TI": lambda unit: 255,
-    "TI0": lambda unit: 255,
+    "TIME": lambda unit: unit.time,
+    "TI": lambda unit: status.input_bank(unit, 0),
+    **{f"TI{bank}": (lambda unit, bank=bank: status.input_bank(unit, bank)) for bank in status.INPUT_BANKS},
     "OP": lambda unit: status.output_bank(unit, 0),
     "OP0": lambda unit: status.output_bank(unit, 0),
     "OP1": lambda unit: status.output_bank(unit, 1),
     "NO": lambda unit: 0,
     "BN": lambda unit: unit.identity.serial,
     "BV": lambda unit: len(unit.axes),
-    "UL": lambda unit: 510 - len(unit.variables),
+    "UL": lambda unit: MOST_VARIABLES - len(unit.variables),
+    "DM": lambda unit: unit.arrays.free,
+    "DA": lambda unit: MOST_ARRAYS - len(unit.arrays),
+    "RC": lambda unit: unit.recorder.recording,
+    "RD": lambda unit: unit.recorder.next_index,
     "CA": lambda unit: unit.plane == "T",
     "AB": lambda unit: not unit.core.abort_active,
     "EO": lambda unit: unit.echo,
@@ -163,4 +217,5 @@ _SYSTEM: dict[str, Callable[[Unit], float]] = {
     **{f"TA{n}": (lambda unit, n=n: status.amplifier_byte(unit, n)) for n in range(4)},
     **{f"XQ{n}": (lambda unit: -1) for n in range(8)},
     **{f"HX{n}": (lambda unit: 0) for n in range(8)},
+    **{f"P2{item}": (lambda unit: 0) for item in ("CD", "CH", "NM", "ST")},
 }

@@ -20,6 +20,10 @@ from maya_un.virtual.unit import Unit
 GENERAL, COORDINATE, AXIS = 52, 26, 36
 """Sizes of the record's blocks [bytes], as QZ tells them."""
 
+INPUT_BANKS = (0, 1, 10, 11)
+"""What TI knows: general inputs 1 to 16, and inputs 81 to 96, two for the auxiliary encoder of each axis."""
+
+_AUXILIARY_BANK = 10
 _HEADER = 4
 _CONTOUR, _S, _T = slice(56, 62), slice(62, 72), slice(72, 82)
 _FIRST_AXIS = _HEADER + GENERAL + COORDINATE
@@ -53,6 +57,13 @@ def distance_set(unit: Unit, axis: Axis) -> int:
 def output_bank(unit: Unit, bank: int) -> int:
     """Return eight digital outputs as one number."""
     return sum(on << bit for bit, on in enumerate(unit.outputs[8 * bank : 8 * bank + 8]))
+
+
+def input_bank(unit: Unit, bank: int) -> int:
+    """Return eight digital inputs as one number: banks 0 and 1, or 10 and 11 of the auxiliary encoders' inputs."""
+    levels = unit.inputs if bank < _AUXILIARY_BANK else [True] * (2 * len(unit.axes))
+    first = 8 * (bank % _AUXILIARY_BANK)
+    return sum(level << bit for bit, level in enumerate(levels[first : first + 8]))
 
 
 def amplifier_byte(unit: Unit, number: int) -> int:

@@ -6,9 +6,10 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.galil.numbers import format_value, join_positions
+from maya_un.galil.numbers import format_raw, format_value, join_positions
 from maya_un.virtual import registers
 from maya_un.virtual.activity import Activity
+from maya_un.virtual.arrays import Arrays
 from maya_un.virtual.axis import LETTERS, Axis
 from maya_un.virtual.handles import Handle, Handles
 from maya_un.virtual.memory import Memory
@@ -17,10 +18,13 @@ from maya_un.virtual.network import Network
 from maya_un.virtual.outlet import Outlet
 from maya_un.virtual.plane import Plane
 from maya_un.virtual.plant import Plant
+from maya_un.virtual.recorder import Recorder
 from maya_un.virtual.records import RecordStream
 
 SAMPLES = 1024
 """Samples in a second at TM 1000."""
+
+MOST_VARIABLES = 510
 
 
 class Format(NamedTuple):
@@ -64,7 +68,9 @@ class Unit:
         self.handles.on_close = self._closed
         self.memory = Memory() if memory is None else memory
         self.records = RecordStream(self.handles, self.outlet)
-        self.activities: tuple[Activity, ...] = ()
+        self.arrays = Arrays()
+        self.recorder = Recorder(self.arrays)
+        self.activities: tuple[Activity, ...] = (self.recorder,)
         self.on_tcp_error: Callable[[int], None] | None = None
         self.started = 0.0
         self.outputs = [False] * (8 if axes <= 4 else 16)
@@ -75,6 +81,8 @@ class Unit:
     def _forget(self) -> None:
         """Set what power-up sets."""
         self.variables: dict[str, int] = {}
+        self.axis_variables: dict[str, int] = {}
+        self.arrays.clear()
         self.error_code = 0
         self.plane = "S"
         self.value_format = Format(10, 4)
@@ -130,6 +138,11 @@ class Unit:
         if self.outputs[bit - 1] != on:
             self.outputs[bit - 1] = on
             self.core.plant.output(bit, on)
+
+    def raw_text(self, raw: int) -> str:
+        """Return a raw fixed-point number as VF has it printed."""
+        form = self.value_format
+        return format_raw(raw, form.before, form.after, not self.suppress_zeros, form.hexadecimal)
 
     def value_text(self, value: float) -> str:
         """Return a number as VF has it printed."""

@@ -5,7 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.virtual.expressions import ONE, evaluate, is_name, pack, unpack, wrap
+from maya_un.virtual.arithmetic import ONE, pack, unpack, wrap
+from maya_un.virtual.expressions import evaluate, is_name
 from maya_un.virtual.refusal import Refused
 
 
@@ -17,6 +18,9 @@ class _Scope:
 
     def operand(self, name: str) -> int:
         return {"TPA": -3 * ONE, "TIME": 1024 * ONE}[name]
+
+    def element(self, name: str, index: int) -> int:
+        raise Refused(ErrorCode.BAD_FUNCTION)
 
     def bank(self, function: str, bit: int) -> int:
         return ONE * bit if function == "IN" else 0

@@ -88,7 +88,7 @@ def test_operands_at_power_up(operand: str, value: float) -> None:
         ("@IN[9]", ErrorCode.OUT_OF_RANGE),
         ("@IN[0]", ErrorCode.OUT_OF_RANGE),
         ("@OUT[9]", ErrorCode.OUT_OF_RANGE),
-        ("@AN[1]", ErrorCode.BAD_FUNCTION),
+        ("@AN[9]", ErrorCode.OUT_OF_RANGE),
     ],
 )
 def test_operands_that_there_are_not(operand: str, code: ErrorCode) -> None:

@@ -3,26 +3,34 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import NamedTuple
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.galil.numbers import format_value
+from maya_un.galil.numbers import format_raw
+from maya_un.virtual.arithmetic import unpack
 from maya_un.virtual.context import Answer, Context, Handler
-from maya_un.virtual.expressions import ONE, evaluate, unpack
+from maya_un.virtual.expressions import Value, compiled
 from maya_un.virtual.refusal import Refused
 
-_TOKEN = re.compile(r'\s*(?:"(?P<text>[^"]*)"|\{(?P<braces>[^{}]*)\}|(?P<comma>,)|(?P<value>[^",{}\s][^",{}]*))\s*')
+_CACHED = 2048
+_TOKEN = re.compile(
+    r'\s*(?:"(?P<text>[^"]*)"|\{(?P<braces>[^{}]*)\}|(?P<comma>,)'
+    r'|(?P<value>[^",{}\s](?:[^",{}]|(?<=[=<>(])"[^"]*")*))\s*'
+)
 _DIGITS = re.compile(r"([FZ$])([0-9]{1,2})(?:\.([0-9]))?")
 _STRING = re.compile(r"S([1-6]?)")
 
+_Print = Callable[[Context], str]
 
-@dataclass(slots=True)
-class _Item:
-    """One text or value of a message, and the format behind it."""
 
-    body: str
-    is_text: bool
-    form: str = ""
+class _Item(NamedTuple):
+    """One text or value of a message: what it prints, and the value for which a format may follow."""
+
+    print: _Print
+    value: Value | None = None
 
 
 @dataclass(slots=True)
@@ -35,7 +43,7 @@ class _Message:
 
 
 def _message(context: Context, text: str) -> Answer:
-    message = _parse(context, text)
+    message = _parsed(text)
     line = _printed(context, message.items) + ("\r\n" if message.line_end else "")
     data = line.encode("ascii", "replace")
     if not message.to and context.thread is None:
@@ -45,7 +53,8 @@ def _message(context: Context, text: str) -> Answer:
     return None
 
 
-def _parse(context: Context, text: str) -> _Message:
+@lru_cache(_CACHED)
+def _parsed(text: str) -> _Message:
     message = _Message()
     at = 0
     while at < len(text) and text[at:].strip():
@@ -55,55 +64,70 @@ def _parse(context: Context, text: str) -> _Message:
         at = token.end()
         match token.lastgroup:
             case "text":
-                message.items.append(_Item(token["text"], True))
+                message.items.append(_Item(_constant(token["text"])))
             case "value":
-                message.items.append(_Item(token["value"], False))
+                value = compiled(token["value"].rstrip())
+                message.items.append(_Item(_usual(value), value))
             case "braces":
-                _apply(context, message, token["braces"])
+                _apply(message, token["braces"])
             case _:
                 continue
     return message
 
 
-def _apply(context: Context, message: _Message, braces: str) -> None:
+def _apply(message: _Message, braces: str) -> None:
     """Take a `{...}`: for the whole message, a character by its code, or the format of the value before it."""
     if braces == "N":
         message.line_end = False
     elif braces[:1] == "^":
-        message.items.append(_Item(chr(context.integer(braces[1:], 0, 127)), True))
+        message.items.append(_Item(_character(braces[1:])))
     elif braces[:1] in ("E", "P") and len(braces) == 2:
         message.to = braces
-    elif not message.items or message.items[-1].is_text:
+    elif not message.items or message.items[-1].value is None:
         raise Refused(ErrorCode.BAD_BRACES)
     else:
-        message.items[-1].form = braces
+        value = message.items[-1].value
+        message.items[-1] = _Item(_formatted(value, braces), value)
 
 
 def _printed(context: Context, items: list[_Item]) -> str:
+    if len(items) == 1:
+        return items[0].print(context)
     parts: list[str] = []
     after_value = False
     for item in items:
-        text = item.body if item.is_text else _value(context, item)
+        text, is_value = item.print(context), item.value is not None
         # The slot for the sign keeps values apart; where a sign stands in it, a blank does.
-        parts.append(f" {text}" if after_value and not item.is_text and text[:1] != " " else text)
-        after_value = not item.is_text
+        parts.append(f" {text}" if after_value and is_value and text[:1] != " " else text)
+        after_value = is_value
     return "".join(parts)
 
 
-def _value(context: Context, item: _Item) -> str:
-    value = evaluate(item.body, context.names)
-    if not item.form:
-        return context.unit.value_text(value / ONE)
-    string = _STRING.fullmatch(item.form)
+def _constant(text: str) -> _Print:
+    return lambda _: text
+
+
+def _character(code: str) -> _Print:
+    return lambda context: chr(context.integer(code, 0, 127))
+
+
+def _usual(value: Value) -> _Print:
+    return lambda context: context.unit.raw_text(value(context.names))
+
+
+def _formatted(value: Value, form: str) -> _Print:
+    """Return what prints a value in the format `Fm.n`, `Zm.n`, `$m.n` or `Sn`; raises `Refused` (53)."""
+    string = _STRING.fullmatch(form)
     if string is not None:
-        return unpack(value, int(string[1] or 6))
-    digits = _DIGITS.fullmatch(item.form)
+        length = int(string[1] or 6)
+        return lambda context: unpack(value(context.names), length)
+    digits = _DIGITS.fullmatch(form)
     if digits is None:
         raise Refused(ErrorCode.BAD_BRACES)
     kind, before, after = digits[1], int(digits[2]), int(digits[3] or 0)
     if not 0 < before <= (8 if kind == "$" else 10) or after > 4:
         raise Refused(ErrorCode.BAD_BRACES)
-    return format_value(value / ONE, before, after, kind != "Z", kind == "$")
+    return lambda context: format_raw(value(context.names), before, after, kind != "Z", kind == "$")
 
 
 TABLE: dict[str, Handler] = {"MG": _message}
