@@ -129,6 +129,11 @@ class VirtualDmc:
             wake = min(wake, self._core.now + WATCH)
         return wake
 
+    def look(self) -> None:
+        """See to a change from outside (of inputs, of the plant) at the time last advanced to."""
+        self._core.look()
+        self._look()
+
     def power_off(self) -> None:
         """Lose power at the time last advanced to: motors and outputs go off, connections and what is not burned go."""
         self._unit.reset()

@@ -1,4 +1,4 @@
-"""The virtual controller on a wire: TCP or memory, in the running event loop, on that loop's clock.
+"""The virtual controller on its wires: TCP, UDP or memory, in the running event loop, on that loop's clock.
 
 The machine is brought to the loop's time whenever somebody talks to it or looks at it; a timer runs only while a
 program does, or records go out by themselves.
@@ -7,48 +7,54 @@ program does, or records go out by themselves.
 from __future__ import annotations
 
 import asyncio
-import socket
 from collections.abc import Callable, Coroutine
-from math import inf
-from typing import Protocol, cast
+from math import inf, nextafter
 
 from maya_un.errors import AddressInUse
 from maya_un.galil.transport import LoopbackTransport, loopback_pair
-from maya_un.virtual.handles import Handle
+from maya_un.virtual.dialing import dial
+from maya_un.virtual.disturbance import Disturbance
+from maya_un.virtual.faults import Faults
+from maya_un.virtual.handles import Handle, Kind
+from maya_un.virtual.link import Link, LoopbackLink, TcpLink
 from maya_un.virtual.machine import VirtualDmc
+from maya_un.virtual.network import RETRIES
+from maya_un.virtual.records import SAMPLE
+from maya_un.virtual.udp import UdpPort
 
 TICK = 1.0 / 256.0
 """Where a program runs, its messages are sent this often [s]; what it does is timed to the sample all the same."""
+
+_ATTEMPTS = 20
+"""How many ports are tried for one that is free for TCP and UDP both."""
 
 Tap = Callable[[str, str, bytes], None]
 """Wire log: handle letter, "rx" or "tx" as the controller sees it, bytes."""
 
 
-class _Link(Protocol):
-    """One connection: bytes out, an end in order, an end by force."""
-
-    def send(self, data: bytes) -> None: ...
-
-    def close(self) -> None: ...
-
-    def cut(self) -> None: ...
-
-
 class VirtualController:
     """Owns a machine and its connections. Made inside a running loop, whose clock becomes the machine's.
 
-    `tap`, if set, sees all bytes. Use `close` at the end.
+    `tap`, if set, sees all bytes; `faults` holds what can be made to go wrong, drawn with `seed`. Use `close` at the
+    end.
     """
 
-    def __init__(self, machine: VirtualDmc) -> None:
+    def __init__(self, machine: VirtualDmc, *, seed: int = 0) -> None:
         self._machine = machine
         self._loop = asyncio.get_running_loop()
-        self._links: dict[Handle, _Link] = {}
-        self._server: asyncio.Server | None = None
+        self._links: dict[Handle, Link] = {}
+        self._orphans: dict[Handle, Link] = {}
+        self._due: dict[Link, float] = {}
+        self._servers: list[asyncio.Server] = []
+        self._ports: list[UdpPort] = []
         self._tasks: set[asyncio.Task[None]] = set()
-        self._refusing = False
+        self._dials: dict[Handle, asyncio.Task[None]] = {}
         self._timer: asyncio.TimerHandle | None = None
+        self._off = False
         self.tap: Tap | None = None
+        self.wire = Disturbance(seed)
+        self.faults = Faults(self)
+        machine.balk = self.wire.balks
 
     @property
     def machine(self) -> VirtualDmc:
@@ -65,20 +71,45 @@ class VirtualController:
         """Bring machine and plant to the loop's time."""
         self._machine.advance(self._loop.time())
 
-    async def serve(self, host: str = "127.0.0.1", port: int = 0) -> tuple[str, int]:
-        """Listen on TCP and return the address; port 0 chooses a free one. Raises `AddressInUse`."""
-        try:
-            self._server = await self._loop.create_server(lambda: _TcpLink(self), host, port)
-        except OSError as error:
-            raise AddressInUse(address=f"{host}:{port}") from error
-        name = self._server.sockets[0].getsockname()
+    def look(self) -> None:
+        """Bring the machine to the loop's time and send what it has to say by itself."""
+        self.sync()
+        self._after()
+
+    async def serve(self, host: str = "127.0.0.1", port: int = 0, *, udp: bool = True) -> tuple[str, int]:
+        """Listen on TCP, and on the UDP port of the same number, and return the address; port 0 chooses a free one.
+
+        May be called again for further ports of the same machine. Raises `AddressInUse`.
+        """
+        for attempt in range(_ATTEMPTS):
+            try:
+                return await self._listen(host, port, udp)
+            except OSError as error:
+                if port or attempt == _ATTEMPTS - 1:
+                    raise AddressInUse(address=f"{host}:{port}") from error
+        raise AssertionError
+
+    async def _listen(self, host: str, port: int, udp: bool) -> tuple[str, int]:
+        server = await self._loop.create_server(lambda: TcpLink(self), host, port)
+        name = server.sockets[0].getsockname()
+        if udp:
+            try:
+                _, port_protocol = await self._loop.create_datagram_endpoint(
+                    lambda: UdpPort(self), local_addr=(name[0], name[1])
+                )
+            except OSError:
+                server.close()
+                await server.wait_closed()
+                raise
+            self._ports.append(port_protocol)
+        self._servers.append(server)
         return name[0], name[1]
 
     def loopback(self) -> LoopbackTransport:
         """Return the host's end of a new connection in memory; one that is refused is at its end at once."""
         host, controller = loopback_pair("virtual controller")
-        link = _LoopbackLink(self, controller)
-        handle = self.accept(link, ("127.0.0.1", 0))
+        link = LoopbackLink(self, controller)
+        handle = self.accept(link, ("127.0.0.1", 0), Kind.TCP, 23)
         if handle is None:
             controller.cut()
             return host
@@ -87,20 +118,37 @@ class VirtualController:
 
     def spawn(self, work: Coroutine[None, None, None]) -> None:
         """Run `work` beside the rest; `close` waits for it."""
-        task = self._loop.create_task(work)
+        self._keep(self._loop.create_task(work))
+
+    def _keep(self, task: asyncio.Task[None]) -> None:
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
-    def cut(self) -> None:
-        """Sever every connection abruptly, as a pulled cable does; the axes know nothing of it."""
+    def cut(self, letters: str = "ABCDEFGH") -> None:
+        """Sever connections abruptly, as a pulled cable does; the axes know nothing of it."""
         self.sync()
         for handle, link in list(self._links.items()):
-            self.release(handle)
-            link.cut()
+            if handle.letter in letters:
+                self._release(handle)
+                self.wire.silent.discard(handle)
+                link.cut()
 
     def refuse(self, refusing: bool) -> None:
         """Refuse new connections from now on, or take them again."""
-        self._refusing = refusing
+        self.wire.refusing = refusing
+
+    def silence(self, letters: str) -> None:
+        """Let connections fall silent: neither side hears the other or learns of its end."""
+        self.wire.silent |= {handle for handle in self._links if handle.letter in letters}
+
+    def unsilence(self, letters: str = "ABCDEFGH") -> None:
+        """Let silent connections speak again; those that one side gave up meanwhile end."""
+        for handle in [handle for handle in self.wire.silent if handle.letter in letters]:
+            self.wire.silent.discard(handle)
+            link = self._orphans.pop(handle, None)
+            if link is not None:
+                self._release(handle)
+                link.cut()
 
     def abort_input(self, active: bool) -> None:
         """Press or release the emergency stop."""
@@ -110,35 +158,64 @@ class VirtualController:
         """Set the amplifiers' fault bits; 0 is well."""
         self.machine.amplifier_fault(status)
 
+    def reset(self) -> None:
+        """Let the controller reset itself as a dip of its supply does: like RS, and every connection dies unsaid."""
+        self.power(False)
+        self.power(True)
+
+    def power(self, on: bool) -> None:
+        """Switch the controller's supply; while it is off, nobody can connect."""
+        self.cut()
+        self._off = not on
+        if on:
+            self._machine.power_on()
+        else:
+            self._machine.power_off()
+        self._after()
+
     async def close(self) -> None:
         """Stop listening and end every connection."""
+        self.faults.close()
         if self._timer is not None:
             self._timer.cancel()
-        server, self._server = self._server, None
-        if server is not None:
+        servers, self._servers = self._servers, []
+        for server in servers:
             server.close()
+        for task in self._dials.values():
+            task.cancel()
         for handle, link in list(self._links.items()):
-            self.release(handle)
+            self._release(handle)
             link.close()
+        for orphan in self._orphans.values():
+            orphan.cut()
+        for port in self._ports:
+            port.close()
         if self._tasks:
             await asyncio.wait(self._tasks)
-        if server is not None:
+        for server in servers:
             await server.wait_closed()
 
-    def accept(self, link: _Link, peer: tuple[str, int]) -> Handle | None:
+    def accept(self, link: Link, peer: tuple[str, int], kind: Kind, port: int) -> Handle | None:
         """Give a new connection a handle, None where none is free or connections are refused."""
-        handle = None if self._refusing else self._machine.connect(peer)
+        handle = None if self.wire.refusing or self._off else self._machine.connect(peer, kind, port)
         if handle is not None:
             self._links[handle] = link
         return handle
 
-    def release(self, handle: Handle) -> None:
-        """Give a handle back whose connection has ended."""
-        self._links.pop(handle, None)
-        self._machine.disconnect(handle)
+    def ended(self, handle: Handle, broken: bool) -> None:
+        """Give a handle back whose connection has ended; one that is silent does not learn of it."""
+        link = self._links.get(handle)
+        if link is not None and handle in self.wire.silent:
+            self._orphans[handle] = link
+            return
+        self._release(handle)
+        if broken and link is not None:
+            self._tcp_error(handle)
 
     def received(self, handle: Handle, data: bytes) -> None:
         """Hand bytes of a connection to the machine and send what it answers, to whom it concerns."""
+        if self.wire.silent and handle in self.wire.silent:
+            return
         if self.tap is not None:
             self.tap(handle.letter, "rx", data)
         reply = self._machine.receive(handle, data, self._loop.time())
@@ -146,10 +223,32 @@ class VirtualController:
             self._send(handle, reply)
         self._after()
 
+    def reached(self, handle: Handle, link: Link) -> None:
+        """Take the link of a connection that IH opened."""
+        self._links[handle] = link
+
+    def gave_up(self, handle: Handle) -> None:
+        """Close a handle that IH could not connect."""
+        if handle.open:
+            self._release(handle)
+            self._tcp_error(handle)
+
+    def _release(self, handle: Handle) -> None:
+        link = self._links.pop(handle, None)
+        if link is not None:
+            self._due.pop(link, None)
+        self._machine.disconnect(handle)
+
+    def _tcp_error(self, handle: Handle) -> None:
+        self.machine.unit.tcp_error(handle.index)
+        self._after()
+
     def _after(self) -> None:
-        """Send what nobody asked for, end what was closed, and see to being woken when there will be more."""
+        """Send what nobody asked for, open and end connections, and see to being woken when there will be more."""
         for handle, message in self._machine.take_messages():
             self._send(handle, message)
+        for handle in self._machine.unit.handles.take_dialing():
+            self._dial(handle)
         self._close_released()
         wake = max(self._machine.wake(), self._loop.time() + TICK)
         if self._timer is not None and self._timer.when() > wake:
@@ -160,8 +259,14 @@ class VirtualController:
 
     def _tick(self) -> None:
         self._timer = None
-        self.sync()
-        self._after()
+        self.look()
+
+    def _dial(self, handle: Handle) -> None:
+        pause = self._machine.unit.network.retry * SAMPLE
+        task = self._loop.create_task(dial(self, handle, pause))
+        self._dials[handle] = task
+        task.add_done_callback(lambda _: self._dials.pop(handle, None))
+        self._keep(task)
 
     def _send(self, handle: Handle, data: bytes) -> None:
         link = self._links.get(handle)
@@ -169,80 +274,47 @@ class VirtualController:
             return
         if self.tap is not None:
             self.tap(handle.letter, "tx", data)
+        if self.wire.clear and not self._due:
+            link.send(data)
+        else:
+            self._send_disturbed(handle, link, data)
+
+    def _send_disturbed(self, handle: Handle, link: Link, data: bytes) -> None:
+        """Send as the wire has it, in order."""
+        if handle in self.wire.silent:
+            if handle.kind is Kind.TCP:
+                self._loop.call_later(RETRIES * self._machine.unit.network.retry * SAMPLE, self._unheard, handle)
+            return
+        now = self._loop.time()
+        for piece in self.wire.outgoing(data):
+            last = self._due.get(link)
+            due = now + self.wire.delay() if last is None else max(now + self.wire.delay(), nextafter(last, inf))
+            if due <= now:
+                link.send(piece)
+                continue
+            self._due[link] = due
+            self._loop.call_at(due, self._arrive, link, piece, due)
+
+    def _arrive(self, link: Link, data: bytes, due: float) -> None:
+        if self._due.get(link) == due:
+            del self._due[link]
         link.send(data)
 
+    def _unheard(self, handle: Handle) -> None:
+        """Close a TCP handle whose packets nobody acknowledged; the other side still hears nothing."""
+        link = self._links.get(handle)
+        if link is None or handle not in self.wire.silent:
+            return
+        self._orphans[handle] = link
+        self._release(handle)
+        self._tcp_error(handle)
+
     def _close_released(self) -> None:
-        """End the connections whose handles a command (IH) has closed."""
+        """End the connections whose handles a command has closed (IH, RS), those still being opened among them."""
         for handle, link in list(self._links.items()):
             if not handle.open:
-                self.release(handle)
+                self._release(handle)
                 link.close()
-
-
-class _TcpLink(asyncio.Protocol):
-    """A TCP connection."""
-
-    def __init__(self, owner: VirtualController) -> None:
-        self._owner = owner
-        self._transport: asyncio.Transport | None = None
-        self._handle: Handle | None = None
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        self._transport = cast("asyncio.Transport", transport)
-        peer = transport.get_extra_info("peername")
-        self._handle = self._owner.accept(self, (str(peer[0]), int(peer[1])))
-        if self._handle is None:
-            self._transport.abort()
-            return
-        sock: socket.socket = transport.get_extra_info("socket")
-        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-
-    def data_received(self, data: bytes) -> None:
-        if self._handle is not None and self._handle.open:
-            self._owner.received(self._handle, data)
-
-    def connection_lost(self, exc: Exception | None) -> None:
-        if self._handle is not None:
-            self._owner.release(self._handle)
-
-    def send(self, data: bytes) -> None:
-        if self._transport is not None:
-            self._transport.write(data)
-
-    def close(self) -> None:
-        if self._transport is not None:
-            self._transport.close()
-
-    def cut(self) -> None:
-        if self._transport is not None:
-            self._transport.abort()
-
-
-class _LoopbackLink:
-    """A connection in memory: the controller's end."""
-
-    def __init__(self, owner: VirtualController, end: LoopbackTransport) -> None:
-        self._owner = owner
-        self._end = end
-        self._open = True
-
-    async def run(self, handle: Handle) -> None:
-        """Read until the other side ends."""
-        while data := await self._end.read():
-            if handle.open:
-                self._owner.received(handle, data)
-        self._open = False
-        self._owner.release(handle)
-        await self._end.close()
-
-    def send(self, data: bytes) -> None:
-        if self._open:
-            self._end.write(data)
-
-    def close(self) -> None:
-        self._open = False
-        self._owner.spawn(self._end.close())
-
-    def cut(self) -> None:
-        self._open = False
-        self._end.cut()
+        for handle, task in list(self._dials.items()):
+            if not handle.open:
+                task.cancel()

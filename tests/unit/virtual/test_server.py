@@ -167,7 +167,7 @@ def test_tcp_handles_are_told_by_name_and_freed() -> None:
         virtual = made()
         host, port = await virtual.serve()
         reply, own = await _ask(host, port, [b"TH\r"], b"IHH AVAILABLE\r\n:")
-        assert f"IHA TCP PORT 23 TO IP ADDRESS 127,0,0,1 PORT {own[1]}" in reply.decode()
+        assert f"IHA TCP PORT {port} TO IP ADDRESS 127,0,0,1 PORT {own[1]}" in reply.decode()
         reader, writer = await asyncio.open_connection(host, port)
         writer.write(b"WH\r")
         assert (await reader.readuntil(b":"))[:2] == b"IH"
