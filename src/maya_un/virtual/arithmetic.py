@@ -154,4 +154,4 @@ FUNCTIONS: dict[str, Callable[[int], int]] = {
     "FLOT": _to_float_bits,
     "REAL": _from_float_bits,
 }
-"""Functions `@NAME[...]` of one raw value; angles in degrees, roots of the absolute value, @COM of the 32 whole bits."""
+"""Functions `@NAME[...]` of one raw value: angles in degrees, roots of the absolute value, @COM of the whole bits."""

@@ -57,7 +57,7 @@ class Arrays:
         self._rows[name] = [0] * size
 
     def row(self, name: str) -> list[int]:
-        """Return the elements of an array, to be read and written in place; raises `Refused` (82) for an unknown one."""
+        """Return the elements of an array, to be used in place; raises `Refused` (82) for an unknown one."""
         try:
             return self._rows[name]
         except KeyError:

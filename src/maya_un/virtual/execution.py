@@ -14,15 +14,14 @@ from maya_un.virtual.expressions import AXIS_NAMES, KEYWORDS, axis_letter, evalu
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.unit import MOST_VARIABLES
 
-_MASKED = frozenset(
-    "AL AM AS BG BT CM CS FE FI HM LM MC MO QH QR QS RL RP SC SH ST TD TE TP TS TT TV VM".split(),
-)
-"""Commands whose arguments are letters; behind all others `~a` alone is a number."""
-
 _PLAIN = re.compile(r"([A-Za-z][A-Za-z0-9]*|[~^][a-h])\s*=(?!=)\s*(.*)")
 _ELEMENT = re.compile(r"(?:[A-Za-z][A-Za-z0-9]*|\^[a-h])\[")
 _LIKE_A_COMMAND = re.compile(r"[A-Z]{2}(?![A-Z*]\s*=)[A-Za-z0-9]+\s*(?:\[[^=]*\]\s*)?=(?!=)")
-_MASK = re.compile(r"(?:[A-Z ]|~[a-h])*")
+_MASK = re.compile(
+    r"(?:A[LMS]|B[GT]|C[MS]|F[EI]|HM|LM|M[CO]|Q[HRS]|R[LP]|S[CHT]|T[DEPSTV]|VM)(?:[A-Z ]|~[a-h])*",
+)
+"""A command whose arguments are letters; behind all others `~a` alone is a number."""
+
 _EXPLICIT = re.compile(r"(..\s*)(~[a-h])(\s*=.*)")
 _VARIABLE_AXIS = re.compile(r"~[a-h]")
 _ALIASES = str.maketrans("XYZW", "ABCD")
@@ -56,10 +55,9 @@ def assignment(text: str) -> tuple[str, str] | None:
 
 def with_axes(context: Context, text: str) -> str:
     """Return a command with letters in place of the axis variables that name its axes; raises `Refused`."""
-    name = text[:2]
-    if name in _MASKED and _MASK.fullmatch(text, 2):
-        return name + _VARIABLE_AXIS.sub(lambda found: axis_letter(context.names, found[0]), text[2:])
-    found = _EXPLICIT.fullmatch(text) if FORMS.get(name) is Form.AXES else None
+    if _MASK.fullmatch(text):
+        return _VARIABLE_AXIS.sub(lambda found: axis_letter(context.names, found[0]), text)
+    found = _EXPLICIT.fullmatch(text) if FORMS.get(text[:2]) is Form.AXES else None
     return text if found is None else f"{found[1]}{axis_letter(context.names, found[2])}{found[3]}"
 
 

@@ -10,8 +10,8 @@ from maya_un.galil.codes import ErrorCode
 from maya_un.virtual.arrays import Arrays
 from maya_un.virtual.refusal import Refused
 
-SAMPLES = 1024
-"""Samples in a second at TM 1000."""
+_SAME = 1e-6
+"""A time this much of a sample before one counts as that sample."""
 
 MOST = 8
 """Arrays, and sources, that can be recorded at once."""
@@ -51,23 +51,23 @@ class Recorder:
         self._stopped()
         self._sources = tuple(sources)
 
-    def begin(self, now: float, started: float, every: int, count: int, circular: bool) -> None:
-        """Record every so many samples (RC), from the next sample after `now` [s]; samples count from `started` [s].
+    def begin(self, now: float, started: float, period: float, every: int, count: int) -> None:
+        """Record every so many samples (RC), from the next sample after `now` [s].
 
-        It ends after `count` records, 0 for as many as the shortest array holds; a circular one begins again at the
-        first element for ever. Raises `Refused`: 80 while recording, 81 without an array for each source and a source
-        for each array, 84 for more records than an array holds.
+        Samples are a `period` apart [s] and count from `started` [s]. It ends after `count` records, 0 for as many as
+        the shortest array holds; with a negative one it begins again at the first element for ever. Raises `Refused`:
+        80 while recording, 81 without an array for each source and a source for each array, 84 for more records than
+        an array holds.
         """
         self._stopped()
         if not self._names or len(self._names) != len(self._sources):
             raise Refused(ErrorCode.NO_RECORDING_SOURCE)
         room = min(len(self._arrays.row(name)) for name in self._names)
-        if count > room:
+        if abs(count) > room:
             raise Refused(ErrorCode.TOO_MANY_ELEMENTS)
-        self._count = count or room
-        self._circular = circular
-        self._started, self._every = started, every
-        self._tick = floor((now - started) * SAMPLES) + 1
+        self._count, self._circular = abs(count) or room, count < 0
+        self._started, self._period, self._every = started, period, every
+        self._tick = floor((now - started) / period + _SAME) + 1
         self.next_index = 0
         self.recording = True
 
@@ -81,7 +81,7 @@ class Recorder:
 
     def next_event(self) -> float:
         """Return the time of the next record [s], infinity while nothing is recorded."""
-        return self._started + self._tick / SAMPLES if self.recording else inf
+        return self._started + self._tick * self._period if self.recording else inf
 
     def look(self, now: float) -> None:
         """Record what is due."""
