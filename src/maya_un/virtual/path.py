@@ -1,4 +1,4 @@
-"""The speed along a sequence of linear segments (LM, LI, LE), as stretches of constant acceleration.
+"""The speed along a sequence of segments (LI; VP, CR), as stretches of constant acceleration.
 
 Within a segment the vector speed goes to the segment's target at VA (or VD, where it comes in faster) and, as late
 as possible, brakes at VD to the end speed `>p`. A backward pass over the segments bounds the speed at every
@@ -8,26 +8,36 @@ segment is entered is met behind the boundary. Without LE the sequence stops abr
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from math import hypot, inf, sqrt
 from typing import NamedTuple
 
+from maya_un.virtual.arc import Arc, X, Y
+
 
 class Segment(NamedTuple):
-    """One LI: counts of every member axis, length as the norm over them, and its speeds [counts/s].
+    """One LI, VP or CR: counts of every coordinate, length along it, and its speeds [counts/s].
 
-    `speed` is None where no `<o` was given (VS applies) and negative for VV; `end` is None without `>p`.
+    `speed` is None where no `<o` was given (VS applies) and negative for VV; `end` is None without `>p`. `arc` is
+    None for a straight one.
     """
 
-    deltas: tuple[int, ...]
+    deltas: tuple[float, ...]
     length: float
     speed: float | None
     end: float | None
+    arc: Arc | None = None
 
     @staticmethod
-    def of(deltas: tuple[int, ...], speed: float | None = None, end: float | None = None) -> Segment:
-        """Return the segment with its length worked out."""
+    def of(deltas: tuple[float, ...], speed: float | None = None, end: float | None = None) -> Segment:
+        """Return the straight segment with its length worked out."""
         return Segment(deltas, hypot(*deltas), speed, end)
+
+    @staticmethod
+    def along(arc: Arc, speed: float | None = None, end: float | None = None) -> Segment:
+        """Return the segment along an arc."""
+        deltas = (arc.offset(X, arc.length), arc.offset(Y, arc.length))
+        return Segment(deltas, arc.length, speed, end, arc)
 
 
 class Stretch(NamedTuple):
@@ -48,10 +58,23 @@ class Rates(NamedTuple):
 
 
 class Path(NamedTuple):
-    """Stretches in order of time, and when the sequence is at its end [s]; infinite where it never gets there."""
+    """Stretches in order of time, and when the sequence is at its end [s] and how fast it gets there [counts/s].
+
+    The time is infinite where it never gets there.
+    """
 
     stretches: list[Stretch]
     end: float
+    speed: float = 0.0
+
+
+class Leg(NamedTuple):
+    """What is walked: a segment's number and length, its target speed, and the largest speed at its end."""
+
+    number: int
+    length: float
+    target: float
+    bound: float
 
 
 def plan(segments: Sequence[Segment], speeds: Sequence[float], start: Stretch, rates: Rates, ended: bool) -> Path:
@@ -60,48 +83,64 @@ def plan(segments: Sequence[Segment], speeds: Sequence[float], start: Stretch, r
     `speeds` are the target speeds of the segments [counts/s]; `ended` tells that LE closed the sequence. A target
     of 0 brakes to rest there and stays.
     """
-    bounds = _boundary_speeds(segments, rates.deceleration, ended)
+    bounds: list[float] = []
+    bound(segments, bounds, rates.deceleration, ended)
+    numbers = range(start.segment, len(segments))
+    return walk((Leg(i, segments[i].length, speeds[i], bounds[i]) for i in numbers), start, rates)
+
+
+def walk(legs: Iterable[Leg], start: Stretch, rates: Rates) -> Path:
+    """Return the speed along `legs` from the state `start` on, which lies in the first of them."""
     stretches: list[Stretch] = []
     t, s, v = start.t, start.s, start.v
-    for index in range(start.segment, len(segments)):
-        rest = max(0.0, segments[index].length - s)
-        state = _Segment(stretches, t, index, s, v).run(rest, speeds[index], bounds[index], rates)
+    for number, length, target, end in legs:
+        rest = max(0.0, length - s)
+        state = _Segment(stretches, t, number, s, v).run(rest, target, end, rates)
         if state is None:
             return Path(stretches, inf)
         t, v = state
         s = 0.0
-    return Path(stretches, t)
+    return Path(stretches, t, v)
 
 
-def brake(segments: Sequence[Segment], start: Stretch, deceleration: float) -> Path:
-    """Return the way to rest along the path at a constant `deceleration`, or to the path's abrupt end."""
+def brake(segments: Sequence[Segment], start: Stretch, deceleration: float, first: int = 0) -> Path:
+    """Return the way to rest along the path at a constant `deceleration`, or to the path's abrupt end.
+
+    `first` is the number of the first of the segments.
+    """
     stretches: list[Stretch] = []
     t, s, v = start.t, start.s, start.v
-    for index in range(start.segment, len(segments)):
+    for index in range(start.segment - first, len(segments)):
         rest = max(0.0, segments[index].length - s)
-        walk = _Segment(stretches, t, index, s, v)
+        leg = _Segment(stretches, t, first + index, s, v)
         if v * v <= 2.0 * deceleration * rest:
-            walk.change(0.0, deceleration)
-            return Path(stretches or [Stretch(t, index, s, 0.0, 0.0)], walk.t)
-        walk.change(sqrt(v * v - 2.0 * deceleration * rest), deceleration)
-        t, v = walk.t, walk.v
+            leg.change(0.0, deceleration)
+            return Path(stretches or [Stretch(t, first + index, s, 0.0, 0.0)], leg.t)
+        leg.change(sqrt(v * v - 2.0 * deceleration * rest), deceleration)
+        t, v = leg.t, leg.v
         s = 0.0
     # A stop at the very end leaves no way to brake on: there the sequence rests.
     last = len(segments) - 1
-    return Path(stretches or [Stretch(t, last, segments[last].length, 0.0, 0.0)], t)
+    return Path(stretches or [Stretch(t, first + last, segments[last].length, 0.0, 0.0)], t)
 
 
-def _boundary_speeds(segments: Sequence[Segment], deceleration: float, ended: bool) -> list[float]:
-    """Return the largest speed allowed at the end of every segment [counts/s]."""
-    bounds = [0.0] * len(segments)
-    bound = 0.0 if ended else inf
+def bound(segments: Sequence[Segment], bounds: list[float], deceleration: float, ended: bool) -> int:
+    """Bring `bounds`, the largest speed allowed at the end of every segment [counts/s], up to date.
+
+    On entry `bounds` are those of as many segments as were there before; return the first place that has changed.
+    """
+    known = len(bounds)
+    bounds += [inf] * (len(segments) - known)
+    limit = 0.0 if ended else inf
     for index in range(len(segments) - 1, -1, -1):
         segment = segments[index]
-        if segment.end is not None and segment.end < bound:
-            bound = segment.end
-        bounds[index] = bound
-        bound = sqrt(bound * bound + 2.0 * deceleration * segment.length)
-    return bounds
+        if segment.end is not None and segment.end < limit:
+            limit = segment.end
+        if index < known and bounds[index] == limit:
+            return index + 1
+        bounds[index] = limit
+        limit = sqrt(limit * limit + 2.0 * deceleration * segment.length)
+    return 0
 
 
 class _Segment:

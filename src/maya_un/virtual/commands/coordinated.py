@@ -9,7 +9,7 @@ from maya_un.galil.codes import ErrorCode
 from maya_un.virtual.arguments import QUERY, by_axis, mask
 from maya_un.virtual.context import Answer, Context, Handler
 from maya_un.virtual.path import Segment
-from maya_un.virtual.plane import Plane
+from maya_un.virtual.plane import LINEAR, VECTOR, Plane
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.registers import PLANE, Register, When
 
@@ -22,7 +22,8 @@ _SEGMENT = re.compile(r"([^<>]*)(?:<([^<>]*))?(?:>([^<>]*))?")
 _USE_VV = -1.0
 
 
-def _current(context: Context) -> Plane:
+def current(context: Context) -> Plane:
+    """Return the plane that CA selected."""
     return context.core.planes[context.unit.plane]
 
 
@@ -38,22 +39,27 @@ def _select_plane(context: Context, text: str) -> Answer:
 
 def _members(context: Context, text: str) -> Answer:
     if text.strip() == QUERY:
-        return context.unit.position_text([_current(context).free(context.core.now)])
-    _current(context).select(tuple(mask(text, context.unit.letters)))
+        return context.unit.position_text([current(context).free(context.core.now)])
+    members = tuple(mask(text, context.unit.letters))
+    current(context).select(LINEAR, members, tuple(range(len(members))))
     return None
 
 
 def _segment(context: Context, text: str) -> Answer:
-    plane = _current(context)
-    if not plane.members:
-        raise Refused(ErrorCode.NO_SEQUENCE)
+    plane = current(context)
+    if plane.mode != LINEAR or not plane.members:
+        raise Refused(ErrorCode.SEGMENT_KINDS_MIXED if plane.mode == VECTOR else ErrorCode.NO_SEQUENCE)
+    text, start, end = speeds(context, text)
+    plane.append(Segment.of(_deltas(context, plane, text), start, end), context.core.now)
+    return None
+
+
+def speeds(context: Context, text: str) -> tuple[str, float | None, float | None]:
+    """Return what stands before `<o>p`, and the two speeds [counts/s] where they are given; `<-1` stands for VV."""
     form = _SEGMENT.fullmatch(text)
     if form is None:
         raise Refused(ErrorCode.OPERAND_ERROR)
-    deltas = _deltas(context, plane, form[1])
-    segment = Segment.of(deltas, _speed(context, form[2], _USE_VV), _speed(context, form[3], 0.0))
-    plane.append(segment, context.core.now)
-    return None
+    return form[1], _speed(context, form[2], _USE_VV), _speed(context, form[3], 0.0)
 
 
 def _deltas(context: Context, plane: Plane, text: str) -> tuple[int, ...]:
@@ -81,7 +87,7 @@ def _speed(context: Context, text: str | None, lowest: float) -> float | None:
 
 
 def _end(context: Context, text: str) -> Answer:
-    plane = _current(context)
+    plane = current(context)
     if text.strip() == QUERY:
         return context.unit.position_text([plane.total])
     plane.close()
@@ -108,7 +114,7 @@ def _rate(name: str, register: Register, context: Context, text: str) -> Answer:
         changes.append((plane, register.rounded(context.number(argument))))
     for plane, value in changes:
         plane.registers[name] = value
-        plane.stale = True
+        plane.rates_changed()
     if not asked:
         return None
     unit = context.unit
