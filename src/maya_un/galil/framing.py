@@ -17,7 +17,7 @@ from maya_un.galil.commands import LINE_LIMIT, TOO_LONG
 
 _SEVEN_BITS = bytes(code & 0x7F for code in range(256))
 _COMMAND_ENDS = re.compile(r"[\r;]")
-_PROGRAM_ENDS = re.compile(r"[\r\\]")
+_PROGRAM_ENDS = re.compile(r"[\r\\\x04\x11\x1a]")
 
 _RUN = re.compile(rb"[\x00-\x7f]+|[\x80-\xff]+")
 _ACCEPTED, _REJECTED = ord(":"), ord("?")
@@ -33,11 +33,13 @@ class LineSplitter:
     `;`: some clients never send CR, and a controller does not wait for one.
 
     While `program` is True the bytes are the text of a program (DL): only CR ends a line, `;` belongs to it, and
-    a backslash is an item of its own that ends this mode.
+    a backslash is an item of its own that ends this mode; so do ^D, ^Q and ^Z, which read as one. `limit`
+    is the longest line of this mode until it ends: numbers (QD) may come in one line that is longer than any command.
     """
 
     def __init__(self) -> None:
         self.program = False
+        self.limit = LINE_LIMIT
         self._pending = ""
         self._before = 0
 
@@ -60,22 +62,22 @@ class LineSplitter:
                 continue
             yield from self._complete(found[0])
         # One character past the limit decides; more of an endless line is not kept.
-        self._pending = (self._pending + text[place:])[: LINE_LIMIT + 1]
+        self._pending = (self._pending + text[place:])[: self.limit + 1]
         if text.endswith(";") and not self._pending:
             self._before = 0
 
     def _complete(self, end: str) -> Iterator[str]:
         length = self._before + len(self._pending)
-        command = TOO_LONG if length > LINE_LIMIT else self._pending
+        command = TOO_LONG if length > self.limit else self._pending
         self._pending = ""
         self._before = length + 1 if end == ";" else 0
-        if end != "\\":
+        if end in "\r;":
             yield command if self.program else command.strip(" \t")
             return
         if command:
             yield command
-        self.program = False
-        yield end
+        self.program, self.limit = False, LINE_LIMIT
+        yield "\\"
 
 
 class Kind(Enum):

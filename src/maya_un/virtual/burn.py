@@ -7,6 +7,8 @@ takes up to seconds; records by themselves (DR) pause as long as it does.
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 from maya_un.galil.codes import ErrorCode
 from maya_un.virtual import registers
 from maya_un.virtual.memory import Parameters
@@ -59,12 +61,14 @@ def burn_parameters(unit: Unit) -> None:
 
 def burn_program(unit: Unit) -> None:
     """Keep the program (BP); raises `Refused`."""
+    unit.memory.contents.program = unit.program.text()
     _store(unit)
 
 
 def burn_variables(unit: Unit) -> None:
     """Keep variables and arrays (BV); raises `Refused`."""
     unit.memory.contents.variables = dict(unit.variables)
+    unit.memory.contents.arrays = unit.arrays.contents()
     _store(unit)
 
 
@@ -124,6 +128,17 @@ def _restore(unit: Unit, *, factory: bool) -> None:
     _restore_unit(unit, burned.get("unit", {}))
     if not factory:
         unit.variables.update(contents.variables)
+        unit.arrays.restore(contents.arrays)
+        _start_program(unit)
+
+
+def _start_program(unit: Unit) -> None:
+    """Load the burned program and run its #AUTO on thread 0, or #AUTOERR where the memory was found damaged."""
+    with suppress(Refused):  # a file may hold anything
+        unit.program.load(unit.memory.contents.program)
+    line = unit.program.labels.get("AUTOERR" if unit.memory.errors else "AUTO")
+    if line is not None:
+        unit.threads.all[0].start(unit.program.start(line), line)
 
 
 def _restore_registers(values: dict[str, float], group: dict[str, float | str], table: dict[str, Register]) -> None:

@@ -19,6 +19,7 @@ from maya_un.virtual.memory import Memory
 from maya_un.virtual.operands import Names
 from maya_un.virtual.plant import Plant
 from maya_un.virtual.refusal import Refused
+from maya_un.virtual.runner import Runner
 from maya_un.virtual.unit import Identity, Unit
 
 REVISION = "Rev 1.3k"
@@ -56,12 +57,14 @@ class VirtualDmc:
         line = firmware or f"DMC41{axes}3 {REVISION}"
         self._unit = Unit(plant, axes, Identity(line, serial, ADDRESS, HARDWARE_ADDRESS), motors_off, memory)
         self._unit.records.source = partial(status.record, self._unit)
-        self._unit.activities = (*self._unit.activities, self._unit.records)
+        self._runner = Runner(self._unit)
+        self._unit.activities = (self._runner, *self._unit.activities, self._unit.records)
         self.balk: Callable[[], bool] | None = None
         self._core = self._unit.core
         self._contexts: dict[Handle, Context] = {}
         self._activities: tuple[Activity, ...] = self._unit.activities
         burn.power_up(self._unit)
+        self._look()
 
     @property
     def now(self) -> float:
@@ -144,6 +147,7 @@ class VirtualDmc:
     def power_on(self) -> None:
         """Come up again with what is burned, at the time last advanced to."""
         burn.reset(self._unit)
+        self._look()
 
     def take_messages(self) -> list[tuple[Handle, bytes]]:
         """Return the bytes for handles that did not ask for them, and forget them."""
@@ -152,10 +156,12 @@ class VirtualDmc:
     def abort_input(self, active: bool) -> None:
         """Set the abort input at the time last advanced to."""
         self._core.set_abort_input(active)
+        self._look()
 
     def amplifier_fault(self, status: int) -> None:
         """Set the amplifiers' fault bits, laid out as in the data record, at the time last advanced to; 0 is well."""
         self._core.set_amplifier_status(status & 0xFFFFFFFF)
+        self._look()
 
     def _look(self) -> None:
         for activity in self._activities:

@@ -13,6 +13,7 @@ from maya_un.virtual.arrays import MOST_ARRAYS
 from maya_un.virtual.axis import LETTERS, Axis
 from maya_un.virtual.handles import Handle
 from maya_un.virtual.plane import Plane
+from maya_un.virtual.program import MOST_LABELS
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.thread import Thread
 from maya_un.virtual.unit import MOST_VARIABLES, Unit
@@ -115,6 +116,10 @@ class Names:
         return self._unit.axes[LETTERS.index(letter)]
 
     def _of_caller(self, word: str, which: str) -> float:
+        if self._thread is not None and not which and word == "JS":
+            return self._thread.returned / ONE
+        if self._thread is not None and word == "ED" and which == "4":
+            return self._thread.number
         if (word == "WH" and not which) or (word == "IA" and which == "3"):
             return -1 if self._caller is None else self._caller.index
         if word == "IH" and len(which) == 2 and which[0] in LETTERS and which[1] in "01234":
@@ -179,7 +184,12 @@ _SYSTEM: dict[str, Callable[[Unit], float]] = {
     "OP": lambda unit: status.output_bank(unit, 0),
     "OP0": lambda unit: status.output_bank(unit, 0),
     "OP1": lambda unit: status.output_bank(unit, 1),
-    "NO": lambda unit: 0,
+    "NO": lambda unit: unit.threads.mask,
+    "DL": lambda unit: MOST_LABELS - len(unit.program.labels),
+    "ED": lambda unit: unit.threads.error_line,
+    "ED0": lambda unit: unit.threads.error_line,
+    "ED1": lambda unit: unit.threads.error_thread,
+    "BK": lambda unit: -1 if unit.threads.breakpoint is None else unit.threads.breakpoint[0],
     "BN": lambda unit: unit.identity.serial,
     "BV": lambda unit: len(unit.axes),
     "UL": lambda unit: MOST_VARIABLES - len(unit.variables),
@@ -215,7 +225,10 @@ _SYSTEM: dict[str, Callable[[Unit], float]] = {
     "QZ3": lambda unit: 36,
     **{f"CN{n}": (lambda unit, n=n: unit.core.cn[n]) for n in range(5)},
     **{f"TA{n}": (lambda unit, n=n: status.amplifier_byte(unit, n)) for n in range(4)},
-    **{f"XQ{n}": (lambda unit: -1) for n in range(8)},
-    **{f"HX{n}": (lambda unit: 0) for n in range(8)},
+    "XQ": lambda unit: unit.threads.all[0].place,
+    "HX": lambda unit: unit.threads.all[0].status,
+    **{f"XQ{n}": (lambda unit, n=n: unit.threads.all[n].place) for n in range(8)},
+    **{f"HX{n}": (lambda unit, n=n: unit.threads.all[n].status) for n in range(8)},
+    **{f"ZS{n}": (lambda unit, n=n: len(unit.threads.all[n].stack)) for n in range(8)},
     **{f"P2{item}": (lambda unit: 0) for item in ("CD", "CH", "NM", "ST")},
 }

@@ -88,6 +88,7 @@ def snapshot(unit: Unit) -> DataRecord:
         outputs=tuple(output_bank(unit, bank) for bank in range(10)),
         handles=unit.handles.states(),
         error_code=unit.error_code,
+        threads=unit.threads.mask,
         amplifier_status=unit.core.amplifier_status,
         s=_plane(unit, unit.core.planes["S"]),
         t=_plane(unit, unit.core.planes["T"]),

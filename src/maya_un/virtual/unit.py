@@ -18,8 +18,10 @@ from maya_un.virtual.network import Network
 from maya_un.virtual.outlet import Outlet
 from maya_un.virtual.plane import Plane
 from maya_un.virtual.plant import Plant
+from maya_un.virtual.program import Program
 from maya_un.virtual.recorder import Recorder
 from maya_un.virtual.records import RecordStream
+from maya_un.virtual.thread import Threads
 
 SAMPLES = 1024
 """Samples in a second at TM 1000."""
@@ -70,6 +72,8 @@ class Unit:
         self.records = RecordStream(self.handles, self.outlet)
         self.arrays = Arrays()
         self.recorder = Recorder(self.arrays)
+        self.program = Program()
+        self.threads = Threads()
         self.activities: tuple[Activity, ...] = (self.recorder,)
         self.on_tcp_error: Callable[[int], None] | None = None
         self.started = 0.0
@@ -83,6 +87,8 @@ class Unit:
         self.variables: dict[str, int] = {}
         self.axis_variables: dict[str, int] = {}
         self.arrays.clear()
+        self.program.load("")
+        self.threads.reset()
         self.error_code = 0
         self.plane = "S"
         self.value_format = Format(10, 4)
@@ -104,9 +110,14 @@ class Unit:
         return LETTERS[: len(self.core.axes)]
 
     @property
+    def period(self) -> float:
+        """Time from one sample to the next [s] (TM)."""
+        return 1.0 / SAMPLES
+
+    @property
     def time(self) -> int:
         """TIME: samples since power-up, of 32 bits with a sign."""
-        samples = int((self.core.now - self.started) * SAMPLES)
+        samples = int((self.core.now - self.started) * SAMPLES + 1e-6)
         return (samples + (1 << 31)) % (1 << 32) - (1 << 31)
 
     def reset(self) -> None:

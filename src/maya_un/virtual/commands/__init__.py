@@ -2,16 +2,30 @@
 
 from __future__ import annotations
 
-from maya_un.virtual.commands import coordinated, ethernet, inquiry, message, motion, setting, system
+from maya_un.virtual.commands import (
+    array,
+    coordinated,
+    ethernet,
+    inquiry,
+    message,
+    motion,
+    program,
+    setting,
+    system,
+    vector,
+)
 from maya_un.virtual.context import Handler
 
 TABLE: dict[str, Handler] = {
     **setting.TABLE,
     **motion.TABLE,
     **coordinated.TABLE,
+    **vector.TABLE,
     **inquiry.TABLE,
     **system.TABLE,
     **ethernet.TABLE,
     **message.TABLE,
+    **array.TABLE,
+    **program.TABLE,
 }
 """Every command that this controller knows."""

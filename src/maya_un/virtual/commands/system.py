@@ -1,4 +1,4 @@
-"""Commands of the controller itself: outputs, variables, formats, handles, burning, reset, programs it has none of."""
+"""Commands of the controller itself: outputs, variables, formats, handles, burning, reset."""
 
 from __future__ import annotations
 
@@ -9,11 +9,8 @@ from maya_un.galil.codes import ErrorCode
 from maya_un.virtual import burn
 from maya_un.virtual.arguments import QUERY, split
 from maya_un.virtual.context import Answer, Context, Handler
-from maya_un.virtual.expressions import is_name
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.unit import Format, Unit
-
-THREADS = 8
 
 _COPYRIGHT = "Virtual DMC-41x3 of Maya-UN, Apache License 2.0"
 
@@ -43,21 +40,6 @@ def _port(context: Context, text: str) -> Answer:
     for bank, bits in enumerate(masks):
         for bit in range(8 if bits is not None else 0):
             unit.set_output(8 * bank + bit + 1, bool((bits or 0) >> bit & 1))
-    return None
-
-
-def _deallocate(context: Context, text: str) -> Answer:
-    """DA: forget variables by name, or all of them; `*[0]` means arrays, of which there are none."""
-    variables = context.unit.variables
-    for name in split(text):
-        if name == "*":
-            variables.clear()
-        elif name == "*[0]":
-            continue
-        elif not is_name(name) or name not in variables:
-            raise Refused(ErrorCode.VARIABLE_ERROR)
-        else:
-            del variables[name]
     return None
 
 
@@ -146,6 +128,8 @@ def _master_reset(context: Context, text: str) -> Answer:
 def _burn(what: Callable[[Unit], None], context: Context, text: str) -> Answer:
     """BN, BP, BV: keep parameters, program, or variables and arrays without power."""
     _bare(text)
+    if what is not burn.burn_variables and context.thread is None and context.unit.threads.mask:
+        raise Refused(ErrorCode.NOT_WHILE_PROGRAM_RUNS)
     what(context.unit)
     return None
 
@@ -160,25 +144,6 @@ def _sample_time(context: Context, text: str) -> Answer:
     return None
 
 
-def _execute(context: Context, text: str) -> Answer:
-    """XQ: there is no program to execute."""
-    raise Refused(ErrorCode.UNDEFINED_LABEL)
-
-
-def _halt(context: Context, text: str) -> Answer:
-    if text.strip():
-        context.integer(text, 0, THREADS - 1)
-    return None
-
-
-def _nothing(context: Context, text: str) -> Answer:
-    return None
-
-
-def _program_only(context: Context, text: str) -> Answer:
-    raise Refused(ErrorCode.PROGRAM_ONLY)
-
-
 def _bare(text: str) -> None:
     if text.strip():
         raise Refused(ErrorCode.OPERAND_ERROR)
@@ -189,7 +154,6 @@ TABLE: dict[str, Handler] = {
     "CB": partial(_bit, False),
     "OB": _bit_by_value,
     "OP": _port,
-    "DA": _deallocate,
     "EO": partial(_flag, lambda unit: unit.echo, _set_echo),
     "LZ": partial(_flag, lambda unit: unit.suppress_zeros, _set_zeros),
     "CW": _copyright,
@@ -202,11 +166,4 @@ TABLE: dict[str, Handler] = {
     "BP": partial(_burn, burn.burn_program),
     "BV": partial(_burn, burn.burn_variables),
     "TM": _sample_time,
-    "XQ": _execute,
-    "HX": _halt,
-    "NO": _nothing,
-    **dict.fromkeys(
-        ("AD", "AI", "AM", "AP", "AR", "AS", "AT", "AV", "EN", "IF", "JP", "JS", "MC", "MF", "MR", "RE", "RI", "WT"),
-        _program_only,
-    ),
 }
