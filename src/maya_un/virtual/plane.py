@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
-from math import atan2, degrees, inf
+from math import atan2, degrees, inf, sqrt
 from typing import NamedTuple
 
 from maya_un.galil.codes import ErrorCode, StopCode
@@ -252,6 +252,32 @@ class Plane:
             return self._distance
         state = self.state(t)
         return self._at(state.segment)[1].way + state.s
+
+    def reaches(self, distance: float, t: float) -> float:
+        """Return when, from `t` on, the way along the path is `distance` [counts] by the present plan (AV) [s].
+
+        A sequence that is shorter, or rests before, is there at its end.
+        """
+        if self.distance(t) >= distance:
+            return t
+        for index in range(max(0, bisect_right(self._times, t) - 1), len(self._stretches)):
+            at, number, s, v, a = self._stretches[index]
+            rest = distance - self._at(number)[1].way - s
+            until = self._times[index + 1] if index + 1 < len(self._times) else self._end
+            square = v * v + 2.0 * a * rest
+            if square >= 0.0 and v + sqrt(square) > 0.0:
+                there = at + 2.0 * rest / (v + sqrt(square))
+                if there <= until:
+                    return max(t, there)
+        return self._end
+
+    def steady(self, t: float) -> float:
+        """Return when the acceleration under way at time `t` ends (AS) [s]."""
+        index = max(0, bisect_right(self._times, t) - 1)
+        while index < len(self._stretches) and self._stretches[index].a > 0.0:
+            index += 1
+        following = self._times[index] if index < len(self._times) else self._end
+        return max(t, following)
 
     def corner(self, axis: int, t: float) -> int:
         """Return where a member was, or will be, at the start of the segment under way [motor counts] (`_VP`)."""
