@@ -18,6 +18,7 @@ from maya_un.robot.robot import Robot
 from maya_un.values import Point
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.mechanics import MayaMechanics
+from maya_un.virtual.memory import Memory
 from maya_un.virtual.server import VirtualController
 from maya_un.virtual.start import legal_start
 from maya_un.virtual.truth import Truth
@@ -44,15 +45,24 @@ class Stack:
     twin: Twin | None
 
 
-def make_twin(*, seed: int = 0, truth: Truth | None = None, parts: Mapping[str, Point] | None = None) -> Twin:
+def make_twin(
+    *,
+    seed: int = 0,
+    truth: Truth | None = None,
+    parts: Mapping[str, Point] | None = None,
+    memory: Memory | None = None,
+    firmware: str | None = None,
+) -> Twin:
     """Return a virtual DMC-4133 with Maya's mechanics, powered up at a place that `seed` draws.
 
-    `truth` holds the machine's own constants, `parts` stand on its table (x, y, z of the grasp, m).
+    `truth` holds the machine's own constants, `parts` stand on its table (x, y, z of the grasp, m), `memory` is what
+    is burned, `firmware` the line it answers to ^R^V.
     """
     real = truth if truth is not None else Truth()
     start = legal_start(random.Random(seed), real)
     mechanics = MayaMechanics(real, start, parts=parts or {})
-    return Twin(VirtualController(VirtualDmc(mechanics)), mechanics)
+    machine = VirtualDmc(mechanics, memory=memory, firmware=firmware)
+    return Twin(VirtualController(machine, seed=seed), mechanics)
 
 
 @asynccontextmanager

@@ -3,6 +3,7 @@
 MayaError
 ├── RequestError            somebody asked for something impossible: refused, the robot is not disturbed
 │   ├── NotConnected 1010 · ServiceNotRunning 1020 · ServiceNotAnswering 1021
+│   │   TwinNotFound 1022
 │   ├── Unreachable 2101 · PathRefused 2102 · NotHomed 2103 · Busy 2104 · Faulted 2105
 │   │   MarkerMissing 2106 · TrajectoryRefused 2107 · NothingToRecover 2108 · GuardBlocked 2109
 │   ├── Stopped 2201 · Cancelled 2202
@@ -129,6 +130,12 @@ class ServiceNotAnswering(RequestError):
     """`maya up` runs but does not answer."""
 
     code = 1021
+
+
+class TwinNotFound(RequestError):
+    """No running `maya dmc serve` is meant, or more than one."""
+
+    code = 1022
 
 
 class Unreachable(RequestError):

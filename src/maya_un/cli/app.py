@@ -8,6 +8,7 @@ import typer
 
 from maya_un.address import SIM
 from maya_un.cli import output
+from maya_un.cli.dmc_tools import commands as dmc_tools
 from maya_un.cli.help import EVERYWHERE
 from maya_un.cli.quantities import angle, length
 from maya_un.cli.settings import Settings
@@ -23,6 +24,7 @@ dmc = typer.Typer(add_completion=False, rich_markup_mode=None, help="A virtual D
 config = typer.Typer(add_completion=False, rich_markup_mode=None, help="The machine's constants.")
 app.add_typer(dmc, name="dmc")
 app.add_typer(config, name="config")
+dmc_tools.register(dmc, _HOW)
 
 Length = Annotated[str, typer.Argument(help="a length in m, or like 120mm")]
 Angle = Annotated[str, typer.Argument(help="an angle in rad, or like 30deg")]
@@ -204,18 +206,51 @@ def reach(context: typer.Context, x: Length, y: Length, z: Length) -> int:
 
 
 @dmc.command(**_HOW)
-def serve(
+def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     context: typer.Context,
     host: Annotated[str, typer.Option(help="where to listen")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="0: any")] = 5023,
+    also_port: Annotated[list[int], typer.Option(min=1, max=65535, help="one more port; may be repeated")] = [],  # noqa: B006
+    udp: Annotated[bool, typer.Option(help="listen on the same UDP ports too")] = True,
+    bench: Annotated[bool, typer.Option("--bench", help="ideal axes on a bench instead of Maya's mechanics")] = False,
+    axes: Annotated[int | None, typer.Option(min=1, max=8, help="how many, with --bench  [default: 3]")] = None,
+    memory: Annotated[str | None, typer.Option(metavar="FILE", help="keeps what is burned (BN, BP, BV)")] = None,
+    firmware: Annotated[str | None, typer.Option(metavar="LINE", help="the answer to ^R^V")] = None,
     speed: Speed = None,
     seed: Seed = None,
     table: Table = None,
 ) -> int:
-    """Serve a virtual DMC-41x3 with Maya's mechanics on TCP; prints its address when it listens."""
-    from maya_un.cli import dmc as command
+    """Serve a virtual DMC-41x3 on TCP and UDP; prints its address when it listens.
 
-    return command.serve(host, port, speed, seed or 0, table, _settings(context))
+    Faults on demand: maya dmc fault.
+    """
+    from maya_un.cli import serve as command
+
+    options = command.Options(host, port, also_port, udp, axes, bench, memory, firmware, speed, seed, table)
+    return command.serve(options, _settings(context))
+
+
+@dmc.command(**_HOW)
+def fault(
+    context: typer.Context,
+    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="without one, all kinds are listed")] = None,
+    values: Annotated[list[str] | None, typer.Argument(metavar="[PARAMETER=VALUE...]")] = None,
+    seconds: Annotated[float | None, typer.Option("--for", metavar="SECONDS", help="default: until cleared")] = None,
+    clear: Annotated[bool, typer.Option("--clear", help="end the fault NAME, without one all faults")] = False,
+    active: Annotated[bool, typer.Option("--active", help="list the faults that last")] = False,
+    twin: Annotated[str | None, typer.Option(metavar="ADDRESS", help="default: the only one there is")] = None,
+) -> int:
+    """Make a fault happen to a virtual controller that `maya dmc serve` runs, or end it."""
+    from maya_un.cli import fault as command
+
+    settings = _settings(context)
+    if clear:
+        return command.clear(name, twin, settings)
+    if active:
+        return command.active(twin, settings)
+    if name is None:
+        return command.kinds(settings)
+    return command.inject(name, values or (), seconds, twin, settings)
 
 
 @dmc.command(**_HOW)

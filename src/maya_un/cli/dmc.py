@@ -1,4 +1,4 @@
-"""`maya dmc`: a virtual controller on TCP, and a word with any controller in its own language."""
+"""`maya dmc send`: a word with any controller in its own language."""
 
 from __future__ import annotations
 
@@ -6,44 +6,17 @@ import asyncio
 from collections.abc import Sequence
 from dataclasses import asdict
 
-from maya_un.address import SIM, meant
-from maya_un.assembly import make_twin
+from maya_un.address import meant
 from maya_un.cli import output
 from maya_un.cli.configure import configuration
-from maya_un.cli.quantities import clock_factor, host_and_port
+from maya_un.cli.quantities import host_and_port
 from maya_un.cli.settings import Settings
-from maya_un.cli.signals import asked_to_end
-from maya_un.cli.twin import on_the_table
 from maya_un.galil.driver import Driver
 from maya_un.galil.record import AxisRecord, DataRecord
 from maya_un.galil.transport import TcpTransport
-from maya_un.loops import ScaledLoop, run
-from maya_un.values import Point
 
 TIMEOUT = 5.0
 """Longest wait for a reply of a controller [s]."""
-
-
-def serve(host: str, port: int, speed: float | None, seed: int, table: str | None, settings: Settings) -> int:
-    """Serve the twin with Maya's mechanics until Ctrl-C or SIGTERM; prints its address once it listens.
-
-    `seed` draws where it powers up; the parts of the job file `table` stand on its table. Raises `AddressInUse`.
-    """
-    factor = clock_factor(speed, SIM)
-    parts = on_the_table(table, configuration(settings))
-    run(_serve(host, port, seed, parts, settings), lambda: ScaledLoop(factor))
-    return output.DONE
-
-
-async def _serve(host: str, port: int, seed: int, parts: dict[str, Point], settings: Settings) -> None:
-    twin = make_twin(seed=seed, parts=parts)
-    try:
-        found = await twin.controller.serve(host, port)
-        address = f"{found[0]}:{found[1]}"
-        output.answer({"address": address}, address, settings)
-        await asked_to_end()
-    finally:
-        await twin.controller.close()
 
 
 def send(address: str, commands: Sequence[str], settings: Settings) -> int:

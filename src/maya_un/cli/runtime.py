@@ -36,14 +36,21 @@ def folder() -> Path:
 
 def find() -> Running | None:
     """Return what the runtime file says, None where there is none that can be read or that we may trust."""
-    place = folder() / "service.json"
+    try:
+        return _parse(read(folder() / "service.json"))
+    except (ValueError, KeyError, TypeError):
+        return None  # a half-written or foreign file is no service
+
+
+def read(place: Path) -> Any:
+    """Return what a runtime file holds, None where there is none that can be read or that we may trust."""
     try:
         found = place.lstat()
         if found.st_uid != os.getuid() or not stat.S_ISREG(found.st_mode) or found.st_size > _MOST_BYTES:
             return None
-        return _parse(json.loads(place.read_text(encoding="utf-8")))
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return None  # a half-written or foreign file is no service
+        return json.loads(place.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return None
 
 
 def _parse(found: dict[str, Any]) -> Running:
@@ -83,13 +90,18 @@ def _take(lock: int) -> None:
 def publish(running: Running) -> None:
     """Write the runtime file, whole or not at all; raises `FileUnwritable`."""
     controller = None if running.controller is None else {"host": running.controller[0], "port": running.controller[1]}
-    text = json.dumps({"url": running.url, "pid": running.pid, "controller": controller})
+    write("service.json", {"url": running.url, "pid": running.pid, "controller": controller})
+
+
+def write(name: str, value: object) -> None:
+    """Write a file of the folder, whole or not at all; raises `FileUnwritable`."""
+    text = json.dumps(value)
     place = _own_folder()
-    draft = place / "service.json.new"
+    draft = place / f"{name}.new"
     try:
         with open(_own_file(draft, os.O_WRONLY | os.O_TRUNC), "w", encoding="utf-8") as file:
             file.write(text + "\n")
-        draft.replace(place / "service.json")
+        draft.replace(place / name)
     except OSError as error:
         raise FileUnwritable(path=draft, reason=error.strerror) from error
 

@@ -60,7 +60,17 @@ _WORDS: dict[str, tuple[str, str]] = {
     "config_good": ("{path} is a good configuration.", "{path} es una buena configuración."),
     "config_defaults": ("no file at {path}: the manual's values hold", "sin archivo en {path}: valen los del manual"),
     "config_written": ("Written: {path}", "Escrito: {path}"),
+    "no_faults": ("Nothing is wrong with it.", "No le pasa nada."),
+    "fault_ends": ("for {seconds:.1f} s more", "durante {seconds:.1f} s más"),
     "left": ("left", "faltan"),
+    "captures": (
+        "Listening on {address} for {controller}. Ctrl-C ends the recording.",
+        "Escuchando en {address} para {controller}. Ctrl-C termina la grabación.",
+    ),
+    "replayed": (
+        "{commands} commands, {differences} answered otherwise than recorded.",
+        "{commands} comandos, {differences} con otra respuesta que la grabada.",
+    ),
 }
 
 

@@ -19,6 +19,8 @@ SENTENCES: dict[int, str] = {
     1010: "There is no connection to the controller. Wait for it, or check power and cable.",
     1020: "Nothing is running here. Start `maya up`, then say it again.",
     1021: "The running `maya up` does not answer ({reason}). Use `maya stop` to stop the robot, then restart it.",
+    1022: "No virtual controller can be told: {reason}. Start `maya dmc serve`, or name one that runs with `--twin` "
+    "({running}).",
     2101: "{target} cannot be reached: {reason}. Nearest reachable: {nearest}.",
     2102: "The way to {target} leaves the workspace: {reason}. Go there by a point in between.",
     2103: "The robot is not homed, so its position is not known. Say `maya home` first.",

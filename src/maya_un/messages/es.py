@@ -19,6 +19,8 @@ SENTENCES: dict[int, str] = {
     1010: "No hay conexión con el controlador. Espere, o revise alimentación y cable.",
     1020: "Aquí no hay nada en marcha. Inicie `maya up` y repita la orden.",
     1021: "El `maya up` en marcha no responde ({reason}). Detenga el robot con `maya stop` y reinícielo.",
+    1022: "No se puede avisar a ningún controlador virtual: {reason}. Inicia `maya dmc serve`, o nombra con `--twin` uno "
+    "que esté en marcha ({running}).",
     2101: "{target} no se puede alcanzar: {reason}. Lo más cercano alcanzable: {nearest}.",
     2102: "El camino a {target} sale del espacio de trabajo: {reason}. Vaya por un punto intermedio.",
     2103: "El robot no ha hecho el homing y no conoce su posición. Diga primero `maya home`.",

@@ -1,6 +1,6 @@
 """The virtual controller on its wires: TCP, UDP or memory, in the running event loop, on that loop's clock.
 
-The machine is brought to the loop's time whenever somebody talks to it or looks at it; a timer runs only while a
+The machine is brought to the present whenever somebody talks to it or looks at it; a timer runs only while a
 program does, or records go out by themselves.
 """
 
@@ -33,7 +33,7 @@ Tap = Callable[[str, str, bytes], None]
 
 
 class VirtualController:
-    """Owns a machine and its connections. Made inside a running loop, whose clock becomes the machine's.
+    """Owns a machine and its connections. Made inside a running loop, whose clock moves the machine's on from now.
 
     `tap`, if set, sees all bytes; `faults` holds what can be made to go wrong, drawn with `seed`. Use `close` at the
     end.
@@ -42,6 +42,7 @@ class VirtualController:
     def __init__(self, machine: VirtualDmc, *, seed: int = 0) -> None:
         self._machine = machine
         self._loop = asyncio.get_running_loop()
+        self._epoch = self._loop.time() - machine.now
         self._links: dict[Handle, Link] = {}
         self._orphans: dict[Handle, Link] = {}
         self._due: dict[Link, float] = {}
@@ -68,11 +69,11 @@ class VirtualController:
         return "".join(sorted(handle.letter for handle in self._links))
 
     def sync(self) -> None:
-        """Bring machine and plant to the loop's time."""
-        self._machine.advance(self._loop.time())
+        """Bring machine and plant to this instant."""
+        self._machine.advance(self._loop.time() - self._epoch)
 
     def look(self) -> None:
-        """Bring the machine to the loop's time and send what it has to say by itself."""
+        """Bring the machine to this instant and send what it has to say by itself."""
         self.sync()
         self._after()
 
@@ -218,7 +219,7 @@ class VirtualController:
             return
         if self.tap is not None:
             self.tap(handle.letter, "rx", data)
-        reply = self._machine.receive(handle, data, self._loop.time())
+        reply = self._machine.receive(handle, data, self._loop.time() - self._epoch)
         if reply:
             self._send(handle, reply)
         self._after()
@@ -250,7 +251,7 @@ class VirtualController:
         for handle in self._machine.unit.handles.take_dialing():
             self._dial(handle)
         self._close_released()
-        wake = max(self._machine.wake(), self._loop.time() + TICK)
+        wake = max(self._machine.wake() + self._epoch, self._loop.time() + TICK)
         if self._timer is not None and self._timer.when() > wake:
             self._timer.cancel()
             self._timer = None

@@ -1,0 +1,107 @@
+"""`maya dmc fault`: make a virtual controller that runs suffer, and mend it again."""
+
+from __future__ import annotations
+
+import json
+import socket
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from maya_un.cli import output, twins
+from maya_un.cli.report import table
+from maya_un.cli.settings import Settings
+from maya_un.cli.words import word
+from maya_un.errors import InvalidCommandLine, TwinNotFound, from_notice
+from maya_un.virtual.control import HOST
+from maya_un.virtual.faults import TABLE, Fault, Parameter, Value, find
+
+TIMEOUT = 5.0
+"""Longest wait for the answer of a virtual controller [s]."""
+
+_COMMAND = "maya dmc fault"
+
+
+def kinds(settings: Settings) -> int:
+    """Print every kind of fault with its parameters."""
+    text = "\n\n".join(_fault_text(fault) for fault in TABLE)
+    return output.answer({"faults": [_fault_data(fault) for fault in TABLE]}, text, settings)
+
+
+def inject(name: str, pairs: Sequence[str], seconds: float | None, twin: str | None, settings: Settings) -> int:
+    """Begin a fault with parameters given as `name=value`, for some seconds or until cleared.
+
+    Raises `UnknownName`, `InvalidValue`, `InvalidCommandLine`, `TwinNotFound`, `InvalidRequest`.
+    """
+    values = find(name).read(dict(_pair(text) for text in pairs))
+    request: dict[str, object] = {"fault": name, "values": values, "seconds": seconds}
+    return _told(request, twin, settings)
+
+
+def clear(name: str | None, twin: str | None, settings: Settings) -> int:
+    """End all faults, or those of one name; raises `UnknownName` and `TwinNotFound`."""
+    if name is not None:
+        find(name)
+    return _told({"clear": name}, twin, settings)
+
+
+def active(twin: str | None, settings: Settings) -> int:
+    """Print the faults that last; raises `TwinNotFound`."""
+    return _told({}, twin, settings)
+
+
+def _pair(text: str) -> tuple[str, Value]:
+    name, equals, value = text.partition("=")
+    if not equals:
+        raise InvalidCommandLine(reason=f"{text} is not NAME=VALUE", command=_COMMAND)
+    return name, value
+
+
+def _told(request: Mapping[str, object], address: str | None, settings: Settings) -> int:
+    twin = twins.chosen(address)
+    answer = _asked(twin, request)
+    if "error" in answer:
+        raise from_notice(int(answer["error"]["code"]), answer["error"]["details"])
+    value = {"address": twin.address, "active": answer["active"]}
+    return output.answer(value, _active_text(answer["active"], settings.language), settings)
+
+
+def _asked(twin: twins.ServedTwin, request: Mapping[str, object]) -> dict[str, Any]:
+    try:
+        with socket.create_connection((HOST, twin.control), TIMEOUT) as door, door.makefile("rwb") as lines:
+            lines.write(json.dumps(request).encode() + b"\n")
+            lines.flush()
+            answer: dict[str, Any] = json.loads(lines.readline())
+    except (OSError, ValueError):
+        raise TwinNotFound(reason=f"the one at {twin.address} does not answer", running=twin.address) from None
+    return answer
+
+
+def _active_text(active_faults: Iterable[Mapping[str, Any]], language: str) -> str:
+    return "\n".join(_one_text(fault, language) for fault in active_faults) or word("no_faults", language)
+
+
+def _one_text(fault: Mapping[str, Any], language: str) -> str:
+    values = " ".join(f"{name}={_plain(value)}" for name, value in fault["values"].items())
+    left = "" if fault["seconds"] is None else word("fault_ends", language, seconds=fault["seconds"])
+    return " ".join(part for part in (fault["fault"], values, left) if part)
+
+
+def _fault_text(fault: Fault) -> str:
+    rows = [(p.name, _plain(p.default), p.unit, p.words) for p in fault.parameters]
+    lines = [] if not rows else table(rows[0], rows[1:]).splitlines()
+    return "\n".join([fault.name, f"  {fault.words}", *(f"    {line}" for line in lines)])
+
+
+def _fault_data(fault: Fault) -> dict[str, object]:
+    parameters = [_parameter_data(parameter) for parameter in fault.parameters]
+    return {"name": fault.name, "words": fault.words, "lasts": fault.end is not None, "parameters": parameters}
+
+
+def _parameter_data(parameter: Parameter) -> dict[str, object]:
+    return {"name": parameter.name, "default": parameter.default, "unit": parameter.unit, "words": parameter.words}
+
+
+def _plain(value: Value) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return f"{value:g}" if isinstance(value, float) else str(value)
