@@ -18,6 +18,9 @@ IO = {"asyncio", "selectors", "socket", "ssl", "subprocess", "threading"}
 IO_MODULES = {
     "maya_un.galil.driver",
     "maya_un.galil.emergency",
+    "maya_un.galil.gclib.api",
+    "maya_un.galil.gclib.connection",
+    "maya_un.galil.stream",
     "maya_un.galil.transport",
     "maya_un.virtual.server",
 }

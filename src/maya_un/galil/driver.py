@@ -32,7 +32,8 @@ from maya_un.galil.commands import LINE_LIMIT
 from maya_un.galil.framing import Kind, Message, Received, Record, Reply, ReplySplitter, Stray
 from maya_un.galil.numbers import parse_number
 from maya_un.galil.record import DataRecord, decode
-from maya_un.galil.transport import Transport
+from maya_un.galil.stream import RecordStream
+from maya_un.galil.transport import DatagramFactory, Transport
 
 T = TypeVar("T")
 
@@ -213,6 +214,14 @@ class Driver:
         """Return the elements of an array (QU); raises `CommandRejected` where there is no such array."""
         command = arrays.upload(name)
         return arrays.parse(command, await self._listing(command))
+
+    async def stream(self, rate: float, datagrams: DatagramFactory | None = None) -> RecordStream:
+        """Have data records come by themselves, `rate` times in a second; `close` what is returned.
+
+        By UDP (DR) where `datagrams` makes a way for it, else, or where it falls silent, by asking (QR). Raises
+        `InvalidValue` for a rate that the controller does not offer, and as `send`.
+        """
+        return await RecordStream.open(self, rate, datagrams)
 
     async def burned(self) -> Burned:
         """Return which of the controller's burned memories passed their checksum at the last power-up (_RS)."""

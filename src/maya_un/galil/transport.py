@@ -1,6 +1,6 @@
-"""What carries the bytes: a TCP connection, or two ends in memory.
+"""What carries the bytes: a TCP connection or UDP datagrams, or two ends in memory in the place of either.
 
-Both work in the loop they were made in. Whoever reads gets `b""` when the other side has ended.
+All work in the loop they were made in. Whoever reads gets `b""` when the other side has ended.
 """
 
 from __future__ import annotations
@@ -8,7 +8,9 @@ from __future__ import annotations
 import asyncio
 import os
 import socket
-from typing import Protocol
+from collections import deque
+from collections.abc import Awaitable, Callable
+from typing import Protocol, TypeAlias
 
 from maya_un.errors import ConnectFailed, LinkLost
 
@@ -32,6 +34,34 @@ class Transport(Protocol):
     async def close(self) -> None:
         """End the connection and give back what it held; again is harmless."""
         ...
+
+
+class Datagrams(Protocol):
+    """Datagrams to and from the other role. They may get lost, or overtake each other. One reader at a time."""
+
+    @property
+    def peer(self) -> str:
+        """Whom this leads to, as shown to people."""
+        ...
+
+    async def read(self) -> bytes:
+        """Return the next datagram, or `b""` at the end; raises `LinkLost` where the other side is found absent."""
+        ...
+
+    def write(self, data: bytes) -> None:
+        """Send one datagram; nobody learns whether it arrives."""
+        ...
+
+    async def close(self) -> None:
+        """Give back what it held; again is harmless."""
+        ...
+
+
+DatagramFactory: TypeAlias = Callable[[], Awaitable[Datagrams]]
+"""Makes a way for datagrams to the controller whose TCP link one has; raises `ConnectFailed`."""
+
+_MOST_WAITING = 256
+"""Datagrams kept for a reader that does not come; then the oldest are dropped, as a socket's buffer would."""
 
 
 def _reason(error: Exception) -> str:
@@ -196,6 +226,134 @@ class LoopbackTransport:
 def loopback_pair(peer: str = "loopback") -> tuple[LoopbackTransport, LoopbackTransport]:
     """Return two ends that lead to each other, host's and controller's."""
     ends = LoopbackTransport(peer), LoopbackTransport(peer)
+    ends[0].join(ends[1])
+    ends[1].join(ends[0])
+    return ends
+
+
+class _Letterbox:
+    """Datagrams that came and are not read yet, and the one who waits for them."""
+
+    def __init__(self) -> None:
+        self._waiting: deque[bytes] = deque(maxlen=_MOST_WAITING)
+        self._waiter: asyncio.Future[None] | None = None
+        self.ended = False
+        self.error: Exception | None = None
+
+    def put(self, data: bytes) -> None:
+        self._waiting.append(data)
+        self._wake()
+
+    def end(self, error: Exception | None = None) -> None:
+        self.ended, self.error = True, error
+        self._wake()
+
+    async def get(self) -> bytes:
+        while not self._waiting and not self.ended:
+            self._waiter = asyncio.get_running_loop().create_future()
+            await self._waiter
+        return self._waiting.popleft() if self._waiting else b""
+
+    def _wake(self) -> None:
+        if self._waiter is not None and not self._waiter.done():
+            self._waiter.set_result(None)
+
+
+class _DatagramReceiver(asyncio.DatagramProtocol):
+    """The loop's side of a UDP socket."""
+
+    def __init__(self, letterbox: _Letterbox) -> None:
+        self._letterbox = letterbox
+
+    def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
+        self._letterbox.put(data)
+
+    def error_received(self, exc: Exception) -> None:
+        self._letterbox.end(exc)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._letterbox.end(exc)
+
+
+class UdpTransport:
+    """A UDP socket that talks to one address; made by `connect`, which sends nothing yet."""
+
+    def __init__(self, socket: asyncio.DatagramTransport, letterbox: _Letterbox, peer: str) -> None:
+        self._socket = socket
+        self._letterbox = letterbox
+        self._peer = peer
+
+    @classmethod
+    async def connect(cls, host: str, port: int) -> UdpTransport:
+        """Open a socket of its own; raises `ConnectFailed` where the address is none."""
+        peer = f"{host}:{port}"
+        letterbox = _Letterbox()
+        try:
+            endpoint, _ = await asyncio.get_running_loop().create_datagram_endpoint(
+                lambda: _DatagramReceiver(letterbox), remote_addr=(host, port)
+            )
+        except (OSError, UnicodeError, OverflowError) as error:
+            raise ConnectFailed(address=peer, reason=_reason(error)) from error
+        return cls(endpoint, letterbox, peer)
+
+    @property
+    def peer(self) -> str:
+        """Host and port, as given to `connect`."""
+        return self._peer
+
+    async def read(self) -> bytes:
+        """Return the next datagram, or `b""` after `close`; raises `LinkLost` where the port is found closed."""
+        data = await self._letterbox.get()
+        if not data and self._letterbox.error is not None:
+            raise LinkLost(address=self._peer, reason=_reason(self._letterbox.error)) from self._letterbox.error
+        return data
+
+    def write(self, data: bytes) -> None:
+        """Send one datagram; after `close` it goes nowhere."""
+        if not self._socket.is_closing():
+            self._socket.sendto(data)
+
+    async def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()
+        self._letterbox.end()
+
+
+class LoopbackDatagrams:
+    """One of two ends in memory; made by `datagram_pair`. Nothing gets lost unless `blocked` says so."""
+
+    def __init__(self, peer: str) -> None:
+        self._peer = peer
+        self._letterbox = _Letterbox()
+        self._other: LoopbackDatagrams | None = None
+        self.blocked = False
+
+    def join(self, other: LoopbackDatagrams) -> None:
+        """Lead to `other` from now on."""
+        self._other = other
+
+    @property
+    def peer(self) -> str:
+        """The name given to `datagram_pair`."""
+        return self._peer
+
+    async def read(self) -> bytes:
+        """Return the next datagram, or `b""` after `close`."""
+        return await self._letterbox.get()
+
+    def write(self, data: bytes) -> None:
+        """Send one datagram; while this end is `blocked`, or after the other has closed, it goes nowhere."""
+        if self._other is not None and not self.blocked and not self._other._letterbox.ended:
+            self._other._letterbox.put(data)
+
+    async def close(self) -> None:
+        """End this side; the other learns nothing of it, as with UDP."""
+        self._letterbox.end()
+
+
+def datagram_pair(peer: str = "loopback") -> tuple[LoopbackDatagrams, LoopbackDatagrams]:
+    """Return two ends that lead to each other, host's and controller's."""
+    ends = LoopbackDatagrams(peer), LoopbackDatagrams(peer)
     ends[0].join(ends[1])
     ends[1].join(ends[0])
     return ends
