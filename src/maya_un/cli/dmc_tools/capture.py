@@ -1,0 +1,133 @@
+"""`maya dmc capture`: a go-between that writes down what a client and a controller say to each other."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+from typing import TextIO
+
+from maya_un.cli import output
+from maya_un.cli.dmc_tools import dial
+from maya_un.cli.dmc_tools.dial import Dial
+from maya_un.cli.settings import Settings
+from maya_un.cli.signals import asked_to_end
+from maya_un.cli.words import word
+from maya_un.errors import AddressInUse, FileUnwritable, MachineError
+from maya_un.galil.transcript import Piece, Side, header
+from maya_un.galil.transport import Transport
+
+_PIECE = 65536
+"""Most bytes taken at once."""
+
+
+def capture(address: str, host: str, port: int, out: str, settings: Settings) -> int:
+    """Pass bytes between clients on `host`:`port` and a controller, and write them to `out`, until Ctrl-C.
+
+    Prints where it listens. Each client gets a connection of its own to the controller. Only TCP is passed on: what a
+    controller sends by UDP goes past. Raises `FileUnwritable` and `AddressInUse`.
+    """
+    place = dial.meant(address, settings)
+    try:
+        with Path(out).open("w", encoding="utf-8", buffering=1) as file:
+            print(header(place), file=file)
+            asyncio.run(_capture(place, host, port, file, settings))
+    except OSError as error:
+        raise FileUnwritable(path=out, reason=error.strerror or str(error)) from error
+    return output.DONE
+
+
+async def _capture(place: str, host: str, port: int, file: TextIO, settings: Settings) -> None:
+    async with dial.reached(place) as way:
+        between = GoBetween(way, file)
+        try:
+            listening = await between.listen(host, port)
+            text = word("captures", settings.language, address=listening, controller=place)
+            output.answer({"address": listening, "controller": place}, text, settings)
+            await asked_to_end()
+        finally:
+            await between.close()
+
+
+class GoBetween:
+    """Clients on one side, a controller on the other, and a recording of what passes."""
+
+    def __init__(self, dial: Dial, file: TextIO) -> None:
+        self._dial = dial
+        self._file = file
+        self._start = asyncio.get_running_loop().time()
+        self._server: asyncio.Server | None = None
+        self._count = 0
+        self._links: set[asyncio.Task[None]] = set()
+
+    async def listen(self, host: str, port: int) -> str:
+        """Take clients from now on and return the address; raises `AddressInUse`."""
+        try:
+            self._server = await asyncio.start_server(self._client, host, port)
+        except OSError as error:
+            raise AddressInUse(address=f"{host}:{port}") from error
+        name = self._server.sockets[0].getsockname()
+        return f"{name[0]}:{name[1]}"
+
+    async def close(self) -> None:
+        """Take no more clients and end those there are."""
+        if self._server is not None:
+            self._server.close()
+        for task in tuple(self._links):
+            task.cancel()
+        if self._links:
+            await asyncio.wait(set(self._links))
+
+    async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        task = asyncio.current_task()
+        assert task is not None
+        self._links.add(task)
+        self._count += 1
+        try:
+            await self._carry(self._count, reader, writer)
+        except asyncio.CancelledError:
+            pass  # the end of the recording is the end of every connection
+        finally:
+            self._links.discard(task)
+            writer.close()
+
+    async def _carry(self, link: int, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self._note(link, "client", event="open")
+        try:
+            controller = await self._dial()
+        except MachineError:
+            self._note(link, "controller", event="end")
+            return
+        ways = [
+            asyncio.create_task(self._from_client(link, reader, controller)),
+            asyncio.create_task(self._from_controller(link, controller, writer)),
+        ]
+        try:
+            await asyncio.wait(ways, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            for way in ways:
+                way.cancel()
+            await asyncio.wait(ways)
+            await controller.close()
+
+    async def _from_client(self, link: int, reader: asyncio.StreamReader, controller: Transport) -> None:
+        try:
+            while data := await reader.read(_PIECE):
+                self._note(link, "client", data)
+                controller.write(data)
+        except (OSError, MachineError):
+            pass  # one side broke off; that it ended is all there is to write down
+        self._note(link, "client", event="end")
+
+    async def _from_controller(self, link: int, controller: Transport, writer: asyncio.StreamWriter) -> None:
+        try:
+            while data := await controller.read():
+                self._note(link, "controller", data)
+                writer.write(data)
+                await writer.drain()
+        except (OSError, MachineError):
+            pass
+        self._note(link, "controller", event="end")
+
+    def _note(self, link: int, side: Side, data: bytes = b"", event: str = "") -> None:
+        time = asyncio.get_running_loop().time() - self._start
+        print(Piece(time, link, side, data, event).line(), file=self._file)

@@ -1,0 +1,115 @@
+"""The tools' places under `maya dmc`: their arguments and their help."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from maya_un.address import SIM
+from maya_un.cli.settings import Settings
+
+_HOST = "sim (a twin of its own), real (the configured controller), or HOST[:PORT]"
+Host = Annotated[str, typer.Argument(metavar="HOST", help=_HOST)]
+OwnOrHost = Annotated[str, typer.Argument(metavar="[HOST]", help=f"{_HOST}  [default: sim]")]
+Rate = Annotated[float, typer.Option(help="samples a second")]
+
+
+def register(dmc: typer.Typer, how: dict[str, Any]) -> None:
+    """Put the tools under `dmc`; `how` is what all commands have in common."""
+    for command in (terminal, watch, scope, upload, download, capture, replay):
+        dmc.command(**how)(command)
+
+
+def _settings(context: typer.Context) -> Settings:
+    settings = context.obj
+    assert isinstance(settings, Settings)
+    return settings
+
+
+def terminal(context: typer.Context, host: OwnOrHost = SIM) -> int:
+    """Talk to a controller by hand, with completion, help and a live picture of its axes.
+
+    Without a screen it reads commands from standard input and prints the answers.
+    """
+    from maya_un.cli.dmc_tools.terminal import start
+
+    return start.terminal(host, _settings(context))
+
+
+def watch(
+    context: typer.Context,
+    host: Host,
+    channels: Annotated[list[str] | None, typer.Argument(metavar="[EXPR]...", help="as in MG: _TPA, @IN[1], x")] = None,
+    rate: Rate = 4.0,
+    seconds: Annotated[float | None, typer.Option("--for", help="end after so long [s]")] = None,
+) -> int:
+    """Show live values until Ctrl-C; with --json one line a sample. Without EXPR, the axes."""
+    from maya_un.cli.dmc_tools import watch as command
+
+    return command.watch(host, channels or [], rate, seconds, _settings(context))
+
+
+def scope(
+    context: typer.Context,
+    host: Host,
+    channels: Annotated[str, typer.Option(help="separated by commas: _TPA,_TEA,_TTB")],
+    rate: Rate = 50.0,
+    seconds: Annotated[float, typer.Option("--for", help="length of the recording [s]")] = 5.0,
+    trigger: Annotated[str | None, typer.Option(help="begin when this expression is not 0: _TPA>1000")] = None,
+    csv: Annotated[str | None, typer.Option(metavar="FILE", help="a table")] = None,
+    png: Annotated[str | None, typer.Option(metavar="FILE", help="a picture")] = None,
+) -> int:
+    """Record channels over time, to a table, a picture, or the screen; Ctrl-C ends it early."""
+    from maya_un.cli.dmc_tools import scope as command
+
+    request = command.Request(command.split_channels(channels), rate, seconds, trigger, csv, png)
+    return command.scope(host, request, _settings(context))
+
+
+def upload(
+    context: typer.Context,
+    host: Host,
+    file: Annotated[str | None, typer.Argument(metavar="[FILE]", help="default: the screen")] = None,
+) -> int:
+    """Keep the program of a controller in a file."""
+    from maya_un.cli.dmc_tools import program as command
+
+    return command.upload(host, file, _settings(context))
+
+
+def download(
+    context: typer.Context,
+    host: Host,
+    file: Annotated[str, typer.Argument(metavar="FILE")],
+    run: Annotated[str | None, typer.Option(metavar="LABEL", help="then run it from this label; '' is line 0")] = None,
+) -> int:
+    """Replace the program of a controller by that of a file, and make sure that it arrived."""
+    from maya_un.cli.dmc_tools import program as command
+
+    return command.download(host, file, run, _settings(context))
+
+
+def capture(
+    context: typer.Context,
+    host: Host,
+    listen: Annotated[int, typer.Option(min=0, max=65535, help="port for the client; 0: any")],
+    out: Annotated[str, typer.Option(metavar="FILE", help="one JSON line for each piece of the wire")],
+    local: Annotated[str, typer.Option("--host", help="where to listen")] = "127.0.0.1",
+) -> int:
+    """Stand between any Galil client and a controller, and write down what they say, until Ctrl-C."""
+    from maya_un.cli.dmc_tools import capture as command
+
+    return command.capture(host, local, listen, out, _settings(context))
+
+
+def replay(
+    context: typer.Context,
+    file: Annotated[str, typer.Argument(metavar="FILE", help="written by `maya dmc capture`")],
+    host: OwnOrHost = SIM,
+    tolerance: Annotated[float, typer.Option(help="how far positions may differ [counts]")] = 50.0,
+) -> int:
+    """Say the client's side of a recording again, and show which answers differ."""
+    from maya_un.cli.dmc_tools import replay as command
+
+    return command.replay(file, host, tolerance, _settings(context))

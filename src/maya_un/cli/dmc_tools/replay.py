@@ -1,0 +1,154 @@
+"""`maya dmc replay`: the client's side of a recording said again, and the answers compared."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from maya_un.address import SIM
+from maya_un.cli import output
+from maya_un.cli.dmc import TIMEOUT
+from maya_un.cli.dmc_tools import dial
+from maya_un.cli.dmc_tools.dial import Dial
+from maya_un.cli.settings import Settings
+from maya_un.cli.words import word
+from maya_un.errors import FileUnreadable, InvalidValue, MachineError
+from maya_un.galil.transcript import Conversation, Piece, conversations, difference, read
+from maya_un.galil.transport import Transport
+from maya_un.loops import run, run_virtual
+
+
+class Difference(NamedTuple):
+    """One answer that is another now: when [s] and on which connection the command was said, and how they differ."""
+
+    time: float
+    link: int
+    command: str
+    how: str
+
+
+class Outcome(NamedTuple):
+    """What came of a replay."""
+
+    commands: int
+    differences: list[Difference]
+
+
+def replay(file: str, address: str, tolerance: float, settings: Settings) -> int:
+    """Replay a recording and print what differs; return 0 where nothing does, else 1.
+
+    The client speaks at its own pace, on a twin in virtual time. Raises `FileUnreadable` and `ConnectFailed`.
+    """
+    if tolerance < 0.0:
+        raise InvalidValue(key="--tolerance", value=tolerance, reason="it is 0 or more")
+    pieces = _pieces(Path(file))
+    place = dial.meant(address, settings)
+    outcome = (run_virtual if place == SIM else run)(_replay(place, pieces, tolerance))
+    report = {"commands": outcome.commands, "differences": [found._asdict() for found in outcome.differences]}
+    lines = [_line(found) for found in outcome.differences]
+    count = word("replayed", settings.language, commands=outcome.commands, differences=len(lines))
+    output.answer(report, "\n".join([*lines, count]), settings)
+    return output.FAILED if lines else output.DONE
+
+
+def _line(found: Difference) -> str:
+    return f"{found.time:9.3f} s  link {found.link}  {found.command!r}: {found.how}"
+
+
+def _pieces(path: Path) -> list[Piece]:
+    try:
+        with path.open(encoding="utf-8") as file:
+            return read(file)
+    except OSError as error:
+        raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
+    except ValueError as error:
+        raise FileUnreadable(path=path, reason=str(error)) from error
+
+
+async def _replay(place: str, pieces: Sequence[Piece], tolerance: float) -> Outcome:
+    async with dial.reached(place) as way:
+        return await compared(way, pieces, tolerance)
+
+
+async def compared(way: Dial, pieces: Sequence[Piece], tolerance: float) -> Outcome:
+    """Say the client's side of a recording to a controller; return how its answers differ from those recorded."""
+    before = conversations(pieces)
+    after = await _again(way, [piece for piece in pieces if piece.side == "client"])
+    found: list[Difference] = []
+    for link, conversation in before.items():
+        found += _differences(link, conversation, after.get(link, Conversation()), tolerance)
+    found.sort()
+    return Outcome(sum(len(conversation.exchanges) for conversation in before.values()), found)
+
+
+def _differences(link: int, before: Conversation, after: Conversation, tolerance: float) -> list[Difference]:
+    found: list[Difference] = []
+    for one, other in zip(before.exchanges, after.exchanges, strict=False):
+        if one.reply is not None and (how := difference(one.command, one.reply, other.reply, tolerance)):
+            found.append(Difference(one.time, link, one.command, how))
+    return found
+
+
+async def _again(way: Dial, pieces: Sequence[Piece]) -> dict[int, Conversation]:
+    """Say every piece at its time, but not before what its connection said earlier is answered."""
+    links: dict[int, _Link] = {}
+    start = asyncio.get_running_loop().time()
+    try:
+        for piece in pieces:
+            await asyncio.sleep(max(0.0, start + piece.time - asyncio.get_running_loop().time()))
+            if piece.link not in links:
+                links[piece.link] = _Link(await way())
+            await links[piece.link].say(piece)
+        for link in links.values():
+            await link.answered()
+    finally:
+        for link in links.values():
+            await link.close()
+    return {number: link.conversation for number, link in links.items()}
+
+
+class _Link:
+    """One connection of the replay."""
+
+    def __init__(self, transport: Transport) -> None:
+        self._transport = transport
+        self._heard = asyncio.Event()
+        self.conversation = Conversation()
+        self._reader = asyncio.create_task(self._read())
+
+    async def say(self, piece: Piece) -> None:
+        await self.answered()
+        if piece.event == "end":
+            await self.close()
+        elif piece.data:
+            self.conversation.said(piece.data, piece.time)
+            try:
+                self._transport.write(piece.data)
+            except MachineError:
+                return  # the controller ended it; the answers that lack tell
+
+    async def answered(self) -> None:
+        """Wait for what was said to be answered, or given up."""
+        try:
+            async with asyncio.timeout(TIMEOUT):
+                while not self.conversation.complete and not self._reader.done():
+                    self._heard.clear()
+                    await self._heard.wait()
+        except TimeoutError:
+            return
+
+    async def close(self) -> None:
+        self._reader.cancel()
+        await asyncio.wait({self._reader})
+        await self._transport.close()
+
+    async def _read(self) -> None:
+        try:
+            while data := await self._transport.read():
+                self.conversation.heard(data)
+                self._heard.set()
+        except MachineError:
+            pass  # as where it ends: what is not answered by then is not
+        self._heard.set()

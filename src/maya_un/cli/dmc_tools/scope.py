@@ -1,0 +1,168 @@
+"""`maya dmc scope`: channels recorded for a while, from a trigger on, to a table (CSV) and a picture (PNG)."""
+
+from __future__ import annotations
+
+import asyncio
+import csv
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from maya_un.cli import output
+from maya_un.cli.dmc_tools import dial
+from maya_un.cli.dmc_tools.sampling import Sample, Sampler, samples, ticks
+from maya_un.cli.dmc_tools.watch import require_rate
+from maya_un.cli.settings import Settings
+from maya_un.errors import FileUnwritable, InvalidValue
+from maya_un.galil.channels import unit
+from maya_un.galil.driver import Driver
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
+
+_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+"""Colours that people with any eyes tell apart (Okabe and Ito)."""
+
+
+class Request(NamedTuple):
+    """What to record: `rate` samples a second for `seconds` [s], once `trigger` is not 0; files by their paths."""
+
+    channels: tuple[str, ...]
+    rate: float = 50.0
+    seconds: float = 5.0
+    trigger: str | None = None
+    csv: str | None = None
+    png: str | None = None
+
+
+class Recording(NamedTuple):
+    """What was recorded."""
+
+    channels: tuple[str, ...]
+    samples: tuple[Sample, ...]
+
+    @property
+    def rate(self) -> float:
+        """Samples a second that were really taken, by the controller's clock; 0 for fewer than two."""
+        took = self.samples[-1].time - self.samples[0].time if self.samples else 0.0
+        return (len(self.samples) - 1) / took if took > 0.0 else 0.0
+
+
+def split_channels(text: str) -> tuple[str, ...]:
+    """Return the channels of `_TPA,_TEA`, each once; raises `InvalidValue` where there is none."""
+    channels = tuple(dict.fromkeys(part for part in (piece.strip() for piece in text.split(",")) if part))
+    if not channels:
+        raise InvalidValue(key="--channels", value=repr(text), reason="it names at least one, as in _TPA,_TEA")
+    return channels
+
+
+def scope(address: str, request: Request, settings: Settings) -> int:
+    """Record and write; without a file the table goes to the screen. Return the exit code.
+
+    Ctrl-C ends the recording early and keeps what there is. Raises `FileUnwritable` and as the driver does.
+    """
+    recording = asyncio.run(_scope(dial.meant(address, settings), request))
+    save(recording, request)
+    if request.csv is None and request.png is None and not settings.json:
+        output.say(as_csv(recording).rstrip("\n"))
+        return output.DONE
+    return output.answer(_report(recording, request), summary(recording, request), settings)
+
+
+async def _scope(place: str, request: Request) -> Recording:
+    async with dial.opened(place) as driver:
+        taken: list[Sample] = []
+        await dial.until_asked(record(driver, request, taken))
+        return Recording(request.channels, tuple(taken))
+
+
+async def record(driver: Driver, request: Request, taken: list[Sample]) -> None:
+    """Wait for the trigger and append samples to `taken`; raises `InvalidValue` and as the driver does."""
+    require_rate(request.rate)
+    if not 0.0 < request.seconds <= 3600.0:
+        raise InvalidValue(key="--for", value=request.seconds, reason="it is above 0 and at most 3600 s")
+    sampler = await Sampler.prepare(driver, request.channels)
+    if request.trigger is not None:
+        async for _ in ticks(request.rate, None):
+            if await driver.value(f"({request.trigger})"):
+                break
+    async for sample in samples(sampler, request.rate, request.seconds):
+        taken.append(sample)
+
+
+def save(recording: Recording, request: Request) -> None:
+    """Write the files that were asked for; raises `FileUnwritable`."""
+    if request.csv is not None:
+        _write(Path(request.csv), as_csv(recording).encode())
+    if request.png is not None:
+        _write(Path(request.png), as_png(recording))
+
+
+def _write(path: Path, data: bytes) -> None:
+    try:
+        path.write_bytes(data)
+    except OSError as error:
+        raise FileUnwritable(path=path, reason=error.strerror or str(error)) from error
+
+
+def _report(recording: Recording, request: Request) -> dict[str, object]:
+    values = [[sample.time, *sample.values] for sample in recording.samples]
+    kept = {} if request.csv or request.png else {"columns": ["time", *recording.channels], "values": values}
+    return {"samples": len(values), "rate": recording.rate, "csv": request.csv, "png": request.png, **kept}
+
+
+def summary(recording: Recording, request: Request) -> str:
+    """Return in one line what was recorded and where it is."""
+    places = ", ".join(place for place in (request.csv, request.png) if place is not None)
+    return f"{len(recording.samples)} samples, {recording.rate:.1f} a second: {places or 'nowhere written'}"
+
+
+def _title(channel: str) -> str:
+    return f"{channel} [{unit(channel)}]" if unit(channel) else channel
+
+
+def as_csv(recording: Recording) -> str:
+    """Return a recording as CSV: a line of titles with units, then one line a sample, the time [s] first."""
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(["time [s]", *map(_title, recording.channels)])
+    table.writerows(
+        [f"{sample.time:.6f}", *(f"{value:.10g}" for value in sample.values)] for sample in recording.samples
+    )
+    return text.getvalue()
+
+
+def as_png(recording: Recording) -> bytes:
+    """Return a recording as a picture: one plot above the other for every unit, over the same time."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    groups = _by_unit(recording.channels)
+    figure = Figure(figsize=(10.0, 1.0 + 2.4 * len(groups)), dpi=110, facecolor="white", layout="constrained")
+    FigureCanvasAgg(figure)
+    plots = figure.subplots(len(groups), 1, sharex=True, squeeze=False)[:, 0]
+    for plot, (meant, places) in zip(plots, groups.items(), strict=True):
+        lines = [_drawn(plot, recording, place) for place in places]
+        plot.legend(lines, [recording.channels[place] for place in places], loc="upper right", fontsize=11)
+        plot.set_ylabel(meant or "value", fontsize=12)
+        plot.grid(color="#dddddd", linewidth=0.8)
+        plot.tick_params(labelsize=11)
+    plots[-1].set_xlabel("time [s]", fontsize=12)
+    picture = io.BytesIO()
+    figure.savefig(picture, format="png")
+    return picture.getvalue()
+
+
+def _drawn(plot: Axes, recording: Recording, place: int) -> Line2D:
+    times = [sample.time for sample in recording.samples]
+    values = [sample.values[place] for sample in recording.samples]
+    (line,) = plot.plot(times, values, color=_COLOURS[place % len(_COLOURS)], linewidth=1.6)
+    return line
+
+
+def _by_unit(channels: tuple[str, ...]) -> dict[str, list[int]]:
+    groups: dict[str, list[int]] = {}
+    for place, channel in enumerate(channels):
+        groups.setdefault(unit(channel), []).append(place)
+    return groups

@@ -1,0 +1,150 @@
+"""The terminal's own words, which begin with a colon, and its help."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+
+from maya_un.cli.dmc_tools import program, scope
+from maya_un.cli.dmc_tools.sampling import Sample
+from maya_un.cli.dmc_tools.terminal import guide
+from maya_un.cli.dmc_tools.terminal.completion import WORDS
+from maya_un.cli.dmc_tools.terminal.session import Session
+from maya_un.errors import InvalidCommandLine, MachineError, MayaError, UnknownName
+
+_HELP = re.compile(r"help(?:\s+(\S+))?|\?\s*(\S*)")
+
+
+async def carry_out(session: Session, line: str) -> None:
+    """Carry out one line: a word of the terminal, a question for help, or commands for the controller."""
+    line = line.strip()
+    if found := _HELP.fullmatch(line):
+        session.voice.note(guide.page(found[1] or found[2] or ""))
+    elif line.startswith(":"):
+        try:
+            await _own_word(session, line)
+        except MayaError as error:
+            session.refused = True
+            if not isinstance(error, MachineError) or session.link.up:
+                session.voice.trouble(str(error))
+    elif line:
+        await session.send(line)
+
+
+async def _own_word(session: Session, line: str) -> None:
+    word, _, rest = line.partition(" ")
+    act = _TABLE.get(word)
+    if act is None:
+        raise UnknownName(name=word, known=", ".join(WORDS))
+    await act(session, rest.strip())
+
+
+async def _watch(session: Session, expression: str) -> None:
+    if not expression:
+        raise InvalidCommandLine(reason=":watch needs an expression, as in :watch _TPA", command="maya dmc terminal")
+    session.watched[expression] = ""
+
+
+async def _unwatch(session: Session, expression: str) -> None:
+    if not expression:
+        session.watched.clear()
+    elif session.watched.pop(expression, None) is None:
+        raise UnknownName(name=expression, known=", ".join(session.watched) or "none")
+
+
+async def _upload(session: Session, file: str) -> None:
+    text = await session.link.driver.upload()
+    if not file:
+        session.voice.answer(text.rstrip("\n"))
+        return
+    program.write(Path(file), text)
+    session.voice.note(f"Uploaded: {program.lines(text)} in {file}")
+
+
+async def _download(session: Session, file: str) -> None:
+    text = program.read(Path(file))
+    await session.link.driver.download(text)
+    session.voice.note(f"Downloaded: {program.lines(text)} from {file}")
+    await session.learn()
+
+
+async def _scope(session: Session, rest: str) -> None:
+    request = scope_request(rest)
+    session.voice.note(f"Recording {', '.join(request.channels)} for {request.seconds:g} s.")
+    session.beside(_record(session, request))
+
+
+async def _record(session: Session, request: scope.Request) -> None:
+    taken: list[Sample] = []
+    try:
+        await scope.record(session.link.driver, request, taken)
+        recording = scope.Recording(request.channels, tuple(taken))
+        scope.save(recording, request)
+    except MayaError as error:
+        session.voice.trouble(str(error))
+    else:
+        session.voice.note(scope.summary(recording, request))
+
+
+def scope_request(text: str) -> scope.Request:
+    """Return what `CHANNELS --rate N --for S --trigger EXPR --csv FILE --png FILE` asks for.
+
+    Raises `InvalidCommandLine` and `InvalidValue`.
+    """
+    try:
+        channels, *words = shlex.split(text)
+        options = dict(zip(words[::2], words[1::2], strict=True))
+        rate, seconds = float(options.pop("--rate", "50")), float(options.pop("--for", "5"))
+    except ValueError:
+        reason = f":scope takes {WORDS[':scope']}"
+        raise InvalidCommandLine(reason=reason, command="maya dmc scope") from None
+    unknown = options.keys() - {"--trigger", "--csv", "--png"}
+    if unknown:
+        raise UnknownName(name=min(unknown), known="--rate, --for, --trigger, --csv, --png")
+    if not options.keys() & {"--csv", "--png"}:
+        raise InvalidCommandLine(reason=":scope needs --csv FILE or --png FILE", command="maya dmc scope")
+    return scope.Request(
+        scope.split_channels(channels),
+        rate,
+        seconds,
+        options.get("--trigger"),
+        options.get("--csv"),
+        options.get("--png"),
+    )
+
+
+async def _stop(session: Session, _: str) -> None:
+    await session.stop()
+
+
+async def _messages(session: Session, _: str) -> None:
+    await session.link.take_messages()
+    session.voice.note("Messages of programs come here.")
+
+
+async def _reconnect(session: Session, _: str) -> None:
+    await session.reconnect()
+
+
+async def _panel(session: Session, _: str) -> None:
+    session.quiet = not session.quiet
+
+
+async def _help(session: Session, name: str) -> None:
+    session.voice.note(guide.page(name))
+
+
+_TABLE: dict[str, Callable[[Session, str], Awaitable[None]]] = {
+    ":watch": _watch,
+    ":unwatch": _unwatch,
+    ":upload": _upload,
+    ":download": _download,
+    ":scope": _scope,
+    ":stop": _stop,
+    ":messages": _messages,
+    ":reconnect": _reconnect,
+    ":panel": _panel,
+    ":help": _help,
+}
