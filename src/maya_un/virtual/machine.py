@@ -29,8 +29,8 @@ PORT = 23
 SERIAL = 41330
 ADDRESS = (10, 51, 0, 87)
 HARDWARE_ADDRESS = "00-50-4C-08-01-1F"
-WATCH = 0.01
-"""How often axes are looked after while they move and a program has a subroutine for what may befall them [s]."""
+HORIZON = 1.0
+"""How far ahead the machine looks for what may befall axes that a program watches [s]."""
 
 
 class VirtualDmc:
@@ -112,6 +112,8 @@ class VirtualDmc:
         """Bring the controller and its plant to time `now` [s]."""
         core = self._core
         while core.now < now:
+            if self._runner.hurries:
+                self._runner.hurry(self._quiet_until(now))
             core.step(min([now, *(activity.next_event() for activity in self._activities)]))
             self._look()
 
@@ -129,7 +131,9 @@ class VirtualDmc:
         wake = min((activity.next_event() for activity in self._activities), default=inf)
         watching = any(activity.watching for activity in self._activities)
         if watching and any(axis.moving for axis in self._unit.axes):
-            wake = min(wake, self._core.now + WATCH)
+            horizon = self._core.now + HORIZON
+            event = self._core.next_event(min(wake, horizon))
+            wake = min(wake, horizon if event is None else event)
         return wake
 
     def look(self) -> None:
@@ -162,6 +166,13 @@ class VirtualDmc:
         """Set the amplifiers' fault bits, laid out as in the data record, at the time last advanced to; 0 is well."""
         self._core.set_amplifier_status(status & 0xFFFFFFFF)
         self._look()
+
+    def _quiet_until(self, now: float) -> float:
+        """Return the time up to `now` [s] before which only the program's threads have something to do."""
+        others = (activity.next_event() for activity in self._activities if activity is not self._runner)
+        limit = min([now, *others])
+        event = self._core.next_event(limit)
+        return limit if event is None else event
 
     def _look(self) -> None:
         for activity in self._activities:

@@ -177,7 +177,7 @@ _PLANE: dict[str, Callable[[Unit, Plane], float]] = {
 
 _SYSTEM: dict[str, Callable[[Unit], float]] = {
     "TC": lambda unit: unit.error_code,
-    "TB": lambda unit: unit.echo,
+    "TB": status.program_byte,
     "TIME": lambda unit: unit.time,
     "TI": lambda unit: status.input_bank(unit, 0),
     **{f"TI{bank}": (lambda unit, bank=bank: status.input_bank(unit, bank)) for bank in status.INPUT_BANKS},

@@ -24,6 +24,8 @@ INPUT_BANKS = (0, 1, 10, 11)
 """What TI knows: general inputs 1 to 16, and inputs 81 to 96, two for the auxiliary encoder of each axis."""
 
 _AUXILIARY_BANK = 10
+_PROGRAM_RUNS, _IN_ERROR_ROUTINE, _INTERRUPTS_ARMED, _IN_INPUT_ROUTINE = 1 << 7, 1 << 4, 1 << 3, 1 << 2
+_INPUT_ROUTINE = "ININT"
 _HEADER = 4
 _CONTOUR, _S, _T = slice(56, 62), slice(62, 72), slice(72, 82)
 _FIRST_AXIS = _HEADER + GENERAL + COORDINATE
@@ -64,6 +66,18 @@ def input_bank(unit: Unit, bank: int) -> int:
     levels = unit.inputs if bank < _AUXILIARY_BANK else [True] * (2 * len(unit.axes))
     first = 8 * (bank % _AUXILIARY_BANK)
     return sum(level << bit for bit, level in enumerate(levels[first : first + 8]))
+
+
+def program_byte(unit: Unit) -> int:
+    """Return the byte of TB, what the program does; nothing here contours."""
+    first = unit.threads.all[0]
+    return (
+        _PROGRAM_RUNS * bool(unit.threads.mask)
+        | _IN_ERROR_ROUTINE * (first.routine not in ("", _INPUT_ROUTINE))
+        | _INTERRUPTS_ARMED * (unit.threads.interrupts is not None)
+        | _IN_INPUT_ROUTINE * (first.routine == _INPUT_ROUTINE)
+        | unit.echo
+    )
 
 
 def amplifier_byte(unit: Unit, number: int) -> int:

@@ -49,6 +49,14 @@ def _byte(read: Callable[[Context, int], int], most: int, context: Context, text
     return context.unit.fixed_text([read(context, number)], 0)
 
 
+def _inputs(context: Context, text: str) -> Answer:
+    """TI n: eight inputs as one number."""
+    bank = context.integer(text, 0, status.INPUT_BANKS[-1]) if text.strip() not in ("", QUERY) else 0
+    if bank not in status.INPUT_BANKS:
+        raise Refused(ErrorCode.OUT_OF_RANGE)
+    return context.unit.fixed_text([status.input_bank(context.unit, bank)], 0)
+
+
 def _record(context: Context, text: str) -> Answer:
     blocks = text.replace(" ", "")
     if any(block not in context.unit.letters + _BLOCKS for block in blocks):
@@ -68,12 +76,6 @@ def _firmware(context: Context, _: str) -> Answer:
     return context.unit.identity.firmware
 
 
-def _variables(context: Context, _: str) -> Answer:
-    unit = context.unit
-    names = sorted(unit.variables)
-    return "\r\n".join(f"{name}={unit.value_text(unit.variables[name] / 65536)}" for name in names) or b""
-
-
 TABLE: dict[str, Handler] = {
     "TP": partial(_positions, lambda context, axis: context.core.position(axis)),
     "RP": partial(_positions, lambda context, axis: axis.reference(context.core.now)),
@@ -85,12 +87,11 @@ TABLE: dict[str, Handler] = {
     "SC": partial(_codes, lambda context, axis: context.core.stop_code(axis)),
     "TT": _torque,
     "TC": _error_code,
-    "TB": partial(_byte, lambda context, _: context.unit.echo, 0),
-    "TI": partial(_byte, lambda _, __: 255, 1),
+    "TB": partial(_byte, lambda context, _: status.program_byte(context.unit), 0),
+    "TI": _inputs,
     "TA": partial(_byte, lambda context, number: status.amplifier_byte(context.unit, number), 3),
     "QR": _record,
     "QZ": _layout,
     "ID": _identity,
     "\x12\x16": _firmware,
-    "LV": _variables,
 }

@@ -116,9 +116,12 @@ def _begin(context: Context, text: str) -> Answer:
 
 
 def _stop(context: Context, text: str) -> Answer:
+    """ST: stop axes and planes; without any all of them and, from a host, the program."""
     places, planes = axes_and_planes(text, context.unit.letters)
     if not places and not planes:
         places, planes = mask("", context.unit.letters), ["S", "T"]
+        if context.thread is None:
+            context.unit.threads.halt_all()
     for letter in planes:
         context.core.stop_plane(context.core.planes[letter])
     for axis in context.axes(places):
@@ -127,10 +130,11 @@ def _stop(context: Context, text: str) -> Answer:
 
 
 def _abort(context: Context, text: str) -> Answer:
-    """AB 0 also ends programs, of which there are none here; AB 1 ends motion only."""
-    if text.strip():
-        context.integer(text, 0, 1)
+    """AB 0 also ends the program; AB 1 ends motion only."""
+    motion_only = bool(text.strip()) and context.integer(text, 0, 1) == 1
     context.core.abort(StopCode.ABORTED)
+    if not motion_only:
+        context.unit.threads.halt_all()
     return None
 
 
