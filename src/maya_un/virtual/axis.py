@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
+from math import inf
 
 from maya_un.galil.codes import StopCode
 from maya_un.virtual.profile import Profile
 from maya_un.virtual.timeline import Timeline
 
 LETTERS = "ABCDEFGH"
+
+VIRTUAL = "NM"
+"""The virtual axes: profiles without a motor, for gearing and cams to follow."""
+
+_NAMES = LETTERS + "ST" + VIRTUAL
 
 FORWARD_OFF = 2147483647
 REVERSE_OFF = -2147483648
@@ -25,6 +31,14 @@ class Kind(Enum):
     FIND_EDGE = "FE"
     FIND_INDEX = "FI"
     HOME = "HM"
+
+
+class Latch(Enum):
+    """What trips the position latch (AL)."""
+
+    INPUT = "a general input"
+    AUXILIARY = "a general input, for the auxiliary encoder"
+    INDEX = "the index of the main encoder"
 
 
 @dataclass(slots=True)
@@ -58,6 +72,10 @@ class Axis:
     `plane` is the letter of the coordinate system that moves it, empty for none. `kind` and `distance`,
     `destination` or `jog_speed` are what the next BG will do, `last_stop` is what `_PA` reports. Of the present plan
     `peak` is the largest speed [counts/s], `soft_limit` when it passes FL or BL, `turns` when it turns round.
+    `latch` is what AL armed it by. `encoder_offset` is added to encoder counts where the motor is a stepper.
+    `erring` tells that the following error is beyond ER, `released` when a brake's delay lets the amplifier go [s].
+    `commutated` tells that BA made the motor brushless, `initialised` that its phases are known. `bound` is `cam`
+    or `gear` where the axis follows another.
     `error_gain` [s] is how much following error a unit of speed was seen to cause, None before the first motion.
     """
 
@@ -75,9 +93,17 @@ class Axis:
     jog_speed: float = 25000.0
     last_stop: int = 0
     auxiliary: int = 0
+    latch: Latch = Latch.INPUT
     latch_armed: bool = False
     latched: int = 0
+    latch_tripped: bool = False
     tracking: bool = False
+    encoder_offset: int = 0
+    erring: bool = False
+    released: float = inf
+    commutated: bool = False
+    initialised: bool = False
+    bound: str = ""
     error_gain: float | None = None
     peak: float = 0.0
     soft_limit: float | None = None
@@ -86,7 +112,17 @@ class Axis:
     @property
     def letter(self) -> str:
         """Its name."""
-        return LETTERS[self.index]
+        return _NAMES[self.index]
+
+    @property
+    def virtual(self) -> bool:
+        """Whether it has no motor."""
+        return self.index >= len(LETTERS)
+
+    @property
+    def stepper(self) -> bool:
+        """Whether its motor is a stepper (MT 2, 2.5, 4 and their negatives)."""
+        return abs(self.registers.get("MT", 1.0)) >= 2.0
 
     @property
     def moving(self) -> bool:

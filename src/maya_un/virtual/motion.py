@@ -16,13 +16,18 @@ from enum import Enum
 from math import inf, nextafter
 
 from maya_un.galil.codes import ErrorCode, StopCode
-from maya_un.virtual import coordination, homing, limits, profile
-from maya_un.virtual.axis import Axis, Kind, Motion
+from maya_un.virtual import coordination, homing, limits, profile, registers, smoothing
+from maya_un.virtual.axis import LETTERS, VIRTUAL, Axis, Kind, Motion
+from maya_un.virtual.contour import Contour
+from maya_un.virtual.course import Course
+from maya_un.virtual.encoder import Encoder
+from maya_un.virtual.feed import Feed
 from maya_un.virtual.plane import Plane
 from maya_un.virtual.plant import Plant
 from maya_un.virtual.profile import Profile
+from maya_un.virtual.pvt import Pvt
 from maya_un.virtual.refusal import Refused
-from maya_un.virtual.timeline import Piece
+from maya_un.virtual.timeline import Piece, Timeline
 
 SAMPLE = 1.0 / 1024.0
 """Sample time of the servo at TM 1000 [s]."""
@@ -44,19 +49,30 @@ class Happening(Enum):
 class MotionCore:
     """Axes, planes S and T, and the plant they drive; `now` is the time advanced to [s].
 
-    `cn` holds the five values of CN; `happened` what befell axes since the machine last cleared it. Everything here
+    `cn` holds the five values of CN; `happened` what befell axes since the machine last cleared it;
+    `errors_matter` whether following errors are looked for also where OE does not ask for it. Everything here
     takes indices of axes and motor counts; commands that cannot be obeyed raise `Refused`.
     """
 
     def __init__(self, plant: Plant, axes: Sequence[Axis], planes: dict[str, Plane]) -> None:
         self.plant = plant
         self.axes = axes
+        self.virtual = {letter: _virtual(place) for place, letter in enumerate(VIRTUAL, start=len(LETTERS) + 2)}
+        self.encoders = tuple(Encoder(axis, plant) for axis in axes)
+        self.period = int(registers.TM.default)
+        self._clock = (0.0, 0.0)
         self.planes = planes
+        self.contour = Contour()
+        self.pvt = tuple(Pvt(axis.index) for axis in axes)
+        feeds = (self.contour, *self.pvt)
+        self.courses: dict[str, Course] = {**planes, **{feed.letter: feed for feed in feeds}}
+        self._everyone = {axis.index: axis for axis in (*axes, *self.virtual.values())}
         self.now = 0.0
         self.cn = [-1, -1, -1, 0, 0]
         self.abort_active = False
         self.amplifier_status = 0
         self.happened: list[tuple[Happening, Axis]] = []
+        self.errors_matter = False
 
     def advance(self, now: float) -> None:
         """Bring everything to time `now` [s]; an earlier time changes nothing."""
@@ -72,7 +88,14 @@ class MotionCore:
             t = event
         self.plant.advance(t)
         self.now = t
+        for encoder in self.encoders:
+            encoder.note(t)
         self.look()
+
+    def coast(self, t: float) -> None:
+        """Go to a time [s] before the next event, where there is nothing to see to."""
+        self.plant.advance(t)
+        self.now = t
 
     def next_event(self, until: float) -> float | None:
         """Return the earliest time in (now, until] at which something happens by itself, None where nothing does."""
@@ -84,36 +107,44 @@ class MotionCore:
 
     def refresh(self) -> None:
         """Carry out new plans of sequences whose segments or rates were changed at this instant."""
-        for plane in self.planes.values():
-            if plane.stale and plane.running:
-                plane.replan(self.now)
-                coordination.follow(self.axes, plane, self.now)
+        for course in self.courses.values():
+            if course.stale and course.running:
+                coordination.refresh(self._everyone, course, self.now)
 
     def look(self) -> None:
         """See to everything that is due now: ends, limits, errors."""
         if self.abort_active and any(axis.moving for axis in self.axes):
             self.abort(StopCode.ABORT_INPUT)
+        for axis in self.virtual.values():
+            if axis.motion is not None:
+                self._look_at_motion(axis, axis.motion)
         for axis in self.axes:
             if axis.motion is not None:
                 self._look_at_motion(axis, axis.motion)
-            if axis.moving:
+            if axis.moving or axis.bound:
                 self._look_at_limits(axis)
             if axis.on:
                 self._look_at_error(axis)
-        for plane in self.planes.values():
-            if plane.running and self.now >= plane.end:
-                coordination.finish(self.axes, plane, self.now)
+            elif self.now >= axis.released:
+                self._power(axis, False)
+        for course in self.courses.values():
+            if course.running and self.now >= course.end:
+                coordination.finish(self._everyone, course, self.now)
 
     def position(self, axis: Axis) -> int:
         """Return the encoder position TP [counts]."""
-        return round(self.plant.position(axis.index)) + axis.offset
+        if axis.virtual:
+            return axis.reference(self.now)
+        return self.encoders[axis.index].position
 
     def error(self, axis: Axis) -> int:
-        """Return the following error TE = RP - TP [counts]."""
-        return axis.reference(self.now) - self.position(axis)
+        """Return the following error TE = RP - TP [counts]; a stepper, whose position is not controlled, has none."""
+        return 0 if axis.stepper else axis.reference(self.now) - self.position(axis)
 
     def limit_active(self, axis: Axis, forward: bool) -> bool:
         """Tell whether a limit switch is active, by the polarity of CN n0."""
+        if axis.virtual:
+            return False
         level = self.plant.inputs(axis.index)[0 if forward else 1]
         return level == (self.cn[0] == 1)
 
@@ -129,16 +160,58 @@ class MotionCore:
         return axis.stop_code
 
     def velocity(self, axis: Axis) -> float:
-        """Return the actual velocity [counts/s]."""
-        return self.plant.velocity(axis.index)
+        """Return the velocity of the encoder as TV has it [counts/s]."""
+        return axis.timeline.at(self.now)[1] if axis.virtual else self.encoders[axis.index].velocity(self.now)
+
+    def torque(self, axis: Axis) -> float:
+        """Return the motor command TT [V], within what TL allows, or TK where that is more."""
+        most = max(axis.registers["TL"], axis.registers["TK"])
+        return max(-most, min(most, self.plant.torque(axis.index)))
+
+    def auxiliary(self, axis: Axis) -> int:
+        """Return the auxiliary encoder TD, which nothing turns; for a stepper the steps commanded."""
+        return axis.reference(self.now) if axis.stepper else axis.auxiliary
+
+    def define_auxiliary(self, axis: Axis, position: int) -> None:
+        """Call the present place of the auxiliary encoder `position` (DE); for a stepper that of the main one."""
+        if axis.stepper:
+            axis.encoder_offset += position - self.position(axis)
+        else:
+            axis.auxiliary = position
+
+    @property
+    def sample(self) -> float:
+        """Sample time of the servo [s], as TM sets it."""
+        return SAMPLE * self.period / registers.TM.default
+
+    @property
+    def samples(self) -> float:
+        """Samples since power-up."""
+        at, count = self._clock
+        return count + (self.now - at) / self.sample
+
+    def set_period(self, period: int) -> None:
+        """Set the sample period [µs] (TM)."""
+        self._clock = (self.now, self.samples)
+        self.period = period
+
+    def restart_clock(self) -> None:
+        """Count samples from 0 again, at the default period."""
+        self._clock = (self.now, 0.0)
+        self.period = int(registers.TM.default)
 
     def servo(self, axis: Axis, on: bool) -> None:
         """Switch a motor on at its present position (SH), or off (MO); refused while it moves."""
         if axis.moving:
             raise Refused(ErrorCode.NOT_WHILE_RUNNING)
         if on:
-            self._rest_at(axis, round(self.plant.position(axis.index)))
-        self._power(axis, on)
+            self._rest_at(axis, self._shaft(axis))
+        brake = int(axis.registers["BW"])
+        if brake and axis.on and not on:
+            axis.on, axis.released = False, self.now + brake * SAMPLE
+            self.plant.output(axis.index + 1, False)
+        else:
+            self._power(axis, on)
         axis.tracking = axis.tracking and on
         self.look()
 
@@ -146,9 +219,15 @@ class MotionCore:
         """Call the present place `position` [controller counts] (DP); refused while the axis moves."""
         if axis.moving:
             raise Refused(ErrorCode.NOT_WHILE_RUNNING)
-        here = round(self.plant.position(axis.index))
+        here = self._shaft(axis)
         axis.offset = position - here
         self._rest_at(axis, here)
+
+    def _shaft(self, axis: Axis) -> int:
+        """Return where the reference has to be for an axis to stay where it is [motor counts]."""
+        if axis.stepper or axis.virtual:
+            return round(axis.timeline.at(self.now)[0])
+        return round(self.plant.position(axis.index))
 
     def begin(self, axes: Sequence[Axis]) -> None:
         """Begin the motions set up for `axes` (BG): all of them or, where one may not, none."""
@@ -160,51 +239,78 @@ class MotionCore:
 
     def begin_plane(self, plane: Plane) -> None:
         """Begin the sequence of a plane (BG S)."""
-        members = [self.axes[i] for i in plane.members]
+        members = [self._everyone[i] for i in plane.members]
         if plane.running or any(axis.moving for axis in members):
             raise Refused(ErrorCode.BEGIN_WHILE_RUNNING)
         if not plane.segments:
             raise Refused(ErrorCode.NO_SEQUENCE)
         for place, axis in enumerate(members):
             self._may_begin(axis, plane.heading(place))
-        for axis in members:
-            axis.plane = plane.letter
-            axis.stop_code = StopCode.SEQUENCE_RUNNING
-        plane.begin(self.now, tuple(round(axis.timeline.at(self.now)[0]) for axis in members))
-        coordination.follow(self.axes, plane, self.now)
+        coordination.begin_plane(self._everyone, plane, self.now)
+        self.look()
+
+    def begin_feeds(self, feeds: Sequence[Feed]) -> None:
+        """Begin a contour (CD), or PVT sequences (BT): all of them or, where one may not, none."""
+        for feed in feeds:
+            if feed.empty or not feed.members:
+                raise Refused(ErrorCode.NO_SEQUENCE)
+            for place, i in enumerate(feed.members):
+                self._may_begin(self._everyone[i], feed.heading(place))
+        for feed in feeds:
+            coordination.begin_feed(self._everyone, feed, self.now)
         self.look()
 
     def stop(self, axis: Axis) -> None:
         """Decelerate an axis at DC (ST); one that takes part in a sequence stops the sequence."""
         axis.tracking = False
-        if axis.plane:
-            self.stop_plane(self.planes[axis.plane])
+        if axis.bound and not axis.registers["GM"]:
+            self.release(axis, axis.registers["DC"], StopCode.STOPPED)
+        elif axis.plane:
+            coordination.stop(self._everyone, self.courses[axis.plane], self.now)
         elif axis.motion is not None and not axis.motion.stopping:
             self._brake(axis, axis.motion, axis.registers["DC"], StopCode.STOPPED)
 
+    def halt(self, axis: Axis, code: StopCode) -> None:
+        """Let an axis stand where it is, without deceleration and with its motor on."""
+        self._freeze(axis, code)
+
+    def release(self, axis: Axis, rate: float, code: StopCode) -> None:
+        """Let an axis go that follows another, and decelerate it at `rate` [counts/s²]; again is harmless."""
+        axis.bound = ""
+        if axis.motion is None:
+            axis.motion = Motion(Kind.JOG, _nothing(self.now))
+        self._brake(axis, axis.motion, rate, code)
+
     def stop_plane(self, plane: Plane) -> None:
         """Decelerate a sequence at VD along its path (ST S)."""
-        if not plane.running or plane.stopping:
-            return
-        plane.brake(self.now)
-        for i in plane.members:
-            if self.axes[i].plane == plane.letter:
-                self.axes[i].stop_code = StopCode.STOPPED
-        coordination.follow(self.axes, plane, self.now)
+        coordination.stop(self._everyone, plane, self.now)
 
     def abort(self, code: StopCode) -> None:
         """Stop everything at once, without deceleration; axes with OE 1 or 3 lose their motors' power."""
-        for plane in self.planes.values():
-            if plane.running:
-                plane.stopping = True
-                plane.finish(self.now)
-        for axis in self.axes:
-            if axis.moving:
-                self._rest_at(axis, round(axis.timeline.at(self.now)[0]))
-            axis.motion, axis.plane, axis.tracking = None, "", False
-            axis.stop_code = code
-            if axis.on and int(axis.registers["OE"]) & _ON_ERROR:
+        for course in self.courses.values():
+            if course.running:
+                course.stopping = True
+                course.finish(self.now)
+        for axis in (*self.axes, *self.virtual.values()):
+            self._freeze(axis, code)
+            if axis.on and int(axis.registers.get("OE", 0)) & _ON_ERROR:
                 self._power(axis, False)
+
+    def abort_axis(self, axis: Axis, code: StopCode) -> None:
+        """Stop one axis at once, and its sequence along the path; with OE 1 or 3 it loses its motor's power."""
+        if int(axis.registers["OE"]) & _ON_ERROR:
+            self.fault(axis, code)
+            return
+        course = self.courses.get(axis.plane)
+        self._freeze(axis, code)
+        if course is not None:
+            self._leave(course)
+
+    def _freeze(self, axis: Axis, code: StopCode) -> None:
+        if axis.heading(self.now) or axis.moving or axis.bound:
+            self._rest_at(axis, round(axis.timeline.at(self.now)[0]))
+        axis.motion, axis.plane, axis.tracking, axis.bound = None, "", False, ""
+        axis.stop_code = code
 
     def set_abort_input(self, active: bool) -> None:
         """Set the abort input; while it is active nothing moves."""
@@ -214,6 +320,8 @@ class MotionCore:
 
     def set_amplifier_status(self, status: int) -> None:
         """Set the amplifiers' fault bits (laid out as in the data record); axes with OE lose their power."""
+        if status and not self.amplifier_status:
+            self.happened.append((Happening.AMPLIFIER, self.axes[0]))
         self.amplifier_status = status
         self.look()
 
@@ -270,11 +378,13 @@ class MotionCore:
     def reset(self) -> None:
         """Forget every motion and set all counters to 0 where the axes are, as power-up does."""
         self.abort(StopCode.COMMANDED)
-        for plane in self.planes.values():
-            plane.select(())
+        for course in self.courses.values():
+            course.reset()
         for axis in self.axes:
             self._power(axis, False)
             self.define(axis, 0)
+            axis.encoder_offset -= self.position(axis) if axis.stepper else axis.encoder_offset
+            axis.commutated = axis.initialised = axis.latch_tripped = False
             axis.kind, axis.distance, axis.destination = Kind.RELATIVE, 0, 0
             axis.auxiliary = axis.latched = 0
             axis.latch_armed = False
@@ -284,8 +394,9 @@ class MotionCore:
         self._power(axis, on)
 
     def _own_event(self) -> float:
-        t = inf
+        t = min((axis.motion.profile.end for axis in self.virtual.values() if axis.motion is not None), default=inf)
         for axis in self.axes:
+            t = min(t, axis.released)
             if not axis.moving:
                 continue
             if axis.motion is not None:
@@ -296,15 +407,15 @@ class MotionCore:
                 t = min(t, axis.turns[0])
             if self._error_near(axis):
                 t = min(t, self.now + ERROR_LOOK)
-        for plane in self.planes.values():
-            if plane.running:
-                t = min(t, plane.end)
+        for course in self.courses.values():
+            if course.running:
+                t = min(t, course.end)
         return t
 
     def _error_near(self, axis: Axis) -> bool:
         """Tell whether the speed of the plan could bring the following error to ER, by what was seen so far."""
         limit = axis.registers["ER"]
-        if not axis.on or limit < 0 or not int(axis.registers["OE"]) & _ON_ERROR:
+        if not axis.on or limit < 0 or not (self.errors_matter or int(axis.registers["OE"]) & _ON_ERROR):
             return False
         if axis.error_gain is None:
             return axis.peak > 0.0
@@ -329,23 +440,31 @@ class MotionCore:
         if axis.soft_limit is not None and self.now >= axis.soft_limit:
             axis.soft_limit = None
             self._limit_stop(axis, code)
+        elif axis.bound and heading and limits.beyond(axis, heading, self.now):
+            self._limit_stop(axis, code)
         elif heading and limits.enabled(axis, heading) and self.limit_active(axis, heading > 0):
             self._limit_stop(axis, code)
             if int(axis.registers["OE"]) & _ON_LIMIT:
-                self._fault(axis, code)
+                self.fault(axis, code)
 
     def _look_at_error(self, axis: Axis) -> None:
         oe = int(axis.registers["OE"])
         if oe and self.amplifier_status:
-            self.happened.append((Happening.AMPLIFIER, axis))
-            self._fault(axis, StopCode.AMPLIFIER_FAULT)
-        elif oe & _ON_ERROR:
-            error = abs(axis.timeline.at(self.now)[0] - self.plant.position(axis.index))
-            if 0 <= axis.registers["ER"] < error:
-                self.happened.append((Happening.POSITION_ERROR, axis))
-                self._fault(axis, StopCode.OFF_ON_ERROR)
-            elif axis.moving:
-                self._learn(axis, error)
+            self.fault(axis, StopCode.AMPLIFIER_FAULT)
+            return
+        if axis.stepper:
+            return
+        error = abs(axis.timeline.at(self.now)[0] - self.plant.position(axis.index))
+        beyond = 0 <= axis.registers["ER"] < error
+        if beyond and not axis.erring:
+            self.happened.append((Happening.POSITION_ERROR, axis))
+        axis.erring = beyond
+        if not oe & _ON_ERROR:
+            return
+        if beyond:
+            self.fault(axis, StopCode.OFF_ON_ERROR)
+        elif axis.moving:
+            self._learn(axis, error)
 
     def _learn(self, axis: Axis, error: float) -> None:
         """Note how much error a unit of speed causes, where the axis runs with its reference."""
@@ -354,37 +473,52 @@ class MotionCore:
             axis.error_gain = error / abs(actual)
 
     def _limit_stop(self, axis: Axis, code: StopCode) -> None:
-        """Stop at a limit: an axis by itself at SD, a sequence along its path at VD."""
+        """Stop at a limit: an axis by itself at SD, a sequence along its path at VD, a contour with all its axes."""
         self.happened.append((Happening.LIMIT, axis))
-        if axis.plane:
-            self.stop_plane(self.planes[axis.plane])
+        if axis.bound:
             axis.stop_code = code
-        elif axis.motion is not None:
+            if not axis.registers["GM"]:
+                self.release(axis, axis.registers["SD"], code)
+        elif axis.plane:
+            coordination.stop(self._everyone, self.courses[axis.plane], self.now)
+            axis.stop_code = code
+        if axis.motion is not None and not axis.bound:
             self._brake(axis, axis.motion, axis.registers["SD"], code)
 
-    def _fault(self, axis: Axis, code: StopCode) -> None:
+    def fault(self, axis: Axis, code: StopCode) -> None:
         """Switch a motor off where it is; the other axes of its sequence stop along the path."""
-        plane = self.planes.get(axis.plane)
-        if axis.moving:
-            self._rest_at(axis, round(axis.timeline.at(self.now)[0]))
-        axis.motion, axis.plane, axis.tracking = None, "", False
+        course = self.courses.get(axis.plane)
+        self._freeze(axis, code)
         self._power(axis, False)
-        axis.stop_code = code
-        if plane is not None:
-            self.stop_plane(plane)
-            if not any(self.axes[i].plane == plane.letter for i in plane.members):
-                coordination.finish(self.axes, plane, self.now)
+        if course is not None:
+            self._leave(course)
+
+    def _leave(self, course: Course) -> None:
+        """Stop a sequence that an axis has left along its path, a contour with all its axes."""
+        coordination.stop(self._everyone, course, self.now)
+        if course.running and coordination.abandoned(self._everyone, course):
+            coordination.finish(self._everyone, course, self.now)
 
     def _power(self, axis: Axis, on: bool) -> None:
-        axis.on = on
+        """Switch an amplifier, and with it at once the brake, where the axis has one."""
+        axis.on, axis.released = on, inf
+        axis.erring = axis.erring and on
         self.plant.power(axis.index, on)
+        if axis.registers["BW"]:
+            self.plant.output(axis.index + 1, on)
 
     def _rest_at(self, axis: Axis, p: int) -> None:
         axis.timeline.plan(self.now, (Piece(self.now, p, 0.0, 0.0),))
+        if not axis.virtual:
+            self.encoders[axis.index].note(self.now)
         axis.last_stop = p + axis.offset
         axis.turns, axis.soft_limit = [], None
 
     def _may_begin(self, axis: Axis, direction: int) -> None:
+        if axis.bound == "cam":
+            raise Refused(ErrorCode.NOT_IN_CAM)
+        if axis.plane == self.contour.letter:
+            raise Refused(ErrorCode.NOT_WHILE_CONTOURING)
         if axis.moving:
             raise Refused(ErrorCode.BEGIN_WHILE_RUNNING)
         if not axis.on:
@@ -425,20 +559,16 @@ class MotionCore:
         self._adopt(axis, motion, motion.profile)
 
     def _jog(self, axis: Axis, motion: Motion, p: float, v: float) -> Profile:
-        registers = axis.registers
-        return profile.jog(self.now, p, v, motion.speed, registers["AC"], registers["DC"])
+        return smoothing.jog(axis, self.now, p, v, motion.speed, self.sample)
 
     def _move(self, axis: Axis, motion: Motion, p: float, v: float) -> Profile:
-        registers = axis.registers
-        way = profile.move(self.now, p, v, motion.target, registers["SP"], registers["AC"], registers["DC"])
-        # Even a move of no counts takes a sample.
-        return way._replace(end=max(way.end, self.now + SAMPLE))
+        return smoothing.move(axis, self.now, p, v, motion.target, self.sample)
 
     def _replan(self, axis: Axis, motion: Motion) -> None:
         p, v = axis.timeline.at(self.now)
         if motion.stopping:
             rate = "SD" if motion.result in limits.CODES else "DC"
-            way = profile.stop(self.now, p, v, axis.registers[rate])
+            way = smoothing.stop(axis, self.now, p, v, axis.registers[rate], self.sample)
         elif motion.kind is Kind.JOG:
             way = self._jog(axis, motion, p, v)
         else:
@@ -449,13 +579,13 @@ class MotionCore:
         p, v = axis.timeline.at(self.now)
         motion.stopping, motion.result = True, code
         axis.stop_code = code
-        self._adopt(axis, motion, profile.stop(self.now, p, v, rate))
+        self._adopt(axis, motion, smoothing.stop(axis, self.now, p, v, rate, self.sample))
 
     def _adopt(self, axis: Axis, motion: Motion, way: Profile) -> None:
         motion.profile = way
         axis.timeline.plan(self.now, way.pieces)
         axis.peak = way.peak
-        axis.turns = [piece.t for piece in way.pieces[1:-1] if piece.v == 0.0 and piece.t > self.now]
+        axis.turns = [turn for turn in profile.turns(way.pieces) if turn > self.now]
         limits.watch(axis, self.now)
 
     def _finish(self, axis: Axis, motion: Motion) -> None:
@@ -474,3 +604,7 @@ class MotionCore:
 
 def _nothing(t: float) -> Profile:
     return Profile([], t, t, 0.0)
+
+
+def _virtual(index: int) -> Axis:
+    return Axis(index, Timeline(), registers.defaults(registers.VIRTUAL), on=True)

@@ -11,6 +11,7 @@ from maya_un.virtual import network, registers, status
 from maya_un.virtual.arithmetic import ONE, unpack
 from maya_un.virtual.arrays import MOST_ARRAYS
 from maya_un.virtual.axis import LETTERS, Axis
+from maya_un.virtual.failures import step_error
 from maya_un.virtual.handles import Handle
 from maya_un.virtual.plane import Plane
 from maya_un.virtual.program import MOST_LABELS
@@ -143,10 +144,10 @@ _AXIS: dict[str, _Motion] = {
     "DP": lambda unit, axis: unit.core.position(axis),
     "RP": lambda unit, axis: axis.reference(unit.core.now),
     "TE": lambda unit, axis: unit.core.error(axis),
-    "TD": lambda unit, axis: axis.auxiliary,
-    "DE": lambda unit, axis: axis.auxiliary,
+    "TD": lambda unit, axis: unit.core.auxiliary(axis),
+    "DE": lambda unit, axis: unit.core.position(axis) if axis.stepper else axis.auxiliary,
     "TV": lambda unit, axis: round(unit.core.velocity(axis)),
-    "TT": lambda unit, axis: unit.core.plant.torque(axis.index),
+    "TT": lambda unit, axis: unit.core.torque(axis),
     "TS": status.switches_byte,
     "SC": lambda unit, axis: unit.core.stop_code(axis),
     "BG": lambda unit, axis: axis.moving,
@@ -161,8 +162,17 @@ _AXIS: dict[str, _Motion] = {
     "AL": lambda unit, axis: axis.latch_armed,
     "RL": lambda unit, axis: axis.latched,
     "IP": lambda unit, axis: axis.reference(unit.core.now),
-    "QS": lambda unit, axis: 0,
+    "QS": lambda unit, axis: step_error(unit.core, axis),
     "QH": lambda unit, axis: 0,
+    "BA": lambda unit, axis: axis.commutated,
+    "BC": lambda unit, axis: 0,
+    "BI": lambda unit, axis: 0,
+    "BX": lambda unit, axis: axis.initialised,
+    "BZ": lambda unit, axis: axis.initialised,
+    "GP": lambda unit, axis: unit.gearing.phase(axis),
+    "EG": lambda unit, axis: unit.cam.engaged(axis),
+    "EQ": lambda unit, axis: unit.cam.waiting(axis),
+    "OC": lambda unit, axis: unit.latches.compared(axis),
 }
 
 _PLANE: dict[str, Callable[[Unit, Plane], float]] = {
@@ -205,7 +215,13 @@ _SYSTEM: dict[str, Callable[[Unit], float]] = {
     "LZ": lambda unit: unit.suppress_zeros,
     "PF": lambda unit: unit.position_format.code,
     "VF": lambda unit: unit.value_format.code,
-    "TM": lambda unit: 1000,
+    "TM": lambda unit: unit.core.period,
+    "EB": lambda unit: unit.cam.enabled,
+    "EC": lambda unit: unit.cam.index,
+    "EP": lambda unit: unit.cam.interval,
+    "EW": lambda unit: next(iter(unit.cam.widened), -1),
+    "EY": lambda unit: unit.cam.cycles,
+    "AZ": lambda unit: 0,
     "DR0": lambda unit: unit.records.period,
     "DR1": lambda unit: unit.records.place,
     "RS": lambda unit: unit.memory.errors,

@@ -6,10 +6,15 @@ a new profile from where the axis is. A profile that ends rests on a whole count
 
 from __future__ import annotations
 
+from bisect import bisect_right
+from collections.abc import Sequence
 from math import copysign, inf, sqrt
 from typing import NamedTuple
 
 from maya_un.virtual.timeline import Piece
+
+_COPIES = 4
+_ROUNDING = 1e-9
 
 
 class Profile(NamedTuple):
@@ -92,3 +97,61 @@ def _ramp(pieces: list[Piece], t: float, p: float, v: float, wanted: float, rate
     duration = abs(wanted - v) / rate
     pieces.append(Piece(t, p, v, copysign(rate, wanted - v)))
     return t + duration, p + 0.5 * (v + wanted) * duration, wanted
+
+
+def past(t: float, p: float, level: int, speed: float, acceleration: float, deceleration: float) -> Profile:
+    """Return the way from rest at the velocity `speed` [counts/s] past `level` [counts], where braking begins.
+
+    `level` lies ahead. A `speed` of 0 leaves the axis at rest, its motion never ending.
+    """
+    way = jog(t, p, 0.0, speed, acceleration, deceleration)
+    if speed == 0.0:
+        return way
+    rising = speed > 0.0
+    first, last = way.pieces
+    ramping = (last.p - level) * speed >= 0.0
+    met = (first if ramping else last).arrival(level, rising)
+    _, v = (first if ramping else last).at(met)
+    braking = stop(met, level, v, deceleration)
+    return Profile([first, *([] if ramping else [last]), *braking.pieces], met, braking.end, abs(v))
+
+
+def smoothed(way: Profile, t: float, p: float, v: float, spread: float) -> Profile:
+    """Return a way made smoother by the mean of four copies of it, late by 0 to `spread` [s].
+
+    The mean stands for the low-pass filter of IT, which is late by half of that on average, and keeps every piece
+    quadratic. The axis is at `p` [counts] with velocity `v` [counts/s] at time `t`; `way` was planned from where an
+    unfiltered profile would be then, `p + v * spread / 2`, so that position and velocity have no step.
+    """
+    ahead = p + 0.5 * v * spread
+    delays = [spread * copy / (_COPIES - 1) for copy in range(_COPIES)]
+    pieces: list[Piece] = []
+    for at in sorted({piece.t + delay for piece in way.pieces for delay in delays}):
+        state = [_departure(way.pieces, at - delay, t, ahead, v) for delay in delays]
+        dp, dv, a = (sum(part) / _COPIES for part in zip(*state, strict=True))
+        pieces.append(Piece(at, p + v * (at - t) + dp, v + dv, a))
+    rest = way.pieces[-1]
+    end = Piece(pieces[-1].t, rest.p if rest.v == 0.0 else pieces[-1].p, rest.v, 0.0)
+    return Profile([*pieces[:-1], end], way.braking, way.end + spread, max(way.peak, abs(v)))
+
+
+def turns(pieces: Sequence[Piece]) -> list[float]:
+    """Return the times at which the velocity passes through 0 on the way, ends apart [s]."""
+    found: list[float] = []
+    for piece, following in zip(pieces, pieces[1:], strict=False):
+        if piece is not pieces[0] and piece.v == 0.0:
+            found.append(piece.t)
+        turn = piece.turn(piece.t, following.t)
+        if turn is not None:
+            found.append(turn)
+    return found
+
+
+def _departure(pieces: Sequence[Piece], at: float, t: float, p: float, v: float) -> tuple[float, float, float]:
+    """Return by how much a profile departs at a time from going on at `v` from `p` since `t`."""
+    soon = at + _ROUNDING
+    if soon < t:
+        return 0.0, 0.0, 0.0
+    piece = pieces[max(0, bisect_right(pieces, soon, key=lambda one: one.t) - 1)]
+    position, velocity = piece.at(at)
+    return position - p - v * (at - t), velocity - v, piece.a

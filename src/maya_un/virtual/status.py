@@ -14,6 +14,7 @@ from maya_un.galil.record import (
 )
 from maya_un.virtual import homing
 from maya_un.virtual.axis import Axis, Kind
+from maya_un.virtual.latch import input_of
 from maya_un.virtual.plane import Plane
 from maya_un.virtual.unit import Unit
 
@@ -76,6 +77,7 @@ def program_byte(unit: Unit) -> int:
         | _IN_ERROR_ROUTINE * (first.routine not in ("", _INPUT_ROUTINE))
         | _INTERRUPTS_ARMED * (unit.threads.interrupts is not None)
         | _IN_INPUT_ROUTINE * (first.routine == _INPUT_ROUTINE)
+        | _CONTOURING * unit.core.contour.running
         | unit.echo
     )
 
@@ -104,6 +106,8 @@ def snapshot(unit: Unit) -> DataRecord:
         error_code=unit.error_code,
         threads=unit.threads.mask,
         amplifier_status=unit.core.amplifier_status,
+        contour_segment=unit.core.contour.count(unit.core.now),
+        contour_free=unit.core.contour.free(unit.core.now),
         s=_plane(unit, unit.core.planes["S"]),
         t=_plane(unit, unit.core.planes["T"]),
     )
@@ -139,16 +143,23 @@ def _axis(unit: Unit, axis: Axis) -> AxisRecord:
         switches=Switch.FORWARD_INACTIVE * (not core.limit_active(axis, True))
         | Switch.REVERSE_INACTIVE * (not core.limit_active(axis, False))
         | Switch.HOME_INPUT * core.home_state(axis)
-        | Switch.STEPPER * (abs(axis.registers["MT"]) >= 2),
+        | Switch.STEPPER * axis.stepper
+        | Switch.LATCHED * axis.latch_tripped
+        | Switch.LATCH_INPUT * _latch_input(unit, axis),
         stop_code=core.stop_code(axis),
         reference=_long(axis.reference(core.now)),
         position=_long(core.position(axis)),
         error=_long(core.error(axis)),
-        auxiliary=axis.auxiliary,
+        auxiliary=_long(core.auxiliary(axis)),
         velocity_raw=_long(round(VELOCITY_SCALE * core.velocity(axis))),
-        torque_raw=_long(round(VOLTS_SCALE * core.plant.torque(axis.index))),
+        torque_raw=_long(round(VOLTS_SCALE * core.torque(axis))),
         user=int(axis.registers["ZA"]),
     )
+
+
+def _latch_input(unit: Unit, axis: Axis) -> bool:
+    place = input_of(axis) - 1
+    return place < len(unit.inputs) and unit.inputs[place]
 
 
 def _status_word(unit: Unit, axis: Axis) -> int:
@@ -156,8 +167,10 @@ def _status_word(unit: Unit, axis: Axis) -> int:
     if not axis.moving:
         return word
     word |= Status.MOVING | Status.NEGATIVE * (axis.heading(unit.core.now) < 0)
-    if axis.plane:
+    if axis.plane in unit.core.planes:
         return word | Status.COORDINATED | _phase(unit.core.planes[axis.plane], unit.core.now)
+    if axis.plane:
+        return word | Status.CONTOUR * (axis.plane == unit.core.contour.letter)
     return word | _motion_bits(unit, axis)
 
 
@@ -172,8 +185,8 @@ def _motion_bits(unit: Unit, axis: Axis) -> int:
         | Status.FINDING_EDGE * (motion.kind is Kind.FIND_EDGE)
         | Status.HOMING * (motion.kind is Kind.HOME)
         | Status.HOMING_FIRST_DONE * (motion.kind is Kind.HOME and motion.stage >= homing.RETURNING)
-        | Status.HOMING_SECOND_DONE * (motion.kind in homing.KINDS and motion.stage == homing.TO_INDEX)
-        | Status.HOMING_THIRD * (motion.kind is Kind.HOME and motion.stage == homing.TO_INDEX)
+        | Status.HOMING_SECOND_DONE * (motion.kind in homing.KINDS and motion.stage >= homing.TO_INDEX)
+        | Status.HOMING_THIRD * (motion.kind is Kind.HOME and motion.stage >= homing.TO_INDEX)
         | Status.SLEWING * (v == soon != 0.0)
         | Status.STOPPING * motion.stopping
         | Status.FINAL_DECELERATION * (now >= motion.profile.braking)

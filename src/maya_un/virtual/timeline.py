@@ -91,6 +91,12 @@ class Timeline:
         """The pieces kept, oldest first."""
         return tuple(self._pieces)
 
+    def ahead(self, t: float) -> list[Piece]:
+        """Return the plan from time `t` [s] on; the first piece begins there."""
+        index = self._index(t)
+        piece = self._pieces[index]
+        return [Piece(t, *self.at(t), piece.a if t >= piece.t else 0.0), *self._pieces[index + 1 :]]
+
     def plan(self, t: float, pieces: Sequence[Piece]) -> None:
         """Replace everything from time `t` [s] on; `pieces` are in order of time and the first begins at `t`.
 

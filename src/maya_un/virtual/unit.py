@@ -11,7 +11,11 @@ from maya_un.virtual import registers
 from maya_un.virtual.activity import Activity
 from maya_un.virtual.arrays import Arrays
 from maya_un.virtual.axis import LETTERS, Axis
+from maya_un.virtual.cam import Cam
+from maya_un.virtual.failures import Failures
+from maya_un.virtual.gearing import Gearing
 from maya_un.virtual.handles import Handle, Handles
+from maya_un.virtual.latch import Latches
 from maya_un.virtual.memory import Memory
 from maya_un.virtual.motion import MotionCore
 from maya_un.virtual.network import Network
@@ -65,6 +69,7 @@ class Unit:
         lines = (Axis(i, plant.timelines[i], registers.defaults(registers.AXIS)) for i in range(axes))
         planes = {letter: Plane(letter, registers.defaults(registers.PLANE)) for letter in "ST"}
         self.core = MotionCore(plant, tuple(lines), planes)
+        self.core.contour.starved = self._starved
         self.handles = Handles()
         self.outlet = Outlet(self.handles)
         self.handles.on_close = self._closed
@@ -74,13 +79,22 @@ class Unit:
         self.recorder = Recorder(self.arrays)
         self.program = Program()
         self.threads = Threads()
-        self.activities: tuple[Activity, ...] = (self.recorder,)
+        self.inputs = [True] * (8 if axes <= 4 else 16)
+        self.gearing = Gearing(self.core)
+        self.cam = Cam(self.core)
+        self.latches = Latches(self.core, self.inputs)
+        coupled = (self.latches, self.gearing, self.cam, Failures(self.core, self.inputs))
+        self.activities: tuple[Activity, ...] = (*coupled, self.recorder)
+        self.on_note: Callable[[str], None] | None = None
         self.on_tcp_error: Callable[[int], None] | None = None
         self.started = 0.0
         self.outputs = [False] * (8 if axes <= 4 else 16)
-        self.inputs = [True] * len(self.outputs)
         self.analog = [0.0] * 8
         self._forget()
+
+    def _starved(self) -> None:
+        """Note that contour data came too late."""
+        self.error_code = int(ErrorCode.CONTOUR_STARVED)
 
     def _forget(self) -> None:
         """Set what power-up sets."""
@@ -112,12 +126,12 @@ class Unit:
     @property
     def period(self) -> float:
         """Time from one sample to the next [s] (TM)."""
-        return 1.0 / SAMPLES
+        return self.core.sample
 
     @property
     def time(self) -> int:
         """TIME: samples since power-up, of 32 bits with a sign."""
-        samples = int((self.core.now - self.started) * SAMPLES + 1e-6)
+        samples = int(self.core.samples + 1e-6)
         return (samples + (1 << 31)) % (1 << 32) - (1 << 31)
 
     def reset(self) -> None:
@@ -132,6 +146,7 @@ class Unit:
         for bit in range(1, len(self.outputs) + 1):
             self.set_output(bit, False)
         self.started = self.core.now
+        self.core.restart_clock()
         self._forget()
 
     def tcp_error(self, handle_index: int) -> None:
@@ -141,11 +156,22 @@ class Unit:
         if self.on_tcp_error is not None:
             self.on_tcp_error(handle_index)
 
+    def note(self, text: str) -> None:
+        """Tell whoever keeps a log something about the twin itself, such as a command without effect."""
+        if self.on_note is not None:
+            self.on_note(text)
+
+    def set_input(self, bit: int, high: bool) -> None:
+        """Set the level of general input `bit`, from 1; latches and selective aborts follow when the machine looks."""
+        self.inputs[bit - 1] = high
+
     def _closed(self, handle: Handle) -> None:
         self.outlet.closed(handle.letter)
 
     def set_output(self, bit: int, on: bool) -> None:
-        """Set digital output `bit`, from 1."""
+        """Set digital output `bit`, from 1; one that holds a brake (BW) follows its motor only."""
+        if bit <= len(self.axes) and self.axes[bit - 1].registers["BW"]:
+            return
         if self.outputs[bit - 1] != on:
             self.outputs[bit - 1] = on
             self.core.plant.output(bit, on)

@@ -106,7 +106,8 @@ def test_dc_is_accepted_while_a_move_is_being_stopped() -> None:
 def test_speed_on_the_way() -> None:
     bench = moving_to(102_400).at(2.0)
     bench.do("SPA=20480")
-    assert bench.at(3.0).value("_TVA") == 20480.0
+    assert bench.at(3.0).axis(0).timeline.at(3.0)[1] == 20480.0
+    assert bench.at(3.25).value("_TVA") == 20480.0
     assert bench.at(30.0).positions()[0] == 102_400
 
 
@@ -146,8 +147,9 @@ def test_jog_changes_and_reverses() -> None:
     bench = Bench()
     bench.do("AC*=10240;DC*=10240", "JGA=10240;BGA")
     bench.at(2.0).do("JGA=-5120")
-    assert bench.at(3.0).value("_TVA") == 0.0
-    assert bench.at(4.0).value("_TVA") == -5120.0
+    assert bench.at(3.0).axis(0).timeline.at(3.0)[1] == 0.0
+    assert bench.at(3.5).axis(0).timeline.at(3.5)[1] == -5120.0
+    assert bench.at(3.75).value("_TVA") == -5120.0
     assert bench.value("_JGA") == bench.value("_SPA") == 5120.0
     bench.do("JGA=0")
     assert bench.at(9.0).value("_BGA") == 1.0

@@ -22,6 +22,9 @@ SLOWEST = 8
 
 END_OF_DATA = "\x1a"
 
+LONGEST_LINE = 1 << 20
+"""All elements that QD can take, in one line [characters]."""
+
 _SIZED = re.compile(r"([A-Za-z][A-Za-z0-9]*)\s*\[(.+)\]")
 _WHOLE = re.compile(r"([A-Za-z][A-Za-z0-9]*|\^[a-h])\[\]")
 _ANY = re.compile(r"([A-Za-z][A-Za-z0-9]*)\[.*\]")
@@ -108,6 +111,7 @@ def _download(context: Context, text: str) -> Answer:
         raise Refused(ErrorCode.OPERAND_ERROR)
     row, first, last = _range(context, name, arguments)
     context.caller.download = ArrayDownload(row, first, last)
+    context.caller.splitter.limit = LONGEST_LINE
     return None
 
 
@@ -201,7 +205,7 @@ def _velocity(context: Context, axis: Axis) -> Source:
 
 def _torque(context: Context, axis: Axis) -> Source:
     """Return a source of the motor command as the data record has it, 32767 for 10 V."""
-    return lambda: round(VOLTS_SCALE * context.core.plant.torque(axis.index)) * ONE
+    return lambda: round(VOLTS_SCALE * context.core.torque(axis)) * ONE
 
 
 def _record(context: Context, text: str) -> Answer:

@@ -31,7 +31,7 @@ def _codes(read: _Reader, context: Context, text: str) -> Answer:
 
 def _torque(context: Context, text: str) -> Answer:
     axes = context.axes(mask(text, context.unit.letters))
-    values = [context.core.plant.torque(axis.index) for axis in axes]
+    values = [context.core.torque(axis) for axis in axes]
     return join_positions([format_value(value, 1, 4) for value in values])
 
 
@@ -80,7 +80,7 @@ TABLE: dict[str, Handler] = {
     "TP": partial(_positions, lambda context, axis: context.core.position(axis)),
     "RP": partial(_positions, lambda context, axis: axis.reference(context.core.now)),
     "TE": partial(_positions, lambda context, axis: context.core.error(axis)),
-    "TD": partial(_positions, lambda _, axis: axis.auxiliary),
+    "TD": partial(_positions, lambda context, axis: context.core.auxiliary(axis)),
     "TV": partial(_positions, lambda context, axis: round(context.core.velocity(axis))),
     "RL": partial(_positions, lambda _, axis: axis.latched),
     "TS": partial(_codes, lambda context, axis: status.switches_byte(context.unit, axis)),

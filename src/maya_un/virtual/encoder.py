@@ -1,0 +1,68 @@
+"""What the controller reads of a main encoder: position, and velocity over a quarter of a second.
+
+The encoder is the reference less the following error. The reference is known at any time; the error is remembered
+from the instants at which the machine looked, and taken as straight between them.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+from maya_un.virtual.axis import Axis
+from maya_un.virtual.plant import Plant
+
+WINDOW = 0.25
+"""Time over which TV averages [s]."""
+
+
+class Encoder:
+    """The main encoder of one axis.
+
+    With a servo motor its counts are the motor's. A stepper turns an encoder of YC counts while it makes YA * YB
+    microsteps, which are then what the plant counts.
+    """
+
+    def __init__(self, axis: Axis, plant: Plant) -> None:
+        self._axis = axis
+        self._plant = plant
+        self._errors: deque[tuple[float, float]] = deque([(0.0, 0.0)])
+
+    @property
+    def position(self) -> int:
+        """TP [counts]."""
+        axis = self._axis
+        if axis.stepper:
+            return round(self._plant.position(axis.index) * self.counts_per_step) + axis.encoder_offset
+        return round(self._plant.position(axis.index)) + axis.offset
+
+    @property
+    def counts_per_step(self) -> float:
+        """Encoder counts in a microstep."""
+        registers = self._axis.registers
+        return registers["YC"] / (registers["YA"] * registers["YB"])
+
+    def note(self, t: float) -> None:
+        """Remember the following error at time `t` [s], which is the present."""
+        errors = self._errors
+        errors.append((t, self._axis.timeline.at(t)[0] - self._plant.position(self._axis.index)))
+        while len(errors) > 2 and errors[1][0] <= t - WINDOW:
+            errors.popleft()
+
+    def velocity(self, t: float) -> float:
+        """Return TV at time `t` [s], the present: the mean over the last quarter of a second [counts/s]."""
+        self.note(t)
+        return (self._at(t) - self._at(t - WINDOW)) / WINDOW * (self.counts_per_step if self._axis.stepper else 1.0)
+
+    def _at(self, t: float) -> float:
+        """Return where the motor was at time `t` [s], not rounded."""
+        return self._axis.timeline.at(t)[0] - self._error(t)
+
+    def _error(self, t: float) -> float:
+        before = self._errors[0]
+        for after in self._errors:
+            if after[0] > t:
+                span = after[0] - before[0]
+                share = min(1.0, max(0.0, (t - before[0]) / span)) if span else 1.0
+                return before[1] + share * (after[1] - before[1])
+            before = after
+        return before[1]
