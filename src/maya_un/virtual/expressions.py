@@ -131,10 +131,10 @@ class _Parser:
         raise Refused(ErrorCode.QUESTION_MARK_INVALID if asked else ErrorCode.OPERAND_ERROR)
 
     def _negative(self) -> Value:
-        # The sign belongs to a literal, or -2147483648 could not be written.
         number = self._match(_NUMBER)
         if number is not None:
-            return _constant(_literal(f"-{number}"))
+            # The sign belongs to a decimal, or -2147483648 could not be written.
+            return _constant(wrap(-_literal(number)) if "$" in number else _literal(f"-{number}"))
         value = self._nested(self._term)
         return lambda scope: wrap(-value(scope))
 
@@ -204,6 +204,8 @@ def _steps(first: Value, steps: list[tuple[Callable[[int, int], int], Value]]) -
 
 
 def _literal(text: str) -> int:
+    if len(text) < 10 and text.isdecimal():
+        return int(text) * ONE
     if "$" in text:
         return parse_fixed(text)
     # Ten digits before the point are the most that can be in range; more would only cost time.
