@@ -13,6 +13,7 @@ from maya_un.galil.codes import StopCode
 from maya_un.virtual import limits, profile
 from maya_un.virtual.axis import Axis, Kind, Motion
 from maya_un.virtual.course import Course
+from maya_un.virtual.feed import Feed
 from maya_un.virtual.plane import Plane
 from maya_un.virtual.timeline import Piece
 
@@ -23,6 +24,12 @@ def begin_plane(axes: Mapping[int, Axis], plane: Plane, now: float) -> None:
     places = [round(axis.timeline.at(now)[0]) for axis in members]
     plane.begin(now, places, [axis.offset for axis in members])
     join(axes, plane, now)
+
+
+def begin_feed(axes: Mapping[int, Axis], feed: Feed, now: float) -> None:
+    """Start a contour or a PVT sequence at `now` [s] from where its axes are."""
+    feed.begin(now, [round(axes[i].timeline.at(now)[0]) for i in feed.members])
+    join(axes, feed, now)
 
 
 def join(axes: Mapping[int, Axis], course: Course, now: float) -> None:
@@ -68,13 +75,15 @@ def stop(axes: Mapping[int, Axis], course: Course, now: float) -> None:
         return
     for axis in members:
         _release(axis, now)
+    course.stopping = True
     course.finish(now)
 
 
 def finish(axes: Mapping[int, Axis], course: Course, now: float) -> None:
     """End the run of a course at `now` [s] and give its axes their stop code."""
+    members = course.members
     result = course.finish(now)
-    for i in course.members:
+    for i in members:
         axis = axes[i]
         if axis.plane == course.letter:
             axis.plane = ""
