@@ -172,7 +172,7 @@ def test_time_counts_samples() -> None:
     [
         ("XX", ErrorCode.UNRECOGNIZED_COMMAND),
         ("bg", ErrorCode.UNRECOGNIZED_COMMAND),
-        ("DM a[3]", ErrorCode.UNRECOGNIZED_COMMAND),
+        ("DM a", ErrorCode.MISSING_BRACKET),
         ("WT 100", ErrorCode.PROGRAM_ONLY),
         ("AMA", ErrorCode.PROGRAM_ONLY),
         ("SP", ErrorCode.NOT_ENOUGH_FIELDS),
