@@ -140,6 +140,9 @@ def _handle(handle: Handle | None, item: int) -> float:
 _Motion = Callable[[Unit, Axis], float]
 
 _AXIS: dict[str, _Motion] = {
+    "VP": status.corner,
+    "PV": lambda unit, axis: unit.core.pvt[axis.index].free(unit.core.now),
+    "BT": lambda unit, axis: unit.core.pvt[axis.index].count(unit.core.now),
     "TP": lambda unit, axis: unit.core.position(axis),
     "DP": lambda unit, axis: unit.core.position(axis),
     "RP": lambda unit, axis: axis.reference(unit.core.now),
@@ -182,12 +185,14 @@ _PLANE: dict[str, Callable[[Unit, Plane], float]] = {
     "AV": lambda unit, plane: plane.distance(unit.core.now),
     "VM": lambda unit, plane: plane.speed(unit.core.now),
     "LE": lambda unit, plane: plane.total,
+    "TN": lambda unit, plane: plane.tangent_start,
     "VE": lambda unit, plane: plane.total,
 }
 
 _SYSTEM: dict[str, Callable[[Unit], float]] = {
     "TC": lambda unit: unit.error_code,
     "TB": status.program_byte,
+    "CM": lambda unit: unit.core.contour.free(unit.core.now),
     "TIME": lambda unit: unit.time,
     "TI": lambda unit: status.input_bank(unit, 0),
     **{f"TI{bank}": (lambda unit, bank=bank: status.input_bank(unit, bank)) for bank in status.INPUT_BANKS},

@@ -26,6 +26,7 @@ INPUT_BANKS = (0, 1, 10, 11)
 
 _AUXILIARY_BANK = 10
 _PROGRAM_RUNS, _IN_ERROR_ROUTINE, _INTERRUPTS_ARMED, _IN_INPUT_ROUTINE = 1 << 7, 1 << 4, 1 << 3, 1 << 2
+_CONTOURING = 1 << 5
 _INPUT_ROUTINE = "ININT"
 _HEADER = 4
 _CONTOUR, _S, _T = slice(56, 62), slice(62, 72), slice(72, 82)
@@ -57,6 +58,12 @@ def distance_set(unit: Unit, axis: Axis) -> int:
     return axis.distance
 
 
+def corner(unit: Unit, axis: Axis) -> int:
+    """Return `_VP`: where the segment under way began for this axis, or where the axis last stopped."""
+    plane = unit.core.planes.get(axis.plane)
+    return axis.last_stop if plane is None else plane.corner(axis.index, unit.core.now) + axis.offset
+
+
 def output_bank(unit: Unit, bank: int) -> int:
     """Return eight digital outputs as one number."""
     return sum(on << bit for bit, on in enumerate(unit.outputs[8 * bank : 8 * bank + 8]))
@@ -70,7 +77,7 @@ def input_bank(unit: Unit, bank: int) -> int:
 
 
 def program_byte(unit: Unit) -> int:
-    """Return the byte of TB, what the program does; nothing here contours."""
+    """Return the byte of TB: what the program does, and whether axes contour."""
     first = unit.threads.all[0]
     return (
         _PROGRAM_RUNS * bool(unit.threads.mask)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from maya_un.virtual.commands import (
     array,
+    contouring,
     coordinated,
     ethernet,
     inquiry,
@@ -21,6 +22,7 @@ TABLE: dict[str, Handler] = {
     **motion.TABLE,
     **coordinated.TABLE,
     **vector.TABLE,
+    **contouring.TABLE,
     **inquiry.TABLE,
     **system.TABLE,
     **ethernet.TABLE,
