@@ -12,7 +12,7 @@ from contextlib import suppress
 from maya_un.galil.codes import ErrorCode
 from maya_un.virtual import registers
 from maya_un.virtual.memory import Parameters
-from maya_un.virtual.network import Quad
+from maya_un.virtual.network import Network, Quad
 from maya_un.virtual.outlet import SERIAL
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.registers import Register
@@ -37,14 +37,14 @@ def power_up(unit: Unit) -> None:
 
 def reset(unit: Unit, *, factory: bool = False) -> None:
     """Do what a power-up does at once (RS), or with what the factory set for this once (RS -1): all handles close."""
+    unit.handles.reset()
     unit.reset()
+    for activity in unit.activities:
+        activity.reset()
     if factory:
         _restore(unit, factory=True)
     else:
         power_up(unit)
-    for activity in unit.activities:
-        activity.reset()
-    unit.handles.reset()
 
 
 def master_reset(unit: Unit) -> None:
@@ -155,26 +155,37 @@ def _restore_registers(values: dict[str, float], group: dict[str, float | str], 
 
 
 def _restore_unit(unit: Unit, group: dict[str, float | str]) -> None:
-    def number(name: str, default: float) -> int:
-        value = group.get(name, default)
-        return int(default if isinstance(value, str) else value)
+    """Set what belongs to no axis; a value that no command could have set keeps what the factory set."""
+    port = _text(group, "CF")
+    if port and port in "ABCDEFGH" + SERIAL:
+        unit.outlet.port = port
+    unit.core.cn = [_one_of(group, f"CN{n}", (-1, 1) if n < 3 else (0, 1), now) for n, now in enumerate(unit.core.cn)]
+    unit.position_format = _format(_text(group, "PF"), unit.position_format)
+    unit.value_format = _format(_text(group, "VF"), unit.value_format)
+    unit.suppress_zeros = _one_of(group, "LZ", (0, 1), unit.suppress_zeros)
+    unit.echo = _one_of(group, "EO", (0, 1), unit.echo)
+    unit.outlet.mark = _one_of(group, "CW", (1, 2), unit.outlet.mark)
+    unit.handles.blocking = bool(_one_of(group, "IK", (0, 1), unit.handles.blocking))
+    _restore_network(unit.network, group)
 
-    def text(name: str, default: str) -> str:
-        return str(group.get(name, default))
 
-    unit.core.cn = [number(f"CN{place}", value) for place, value in enumerate(unit.core.cn)]
-    unit.position_format = _format(text("PF", ""), unit.position_format)
-    unit.value_format = _format(text("VF", ""), unit.value_format)
-    unit.suppress_zeros, unit.echo = number("LZ", unit.suppress_zeros), number("EO", unit.echo)
-    port = text("CF", unit.outlet.port)
-    unit.outlet.port = port if port in tuple("ABCDEFGH" + SERIAL) else unit.outlet.port
-    unit.outlet.mark = number("CW", unit.outlet.mark)
-    unit.handles.blocking = bool(number("IK", unit.handles.blocking))
-    network = unit.network
-    network.address = _quad(text("IA", ""), network.address)
-    network.retry, network.dhcp = number("IA1", network.retry), bool(number("DH", network.dhcp))
-    network.multicast = _quad(text("MU", ""), network.multicast)
-    network.mask = _quad(text("SM", ""), network.mask)
+def _restore_network(network: Network, group: dict[str, float | str]) -> None:
+    retry = group.get("IA1")
+    if isinstance(retry, int) and retry > 0:
+        network.retry = retry
+    network.dhcp = bool(_one_of(group, "DH", (0, 1), network.dhcp))
+    network.address = _quad(_text(group, "IA"), network.address)
+    network.multicast = _quad(_text(group, "MU"), network.multicast)
+    network.mask = _quad(_text(group, "SM"), network.mask)
+
+
+def _text(group: dict[str, float | str], name: str) -> str:
+    return str(group.get(name, ""))
+
+
+def _one_of(group: dict[str, float | str], name: str, allowed: tuple[int, ...], default: int) -> int:
+    value = group.get(name)
+    return int(value) if isinstance(value, int | float) and value in allowed else default
 
 
 def _format(text: str, default: Format) -> Format:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Mapping
 from functools import partial
-from math import isfinite
+from math import inf, isfinite
 from typing import NamedTuple, Protocol, TypeAlias
 
 from maya_un.errors import InvalidValue, UnknownName
@@ -158,15 +158,16 @@ class Faults:
         return list(self._active.values())
 
     def inject(self, name: str, values: Values | None = None, *, seconds: float | None = None) -> Injection:
-        """Begin a fault; it ends by itself after `seconds`, or by `clear`. One like it that stands is replaced.
+        """Begin a fault; it ends by itself after `seconds` (infinity: never), or by `clear`.
 
-        Raises `UnknownName` and `InvalidValue`.
+        One like it that stands is replaced. Raises `UnknownName` and `InvalidValue`.
         """
         fault = find(name)
         chosen = fault.read(values or {})
         lasts = seconds
         if lasts is None and fault.duration:
             lasts = float(chosen[fault.duration])
+        lasts = None if lasts == inf else lasts
         loop = asyncio.get_running_loop()
         injection = Injection(fault, chosen, None if lasts is None else loop.time() + lasts)
         self.end(injection)

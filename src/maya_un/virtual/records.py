@@ -12,9 +12,6 @@ from maya_un.virtual.outlet import SERIAL, Outlet
 SHORTEST, LONGEST = 8, 30000
 """Range of the period of DR on a DMC-41x3 [samples]; it is even."""
 
-SAMPLE = 1.0 / 1024.0
-"""Sample time at TM 1000 [s]."""
-
 
 class RecordStream:
     """The stream of records, an activity of the machine; `source` encodes the record of this instant.
@@ -28,6 +25,7 @@ class RecordStream:
         self._outlet = outlet
         self.source: Callable[[], bytes] = bytes
         self.period = 0
+        self._sample = 0.0
         self._handle: Handle | None = None
         self._due = inf
         self._silent_until = -inf
@@ -43,10 +41,10 @@ class RecordStream:
         """A stream does not care what befalls axes."""
         return False
 
-    def start(self, period: int, handle: Handle | None, now: float) -> None:
-        """Send a record every `period` samples from `now` [s] on to a UDP handle, or where CF says (None)."""
-        self.period, self._handle = period, handle
-        self._due = now + period * SAMPLE
+    def start(self, period: int, sample: float, handle: Handle | None, now: float) -> None:
+        """Send a record every `period` samples of length `sample` [s] to a UDP handle, or where CF says (None)."""
+        self.period, self._sample, self._handle = period, sample, handle
+        self._due = now + period * sample
 
     def stop(self) -> None:
         """End the stream."""
@@ -67,7 +65,7 @@ class RecordStream:
         if now < self._due:
             return
         # Counted on from the record before, not from now: the stream does not drift.
-        self._due += self.period * SAMPLE
+        self._due += self.period * self._sample
         target = self._target()
         if target is not None and now >= self._silent_until and not self._downloading():
             self._outlet.put(target, self.source())

@@ -19,7 +19,6 @@ from maya_un.virtual.handles import Handle, Kind
 from maya_un.virtual.link import Link, LoopbackLink, TcpLink
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.network import RETRIES
-from maya_un.virtual.records import SAMPLE
 from maya_un.virtual.udp import UdpPort
 
 TICK = 1.0 / 256.0
@@ -262,9 +261,14 @@ class VirtualController:
         self._timer = None
         self.look()
 
+    @property
+    def _retry_time(self) -> float:
+        """Time between two attempts on a silent TCP handle (IA) [s]."""
+        unit = self._machine.unit
+        return unit.network.retry * unit.period
+
     def _dial(self, handle: Handle) -> None:
-        pause = self._machine.unit.network.retry * SAMPLE
-        task = self._loop.create_task(dial(self, handle, pause))
+        task = self._loop.create_task(dial(self, handle, self._retry_time))
         self._dials[handle] = task
         task.add_done_callback(lambda _: self._dials.pop(handle, None))
         self._keep(task)
@@ -284,7 +288,7 @@ class VirtualController:
         """Send as the wire has it, in order."""
         if handle in self.wire.silent:
             if handle.kind is Kind.TCP:
-                self._loop.call_later(RETRIES * self._machine.unit.network.retry * SAMPLE, self._unheard, handle)
+                self._loop.call_later(RETRIES * self._retry_time, self._unheard, handle)
             return
         now = self._loop.time()
         for piece in self.wire.outgoing(data):

@@ -188,7 +188,7 @@ def _records(context: Context, text: str) -> Answer:
     by_serial_port = len(arguments) == 1 and port in SERIAL
     if not by_serial_port and (target is None or target.kind is not Kind.UDP):
         raise Refused(ErrorCode.HANDLE_MUST_BE_UDP)
-    stream.start(period, named, context.core.now)
+    stream.start(period, context.unit.period, named, context.core.now)
     return None
 
 

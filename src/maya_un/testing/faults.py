@@ -1,0 +1,123 @@
+"""Faults of a virtual controller, each for the length of a block.
+
+`with faults.latency(virtual, 0.05, jitter=0.01): ...` begins it and ends it, whatever happens in the block; a fault of
+the same kind that stood before stands again afterwards. What each does is told by `maya dmc fault`.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from math import inf
+from typing import Literal
+
+from maya_un.virtual.axis import LETTERS
+from maya_un.virtual.faults import Injection, Value
+from maya_un.virtual.server import VirtualController
+
+OVERCURRENT = 1 << 24
+"""Amplifier status: overcurrent, axes A to D (byte 55 of the data record)."""
+
+
+@contextmanager
+def fault(virtual: VirtualController, name: str, **values: Value) -> Iterator[Injection]:
+    """Let a fault of any kind last while the block runs; raises `UnknownName` and `InvalidValue`."""
+    before = {standing.key: standing for standing in virtual.faults.active}
+    injection = virtual.faults.inject(name, values, seconds=inf)
+    try:
+        yield injection
+    finally:
+        virtual.faults.end(injection)
+        standing = before.get(injection.key)
+        if standing is not None:
+            _again(virtual, standing)
+
+
+def _again(virtual: VirtualController, standing: Injection) -> None:
+    """Put back a fault that stood before, for as long as it still has."""
+    left = inf if standing.until is None else standing.until - asyncio.get_running_loop().time()
+    if left > 0.0:
+        virtual.faults.inject(standing.fault.name, standing.values, seconds=left)
+
+
+def latency(
+    virtual: VirtualController, seconds: float = 0.05, *, jitter: float = 0.0
+) -> AbstractContextManager[object]:
+    """Let replies come `seconds` later, and up to `jitter` [s] later still."""
+    return fault(virtual, "latency", seconds=seconds, jitter=jitter)
+
+
+def drop(virtual: VirtualController, probability: float = 1.0) -> AbstractContextManager[object]:
+    """Lose replies."""
+    return fault(virtual, "drop", probability=probability)
+
+
+def duplicate(virtual: VirtualController, probability: float = 1.0) -> AbstractContextManager[object]:
+    """Send replies twice."""
+    return fault(virtual, "duplicate", probability=probability)
+
+
+def garbage(virtual: VirtualController, probability: float = 1.0, *, count: int = 8) -> AbstractContextManager[object]:
+    """Put `count` random bytes before replies."""
+    return fault(virtual, "garbage", probability=probability, bytes=count)
+
+
+def refuse_commands(virtual: VirtualController, probability: float = 1.0) -> AbstractContextManager[object]:
+    """Answer commands with `?` and do not carry them out."""
+    return fault(virtual, "refuse_commands", probability=probability)
+
+
+def half_open(virtual: VirtualController, handles: str = LETTERS) -> AbstractContextManager[object]:
+    """Let the connections of now fall silent; handles are given by their letters."""
+    return fault(virtual, "half_open", handles=handles)
+
+
+def refuse_connections(virtual: VirtualController) -> AbstractContextManager[object]:
+    """Let nobody connect."""
+    return fault(virtual, "refuse_connections")
+
+
+@contextmanager
+def cut(virtual: VirtualController, handles: str = LETTERS) -> Iterator[None]:
+    """Sever connections at the beginning of the block; nobody can connect until its end."""
+    with ExitStack() as stack:
+        stack.enter_context(refuse_connections(virtual))
+        stack.enter_context(fault(virtual, "cut", handles=handles))
+        yield
+
+
+def reset(virtual: VirtualController) -> AbstractContextManager[object]:
+    """Let the controller reset itself at the beginning of the block."""
+    return fault(virtual, "reset")
+
+
+def power_cycle(virtual: VirtualController) -> AbstractContextManager[object]:
+    """Switch the controller off for the length of the block."""
+    return fault(virtual, "power_cycle")
+
+
+def stuck_limit(
+    virtual: VirtualController,
+    axis: str,
+    side: Literal["forward", "reverse"] = "forward",
+    *,
+    active: bool = True,
+) -> AbstractContextManager[object]:
+    """Let a limit switch read the same wherever the axis is."""
+    return fault(virtual, "stuck_limit", axis=axis, side=side, active=active)
+
+
+def encoder_loss(virtual: VirtualController, axis: str) -> AbstractContextManager[object]:
+    """Let the encoder of an axis count no more."""
+    return fault(virtual, "encoder_loss", axis=axis)
+
+
+def abort_input(virtual: VirtualController) -> AbstractContextManager[object]:
+    """Hold the abort input active."""
+    return fault(virtual, "abort_input")
+
+
+def amplifier_fault(virtual: VirtualController, status: int = OVERCURRENT) -> AbstractContextManager[object]:
+    """Let the amplifiers report a fault, with the bits of the data record."""
+    return fault(virtual, "amplifier_fault", status=status)
