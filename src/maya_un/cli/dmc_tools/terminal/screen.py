@@ -112,7 +112,7 @@ async def converse(dial: Dial, place: str) -> int:
     tasks: list[asyncio.Task[None]] = []
     try:
         await session.connect()
-        _say("class:note", "Tab completes, `help TP` explains. F12 stops motion; Ctrl-C only clears the line.")
+        _say("class:note", "Tab completes, `help TP` explains. F12 stops motion, Ctrl-C does not.")
         tasks = [asyncio.create_task(session.work(carry_out)), asyncio.create_task(session.watch())]
         await _type(session)
     finally:

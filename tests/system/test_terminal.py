@@ -1,0 +1,186 @@
+"""`maya dmc terminal` as a person has it before them: keys in, the picture out, a twin over TCP behind it."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from scripts.tmux import Pane, pane
+from tests.system.processes import MAYA, running
+
+pytestmark = pytest.mark.system
+
+PROGRAM = """\
+#HELLO
+MG "hello from thread",count
+count=count+1
+EN
+#WAIT
+WT 100000
+EN
+"""
+
+
+@pytest.fixture(scope="module")
+def twin() -> Iterator[str]:
+    with running("dmc serve --port 0") as process:
+        yield process.until("127.0.0.1:")
+
+
+@pytest.fixture
+def terminal(twin: str) -> Iterator[Pane]:
+    with at(twin) as shown:
+        yield shown
+
+
+@contextmanager
+def at(address: str, width: int = 100, height: int = 30) -> Iterator[Pane]:
+    """Run a terminal that is ready to be typed at; its history is the test's own."""
+    command = [MAYA, "dmc", "terminal", address]
+    place = {"XDG_STATE_HOME": os.environ["XDG_STATE_HOME"]}
+    with pane(command, width=width, height=height, environment=place) as shown:
+        shown.until("Ctrl-D end")
+        yield shown
+
+
+def position(picture: str, axis: str) -> int:
+    """Return the position of an axis in the panel."""
+    found = re.search(rf"^{axis} +(-?\d+) ", picture, re.MULTILINE)
+    assert found is not None, picture
+    return int(found[1])
+
+
+def moving(picture: str, axis: str) -> bool:
+    return re.search(rf"^{axis} .* moving ", picture, re.MULTILINE) is not None
+
+
+def test_answers_are_the_controllers_own(terminal: Pane) -> None:
+    terminal.until("DMC4133 Rev")
+    terminal.enter("x=5;MG x*2;DP 7,-8,9;TP")
+    picture = terminal.until(" 7, -8, 9")
+    assert "\n 10.0000\n:\n 7, -8, 9\n" in picture
+
+
+def test_a_refusal_shows_code_and_words_in_red(terminal: Pane) -> None:
+    terminal.enter("MOA;BGA")
+    terminal.until("? 20 Begin not valid with motor off")
+    line = next(line for line in terminal.picture(colours=True).splitlines() if "? 20" in line)
+    assert line.startswith("\x1b[1m\x1b[31m? 20")
+    terminal.enter("tp")
+    terminal.until("(commands are written in capitals: TP)")
+
+
+def test_completion_offers_mnemonics_operands_variables_and_labels(terminal: Pane, tmp_path: Path) -> None:
+    (tmp_path / "hello.dmc").write_text(PROGRAM, encoding="ascii")
+    terminal.enter(":download hello.dmc")
+    terminal.until("Downloaded: 7 lines")
+    terminal.enter("count=3")
+    terminal.type("XQ #H")
+    terminal.until("#HELLO")
+    terminal.press("Tab")
+    terminal.until(": XQ #HELLO")
+    terminal.press("C-c")
+    terminal.type("MG cou")
+    terminal.until("variable")
+    terminal.press("Tab")
+    terminal.until(": MG count")
+    terminal.press("C-c")
+    terminal.type("MG _TP")
+    terminal.until("axis C")
+    terminal.press("Tab", "Enter")
+    terminal.until(": MG _TPA")
+
+
+def test_help_is_beside_the_line_and_on_a_page(terminal: Pane) -> None:
+    terminal.type("SPA=")
+    terminal.until("SP  ")
+    terminal.press("C-c")
+    terminal.enter("help BG")
+    terminal.until_true(lambda picture: re.search("^BG  .+", picture, re.MULTILINE) is not None, "help on BG")
+    terminal.enter("?SH")
+    terminal.until_true(lambda picture: re.search("^SH  .+", picture, re.MULTILINE) is not None, "help on SH")
+
+
+def test_the_panel_follows_a_moving_axis_and_a_key_stops_it(terminal: Pane) -> None:
+    terminal.enter(":watch _TPC*2")
+    terminal.enter("SHC;SPC=2000;PRC=-100000;BGC")
+    first = terminal.until_true(lambda picture: moving(picture, "C"), "C moving")
+    start = position(first, "C")
+    terminal.until_true(lambda picture: position(picture, "C") < start - 300, "C further on")
+    terminal.until_true(lambda picture: re.search(r"_TPC\*2 -\d+\.0000", picture) is not None, "what is watched")
+    terminal.press("F12")
+    terminal.until("Stopping C.")
+    picture = terminal.until_true(lambda picture: not moving(picture, "C"), "C at rest")
+    assert "4 stopped by ST" in picture
+
+
+def test_keys_clear_the_line_and_hide_the_axes(terminal: Pane) -> None:
+    terminal.type("BGA")
+    terminal.until(": BGA")
+    terminal.press("C-c")
+    terminal.until_true(lambda picture: ": BGA" not in picture, "an empty line")
+    terminal.press("F2")
+    terminal.until_true(lambda picture: "velocity" not in picture, "no panel")
+    terminal.press("F2")
+    terminal.until("velocity")
+
+
+def test_a_message_of_a_program_does_not_tear_the_line(terminal: Pane, tmp_path: Path) -> None:
+    (tmp_path / "hello.dmc").write_text('#HELLO\nWT 300\nMG "hello from thread"\nEN\n', encoding="ascii")
+    terminal.enter(":download hello.dmc")
+    terminal.until("Downloaded: 4 lines")
+    terminal.enter("XQ #HELLO")
+    terminal.type("MG 1+1")
+    picture = terminal.until("« hello from thread")
+    assert ": MG 1+1" in picture.split("« hello from thread")[1]
+
+
+def test_a_program_goes_in_and_comes_back(terminal: Pane, tmp_path: Path) -> None:
+    (tmp_path / "there.dmc").write_text(PROGRAM, encoding="ascii")
+    terminal.enter(":download there.dmc")
+    terminal.until("Downloaded: 7 lines")
+    terminal.enter(":upload back.dmc")
+    terminal.until("Uploaded: 7 lines")
+    assert (tmp_path / "back.dmc").read_text(encoding="ascii") == PROGRAM
+
+
+def test_a_recording_is_made_beside_the_line(terminal: Pane, tmp_path: Path) -> None:
+    terminal.enter(":scope _TPA,_TEA --rate 20 --for 0.5 --csv axes.csv")
+    terminal.enter("MG 6*7")
+    terminal.until(" 42.0000")
+    terminal.until("11 samples")
+    table = (tmp_path / "axes.csv").read_text(encoding="utf-8")
+    assert table.startswith("time [s],_TPA [counts],_TEA [counts]\n0.000000,")
+
+
+def test_a_lost_link_is_plain_to_see_and_can_be_made_again() -> None:
+    with running("dmc serve --port 0") as first:
+        address = first.until("127.0.0.1:")
+        with at(address) as terminal:
+            first.kill()
+            terminal.until("LINK LOST")
+            terminal.enter("TP")
+            terminal.until("Not sent: TP.")
+            with running(f"dmc serve --port {address.rpartition(':')[2]}") as again:
+                again.until("127.0.0.1:")
+                terminal.press("F5")
+                terminal.until_true(lambda picture: picture.count("DMC4133 Rev") == 2, "the controller again")
+                terminal.enter("MG 6*7")
+                terminal.until(" 42.0000")
+
+
+def test_it_fits_a_small_screen_and_remembers_lines(twin: str) -> None:
+    with at(twin, width=80, height=24) as first:
+        assert all(f"\n{axis} " in first.picture() for axis in "ABC")
+        first.enter("MG 6*7")
+        first.until(" 42.0000")
+        first.press("C-d")
+        assert first.ended() == 0
+    with at(twin, width=80, height=24) as second:
+        second.press("Up")
+        second.until(": MG 6*7")
