@@ -28,7 +28,7 @@ find_python() {
 # install_packages NAME...: with apt-get, as root directly, else through sudo.
 install_packages() {
     command -v apt-get >/dev/null 2>&1 || fail "missing on this system: $*" \
-        "There is no apt-get here; install Python 3.11 or newer with its venv module, and CA certificates."
+        "There is no apt-get here; install them by this system's own means (Python must be 3.11 or newer)."
     if [ "$(id -u)" -eq 0 ]; then
         as_root=env
         say "Installing with apt-get: $*"
@@ -58,6 +58,11 @@ provide_system() {
     python=$(find_python)
     [ -n "$python" ] || fail "Python 3.11 or newer is needed" \
         "This system offers $(python3 --version 2>&1). Debian 12 and Ubuntu 24.04 are new enough."
+}
+
+# provide_command NAME: a program that is a Debian package of the same name.
+provide_command() {
+    command -v "$1" >/dev/null 2>&1 || install_packages "$1"
 }
 
 # What an environment was made from; a change of any of it makes the environment anew.

@@ -86,7 +86,10 @@ def _own_server(server: str, command: Sequence[str], size: tuple[int, int], plac
 
 
 def _tmux(server: str, *words: str) -> str:
-    done = subprocess.run(["tmux", "-S", server, *words], capture_output=True, text=True, check=False)
+    surroundings = {**os.environ, "LC_ALL": "C.UTF-8"}
+    done = subprocess.run(
+        ["tmux", "-u", "-S", server, *words], capture_output=True, encoding="utf-8", check=False, env=surroundings
+    )
     if done.returncode:
         raise RuntimeError(f"tmux {' '.join(words)}: {done.stderr.strip()}")
     return done.stdout
