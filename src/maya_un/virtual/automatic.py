@@ -30,17 +30,13 @@ class Automatic:
         self._seen = 0
         self._aborted = False
         self._inputs = list(unit.inputs)
+        unit.on_tcp_error = lambda _: self._threads.call("TCPERR")
 
     @property
     def watching(self) -> bool:
         """Whether there is a subroutine for what may befall an axis."""
         labels = self._unit.program.labels
         return any(label in labels for label in _HAPPENINGS.values())
-
-    @property
-    def polling(self) -> bool:
-        """Whether inputs have to be looked at in every sample."""
-        return self._threads.interrupts is not None and _INPUT in self._unit.program.labels
 
     def look(self) -> None:
         """Take note of what has befallen the axes and the inputs since the machine looked last."""
@@ -86,7 +82,7 @@ class Automatic:
     def _interrupt(self, label: str, culprit: Thread | None = None) -> None:
         """Have thread 0 go through a subroutine and then on from where it is."""
         thread = self._threads.all[0]
-        frame = Frame(thread.at, label, thread.running, thread.waiting, thread.due, culprit, thread.locals)
+        frame = Frame(thread.at, label, thread.running, thread.waiting, thread.earliest, culprit, thread.locals)
         if culprit is not None:
             culprit.running = False
         if not frame.ran:

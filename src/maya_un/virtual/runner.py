@@ -39,106 +39,111 @@ class Runner:
             thread.running and thread.waiting is not None and thread.waiting.moves for thread in self._threads.all
         )
 
+    @property
+    def hurries(self) -> bool:
+        """Whether `hurry` has something to do."""
+        threads = self._threads
+        if threads.trace or threads.breakpoint is not None:
+            return False
+        running = [thread for thread in threads.all if thread.running]
+        return any(self._need(thread) is not Need.ALL for thread in running) and not any(
+            thread.steps is not None for thread in running
+        )
+
     def next_event(self) -> float:
         """Return the time of the next sample in which a thread does something [s]."""
         return self._next
 
     def look(self, now: float) -> None:
         """Execute what is due at `now` [s]."""
-        if self._threads.mask and self._revision != self._unit.program.revision:
-            self._revision = self._unit.program.revision
-            self._code = prepared(self._unit.program)
+        if self._threads.mask:
+            self._prepare()
         self._automatic.look()
-        sample = self._sample(now)
+        sample = self._sample()
         for thread in self._threads.all:
-            if thread.running:
-                self._look_at(thread, sample, now)
+            if thread.running and self._due(thread, now) <= sample:
+                self._execute(thread, sample)
         # A statement may have met a limit, or started another thread.
         self._automatic.serve()
-        dues = [self._due(thread, sample, now) for thread in self._threads.all if thread.running]
-        self._next = min(dues, default=inf)
-        if self._automatic.polling:
-            self._next = min(self._next, self._time(sample + 1))
+        self._plan(now)
 
     def reset(self) -> None:
-        """Do what power-up does: forget what was due."""
+        """Do what power-up does: take everything as it is then."""
         self._automatic.reset()
         self._next = inf
 
     def hurry(self, until: float) -> None:
-        """Execute, up to a time before which nothing happens [s], statements that do not act on the machine."""
-        if self._threads.trace or self._threads.breakpoint is not None or self._automatic.polling:
-            return
+        """Execute, up to a time before which nothing else happens [s], statements that do not act on the machine."""
+        core = self._unit.core
+        now, passed, period = core.now, core.samples, core.sample
         running = [thread for thread in self._threads.all if thread.running]
-        if any(thread.held or thread.steps is not None for thread in running):
-            return
-        while running:
+        ended = False
+        while running and not ended:
             sample = min([thread.due for thread in running])
-            time = self._time(sample)
+            time = now + (sample - passed) * period
             if time >= until:
                 break
             due = [thread for thread in running if thread.due == sample]
-            needs = max([self._need(thread) for thread in due])
-            if needs is Need.ALL:
+            need = max([self._need(thread) for thread in due])
+            if need is Need.ALL:
                 break
-            if needs is Need.STATE:
-                self._unit.core.coast(time)
+            if need is Need.STATE:
+                core.coast(time)
             for thread in due:
-                self._execute(thread, sample)
-            running = [thread for thread in running if thread.running]
-        self._next = min((self._time(thread.due) for thread in running if thread.due < NEVER), default=inf)
+                ended |= not self._execute(thread, sample)
+        self._automatic.serve()
+        self._plan(core.now)
 
-    @property
-    def hurries(self) -> bool:
-        """Whether `hurry` has something to do."""
-        return any(
-            thread.running and thread.due != NEVER and self._need(thread) is not Need.ALL
-            for thread in self._threads.all
-        )
+    def _prepare(self) -> None:
+        program = self._unit.program
+        if self._revision != program.revision:
+            self._revision = program.revision
+            self._code = prepared(program)
 
     def _need(self, thread: Thread) -> Need:
+        """Return what a thread needs for its next statement, everything where it is not known yet."""
         waiting = thread.waiting
         if (waiting is not None and not waiting.timed) or thread.at >= len(self._code) or thread.due == AT_ONCE:
             return Need.ALL
         return self._code[thread.at].need
 
-    def _look_at(self, thread: Thread, sample: int, now: float) -> None:
-        if self._due(thread, sample, now) <= now:
-            self._execute(thread, sample)
-
-    def _due(self, thread: Thread, sample: int, now: float) -> float:
-        """Return when a thread executes its next statement as things stand [s], and note the sample."""
-        if thread.due == AT_ONCE:
-            thread.due = thread.earliest = sample + 1
-        waiting = thread.waiting
+    def _due(self, thread: Thread, now: float) -> int:
+        """Note and return the sample in which a thread executes its next statement, as things stand."""
         if thread.held:
             thread.due = NEVER
-        elif waiting is not None and not waiting.timed:
-            when = waiting.when(now)
+        elif thread.due == AT_ONCE:
+            thread.due = thread.earliest = self._sample() + 1
+        elif thread.waiting is not None:
+            when = thread.waiting.when(now)
             thread.due = max(thread.earliest, self._sample_from(when)) if when < inf else NEVER
-        return self._time(thread.due) if thread.due < NEVER else inf
+        return thread.due
 
-    def _execute(self, thread: Thread, sample: int) -> None:
-        """Execute the next statement of a thread; past the last one the thread ends."""
+    def _plan(self, now: float) -> None:
+        """Work out the time of the next sample in which a thread does something."""
+        due = min([self._due(thread, now) for thread in self._threads.all if thread.running], default=NEVER)
+        core = self._unit.core
+        self._next = inf if due == NEVER else core.now + (due - core.samples) * core.sample
+
+    def _execute(self, thread: Thread, sample: int) -> bool:
+        """Execute the next statement of a thread; tell whether the thread then goes on by itself."""
         thread.waiting = None
         if thread.at >= len(self._code):
             thread.halt()
-            return
+            return False
         statement = self._code[thread.at]
         thread.line = statement.line
         if statement.opens and self._stops_before(thread, statement):
-            return
+            return False
         thread.at += 1
         thread.due = thread.earliest = sample + 1
-        context = self._contexts[thread.number]
         try:
-            answer = statement.act(context, thread)
+            answer = statement.act(self._contexts[thread.number], thread)
         except Refused as refused:
             self._automatic.failed(thread, statement, refused)
-            return
+            return False
         if answer is not None:
-            data = answer if isinstance(answer, bytes) else f"{answer}\r\n".encode("ascii", "replace")
-            self._unit.outlet.say(data)
+            self._say(answer)
+        return thread.running
 
     def _stops_before(self, thread: Thread, statement: Statement) -> bool:
         """Tell whether a thread is held before a line (BK, SL); else say the line where it is traced (TR)."""
@@ -149,18 +154,19 @@ class Runner:
         if thread.steps is not None:
             thread.steps -= 1
         if threads.trace >> thread.number & 1:
-            text = self._unit.program.lines[statement.line]
-            self._unit.outlet.say(f"{statement.line} {text}\r\n".encode("ascii", "replace"))
+            self._say(f"{statement.line} {self._unit.program.lines[statement.line]}")
         return False
 
-    def _time(self, sample: int) -> float:
-        """Return the time of a sample [s]."""
-        return self._unit.started + sample * self._unit.period
+    def _say(self, answer: str | bytes) -> None:
+        """Send what nobody asked for to the port of CF."""
+        data = answer if isinstance(answer, bytes) else f"{answer}\r\n".encode("ascii", "replace")
+        self._unit.outlet.say(data)
 
-    def _sample(self, time: float) -> int:
-        """Return the last sample at or before a time [s]."""
-        return floor((time - self._unit.started) / self._unit.period + _SAME)
+    def _sample(self) -> int:
+        """Return the present sample."""
+        return floor(self._unit.core.samples + _SAME)
 
     def _sample_from(self, time: float) -> int:
         """Return the first sample at or after a time [s]."""
-        return ceil((time - self._unit.started) / self._unit.period - _SAME)
+        core = self._unit.core
+        return ceil(core.samples + (time - core.now) / core.sample - _SAME)

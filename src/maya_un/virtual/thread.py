@@ -49,7 +49,7 @@ class Frame:
     routine: str = ""
     ran: bool = True
     waiting: Trippoint | None = None
-    due: int = AT_ONCE
+    earliest: int = 0
     culprit: Thread | None = None
     locals: dict[str, int] = field(default_factory=dict[str, int])
     references: dict[str, str] = field(default_factory=dict[str, str])
@@ -60,9 +60,10 @@ class Thread:
     """State of one thread; `running` until it ends.
 
     `line` is the line it executes, `at` the next statement of the program, `due` the sample in which that is executed,
-    which is never before `earliest`. `returned` is what the last subroutine returned (`_JS`, raw fixed point). `reference` is the sample that AT counts
-    from, `marks` where AR and AD count from by axis [motor counts]. `held` is a thread at a breakpoint, `steps` how
-    many lines it may execute before it is held again, None for as many as come.
+    which is never before `earliest`. `returned` is what the last subroutine returned (`_JS`, raw fixed point).
+    `reference` is the sample that AT counts from, `marks` where the motion of an axis began and where the last AD or AR
+    was met [motor counts]. `held` is a thread at a breakpoint, `steps` how many lines it may execute before it is held
+    again, None for as many as come.
     """
 
     number: int
@@ -77,7 +78,7 @@ class Thread:
     stack: list[Frame] = field(default_factory=list[Frame])
     returned: int = 0
     reference: int = 0
-    marks: dict[int, float] = field(default_factory=dict[int, float])
+    marks: dict[int, tuple[int, float]] = field(default_factory=dict[int, tuple[int, float]])
     held: bool = False
     steps: int | None = None
 
