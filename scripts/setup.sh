@@ -60,6 +60,25 @@ provide_system() {
         "This system offers $(python3 --version 2>&1). Debian 12 and Ubuntu 24.04 are new enough."
 }
 
+# provide_clients: .venv-clients holds foreign software that talks to Galil controllers, at the versions and hashes of
+# its lock, and finds this project's source by a path file; tests/system/test_foreign_clients.py runs it.
+provide_clients() {
+    clients=$root/.venv-clients
+    made_from=$(printf '%s\n' "$root" && cksum "$root/requirements-clients.lock")
+    if [ -f "$clients/stamp" ] && [ "$(cat "$clients/stamp")" = "$made_from" ]; then
+        return
+    fi
+    provide_system
+    say "Setting up .venv-clients (once; about a minute) ..."
+    rm -rf "$clients"
+    "$python" -m venv "$clients"
+    pip="$clients/bin/python -m pip --disable-pip-version-check --quiet"
+    name_certificates
+    $pip install --require-hashes --only-binary :all: --no-deps -r "$root/requirements-clients.lock"
+    printf '%s\n' "$root/src" >"$("$clients/bin/python" -c 'import sysconfig; print(sysconfig.get_paths()["purelib"])')/maya-un.pth"
+    printf '%s\n' "$made_from" >"$clients/stamp"
+}
+
 # provide_command NAME: a program that is a Debian package of the same name.
 provide_command() {
     command -v "$1" >/dev/null 2>&1 || install_packages "$1"

@@ -11,6 +11,7 @@ MayaError
 │   ├── InvalidValue 4001 · InvalidJob 4002 · UnknownName 4003 · NotFound 4004 · InvalidRequest 4005
 │   │   SpeedOnRealMachine 4006 · FileUnreadable 4007 · InvalidCommandLine 4008
 │   └── InvalidConfig 5001 · FileUnwritable 5002 · AddressInUse 5003 · AlreadyRunning 5004
+│       FileNotOurs 5005
 └── MachineError            the machine did something unexpected: motion ends, a person recovers
     ├── LinkLost 1001 · ConnectFailed 1002 · LinkTimeout 1003 · CommandRejected 1004
     │   WrongController 1005 · UnexpectedReply 1006 · ParameterMismatch 1007
@@ -370,6 +371,12 @@ class AlreadyRunning(RequestError):
     """Another `maya up` of this user runs already."""
 
     code = 5004
+
+
+class FileNotOurs(RequestError):
+    """A file that we would write over is somebody else's."""
+
+    code = 5005
 
 
 class InternalError(MachineError):

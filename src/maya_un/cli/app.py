@@ -24,6 +24,8 @@ dmc = typer.Typer(add_completion=False, rich_markup_mode=None, help="A virtual D
 config = typer.Typer(add_completion=False, rich_markup_mode=None, help="The machine's constants.")
 app.add_typer(dmc, name="dmc")
 app.add_typer(config, name="config")
+gclib = typer.Typer(add_completion=False, rich_markup_mode=None, help="A module gclib for scripts written for Galil's.")
+dmc.add_typer(gclib, name="gclib")
 dmc_tools.register(dmc, _HOW)
 
 Length = Annotated[str, typer.Argument(help="a length in m, or like 120mm")]
@@ -263,6 +265,44 @@ def send(
     from maya_un.cli import dmc as command
 
     return command.send(host, commands, _settings(context))
+
+
+@gclib.command("install", **_HOW)
+def gclib_install(
+    context: typer.Context,
+    force: Annotated[bool, typer.Option("--force", help="replace another module of that name")] = False,
+) -> int:
+    """Have `import gclib` find ours in this Python environment."""
+    from maya_un.cli import gclib as command
+
+    return command.install(_settings(context), force=force)
+
+
+@gclib.command("uninstall", **_HOW)
+def gclib_uninstall(context: typer.Context) -> int:
+    """Take it out again."""
+    from maya_un.cli import gclib as command
+
+    return command.uninstall(_settings(context))
+
+
+@gclib.command("status", **_HOW)
+def gclib_status(context: typer.Context) -> int:
+    """Tell what `import gclib` finds in this Python environment."""
+    from maya_un.cli import gclib as command
+
+    return command.status(_settings(context))
+
+
+@gclib.command("run", epilog=EVERYWHERE, context_settings=_CONTEXT | {"allow_interspersed_args": False})
+def gclib_run(
+    script: Annotated[str, typer.Argument(metavar="SCRIPT")],
+    arguments: Annotated[list[str] | None, typer.Argument(metavar="[ARG]...")] = None,
+) -> int:
+    """Run a script that imports gclib, with ours, installing nothing. Write `run -- SCRIPT` where it has --json itself."""
+    from maya_un.cli import gclib as command
+
+    return command.run(script, arguments or ())
 
 
 @config.command(**_HOW)
