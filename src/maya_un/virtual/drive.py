@@ -22,7 +22,8 @@ class Drive:
     """Axis number `axis` of a machine that was switched on with the axis at `start` [rad or m].
 
     `position` and `velocity` are those of the time last settled. While its motor is on, the axis is wanted where
-    its reference was `lag` ago; with the motor off it is wanted where it is.
+    its reference was `lag` ago, less the `shift` by which its encoder was wrong when it was switched on; with the
+    motor off it is wanted where it is.
     """
 
     __slots__ = (
@@ -33,6 +34,7 @@ class Drive:
         "position",
         "powered",
         "scale",
+        "shift",
         "start",
         "stiffness",
         "stops",
@@ -45,7 +47,7 @@ class Drive:
     def __init__(self, truth: Truth, axis: int, start: float) -> None:
         self.timeline = Timeline()
         self.powered = False
-        self.position = self.velocity = self.wanted = 0.0
+        self.position = self.velocity = self.wanted = self.shift = 0.0
         self.start = start
         self.scale = truth.scale[axis]
         self.friction = truth.friction[axis]
@@ -82,8 +84,9 @@ class Drive:
             return self.position, 0.0
         source = t - self._lag
         if source < self._since:
-            return self.timeline.at(self._since)[0], 0.0
-        return self.timeline.at(source)
+            return self.timeline.at(self._since)[0] - self.shift, 0.0
+        position, velocity = self.timeline.at(source)
+        return position - self.shift, velocity
 
     def follow(self, t: float) -> None:
         """Stand where it is wanted at time `t` [s]."""
@@ -94,7 +97,7 @@ class Drive:
         """Return the true angle or length [rad or m] at the times `ts` [s] of free motion."""
         if not self.powered:
             return self.start + 0.0 * ts + self.position / self.scale
-        return self.start + self.timeline.sample(self._sources(ts)) / self.scale
+        return self.start + (self.timeline.sample(self._sources(ts)) - self.shift) / self.scale
 
     def motion(self, ts: Floats) -> tuple[Floats, Floats, Floats]:
         """Return wanted position, velocity, acceleration [counts, s] at the times `ts` [s]."""
@@ -105,7 +108,7 @@ class Drive:
         early = ts - self._lag < self._since
         if early.any():
             v[early] = a[early] = 0.0
-        return p, v, a
+        return p - self.shift, v, a
 
     def _sources(self, ts: Floats) -> Floats:
         sources = ts - self._lag
@@ -138,12 +141,13 @@ class Drive:
         """Return bounds of the wanted position in [t0, t1] [counts]; they may be a little wide."""
         if not self.powered:
             return self.position, self.position
-        return self.timeline.bounds(self.source(t0), self.source(t1))
+        low, high = self.timeline.bounds(self.source(t0), self.source(t1))
+        return low - self.shift, high - self.shift
 
     def _reaches(self, level: float, t0: float, t1: float, rising: bool) -> float | None:
         if not self.powered:
             return None
-        met = self.timeline.crossing(level, self.source(t0), self.source(t1), rising)
+        met = self.timeline.crossing(level + self.shift, self.source(t0), self.source(t1), rising)
         return None if met is None else met + self._lag
 
     def active(self) -> tuple[bool, bool]:

@@ -79,11 +79,12 @@ class Failures:
 
     def _look_at_steps(self, axis: Axis) -> None:
         registers = axis.registers
-        if axis.stepper and registers["YS"] == IN_STEP and axis.on:
-            if abs(step_error(self._core, axis)) > FULL_STEPS * registers["YA"]:
-                registers["YS"] = OUT_OF_STEP
-                self._core.happened.append((Happening.POSITION_ERROR, axis))
-                self._core.abort_axis(axis, StopCode.STEPPER_ERROR)
+        if not axis.stepper or registers["YS"] != IN_STEP or not axis.on:
+            return
+        if abs(step_error(self._core, axis)) > FULL_STEPS * registers["YA"]:
+            registers["YS"] = OUT_OF_STEP
+            self._core.happened.append((Happening.POSITION_ERROR, axis))
+            self._core.abort_axis(axis, StopCode.STEPPER_ERROR)
 
     def _look_at_abort(self, axis: Axis) -> None:
         place = axis.index + 4 if axis.index < 4 else axis.index + 8

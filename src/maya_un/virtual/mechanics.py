@@ -18,6 +18,7 @@ import numpy as np
 from maya_un.virtual.drive import GIVE, Drive
 from maya_un.virtual.ledger import Book, Record, Trace, Window
 from maya_un.virtual.plant import CONTACT_STEP, TORQUE_LIMIT
+from maya_un.virtual.sensing import Sensing
 from maya_un.virtual.start import Start
 from maya_un.virtual.statics import Floats, Hang, Statics
 from maya_un.virtual.table import Place, Table
@@ -71,6 +72,7 @@ class MayaMechanics:
         self._shortest = (self._truth.width - self._start.b - self._start.c) * self._truth.counts_per_metre
         self._now = self._written = 0.0
         self._epoch = 0
+        self._sensing = Sensing()
         self._stepping = not self._truth.self_locking
         self._outlook = _Outlook(-1, 0.0, inf, inf)
         self._table = Table(parts or {}, closed=not self._truth.gripper_closes_on)
@@ -154,19 +156,19 @@ class MayaMechanics:
         return event if event <= until else None
 
     def position(self, axis: int) -> float:
-        """Return the actual motor position [counts]."""
-        return self._drives[axis].position
+        """Return the motor position that the encoder tells [counts]: the actual one, unless it was made to fail."""
+        return self._sensing.position(axis, self._drives[axis].position)
 
     def velocity(self, axis: int) -> float:
         """Return the actual velocity [counts/s]."""
-        return self._drives[axis].velocity
+        return self._sensing.velocity(axis, self._drives[axis].velocity)
 
     def torque(self, axis: int) -> float:
         """Return the motor command [V], within ±9.9982, positive toward a longer line or a larger angle.
 
         Shortening lifts the load against friction; a self-locking drum lets the motor only overcome friction
         when lengthening, and nothing at rest; another has the load pulling at it all the time. A blocked axis
-        pushes harder by its following error.
+        pushes harder by its following error, and so does one whose encoder counts no more.
         """
         drive = self._drives[axis]
         if not drive.powered:
@@ -180,6 +182,8 @@ class MayaMechanics:
             command = drive.friction if toward > 0.0 else 0.0
             if not self._truth.self_locking:
                 command -= load
+        if self._sensing.lost(axis):
+            held_back = drive.wanted + drive.shift - self.position(axis)
         command += drive.stiffness * held_back
         return max(-TORQUE_LIMIT, min(TORQUE_LIMIT, command))
 
@@ -188,12 +192,13 @@ class MayaMechanics:
         drive = self._drives[axis]
         reverse, forward = drive.active()
         reverse_high, forward_high = drive.active_high
-        return forward == forward_high, reverse == reverse_high, True
+        return self._sensing.inputs(axis, (forward == forward_high, reverse == reverse_high, True))
 
     def power(self, axis: int, on: bool) -> None:
         """Switch a motor on or off; without it a self-locking drum stays, another pays out its line."""
         self._write()
         drive = self._drives[axis]
+        drive.shift = self.position(axis) - drive.position
         drive.power(self._now, on)
         drive.velocity = 0.0
         drive.wanted = drive.position
@@ -211,6 +216,14 @@ class MayaMechanics:
         drop = self._table.open(gripper, self._now)
         if drop is not None:
             self._book.drop(drop)
+
+    def fail_encoder(self, axis: int, on: bool) -> None:
+        """Let an encoder count no more, or count on from where it stopped; the body and its record are as they are."""
+        self._sensing.fail_encoder(axis, self._drives[axis].position, on)
+
+    def force_inputs(self, axis: int, **levels: bool | None) -> None:
+        """Hold inputs at an electrical level wherever the axis is, or let them go (None)."""
+        self._sensing.force_inputs(axis, levels)
 
     def _hang(self) -> Hang:
         return self._statics.hang(self._drives[1].q, self._drives[2].q)

@@ -10,7 +10,7 @@ from maya_un.galil.numbers import RAW_MAX, RAW_MIN, fixed
 from maya_un.virtual import network, registers, status
 from maya_un.virtual.arithmetic import ONE, unpack
 from maya_un.virtual.arrays import MOST_ARRAYS
-from maya_un.virtual.axis import LETTERS, Axis
+from maya_un.virtual.axis import LETTERS, VIRTUAL, Axis
 from maya_un.virtual.failures import step_error
 from maya_un.virtual.handles import Handle
 from maya_un.virtual.plane import Plane
@@ -95,6 +95,8 @@ class Names:
         word, which = name[:2], name[2:]
         if word in _PLANE and (which in ("S", "T") or (not which and word not in _AXIS)):
             return self._plane_reader(_PLANE[word], which)
+        if which in VIRTUAL and which:
+            return self._virtual_reader(word, self._unit.core.virtual[which])
         if word in _AXIS:
             return partial(_AXIS[word], self._unit, self._axis(which))
         if word in registers.AXIS:
@@ -104,6 +106,14 @@ class Names:
             return self._plane_reader(lambda _, plane: plane.registers[word], which)
         self._of_caller(word, which)
         return lambda: self._of_caller(word, which)
+
+    def _virtual_reader(self, word: str, axis: Axis) -> _Reader:
+        """Return what reads an operand of a virtual axis."""
+        if word in _OF_VIRTUAL:
+            return partial(_AXIS[word], self._unit, axis)
+        if word not in axis.registers:
+            raise Refused(ErrorCode.BAD_OPERAND)
+        return lambda: axis.registers[word]
 
     def _plane_reader(self, read: Callable[[Unit, Plane], float], which: str) -> _Reader:
         """Return what reads an operand of a plane; without its letter, of the one that CA selected."""
@@ -178,6 +188,8 @@ _AXIS: dict[str, _Motion] = {
     "OC": lambda unit, axis: unit.latches.compared(axis),
 }
 
+_OF_VIRTUAL = frozenset({"TP", "DP", "RP", "SC", "BG", "PA", "PR", "JG"})
+
 _PLANE: dict[str, Callable[[Unit, Plane], float]] = {
     "BG": lambda unit, plane: plane.running,
     "LM": lambda unit, plane: plane.free(unit.core.now),
@@ -227,6 +239,7 @@ _SYSTEM: dict[str, Callable[[Unit], float]] = {
     "EW": lambda unit: next(iter(unit.cam.widened), -1),
     "EY": lambda unit: unit.cam.cycles,
     "AZ": lambda unit: 0,
+    "DR": lambda unit: unit.records.period,
     "DR0": lambda unit: unit.records.period,
     "DR1": lambda unit: unit.records.place,
     "RS": lambda unit: unit.memory.errors,
@@ -244,6 +257,7 @@ _SYSTEM: dict[str, Callable[[Unit], float]] = {
     "QZ1": lambda unit: 52,
     "QZ2": lambda unit: 26,
     "QZ3": lambda unit: 36,
+    "CN": lambda unit: unit.core.cn[0],
     **{f"CN{n}": (lambda unit, n=n: unit.core.cn[n]) for n in range(5)},
     **{f"TA{n}": (lambda unit, n=n: status.amplifier_byte(unit, n)) for n in range(4)},
     "XQ": lambda unit: unit.threads.all[0].place,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
+from maya_un.virtual.sensing import Sensing
 from maya_un.virtual.timeline import Timeline
 
 TORQUE_LIMIT = 9.9982
@@ -61,6 +62,17 @@ class Plant(Protocol):
         """Set digital output `bit` (from 1) at the time last advanced to."""
         ...
 
+    def fail_encoder(self, axis: int, on: bool) -> None:
+        """Let an encoder count no more, while its axis goes on; or let it count on from where it stopped."""
+        ...
+
+    def force_inputs(self, axis: int, **levels: bool | None) -> None:
+        """Hold the inputs `forward`, `reverse`, `home` of an axis at an electrical level, or let them go (None).
+
+        Those not named stay as they are. Like `fail_encoder` it announces no event: let the machine look.
+        """
+        ...
+
 
 class BenchPlant:
     """Ideal axes on a bench: the position is the reference, the inputs idle high.
@@ -74,6 +86,7 @@ class BenchPlant:
         self.powered = [False] * axes
         self._levels = [(True, True, True)] * axes
         self._held: dict[int, float] = {}
+        self._sensing = Sensing()
         self._now = 0.0
 
     def advance(self, t: float) -> None:
@@ -89,26 +102,28 @@ class BenchPlant:
     def position(self, axis: int) -> float:
         """Return the reference, or where the shaft is held [counts]."""
         held = self._held.get(axis)
-        return self.timelines[axis].at(self._now)[0] if held is None else held
+        return self._sensing.position(axis, self.timelines[axis].at(self._now)[0] if held is None else held)
 
     def velocity(self, axis: int) -> float:
         """Return the velocity of the reference [counts/s], 0 while held."""
-        return 0.0 if axis in self._held else self.timelines[axis].at(self._now)[1]
+        return 0.0 if axis in self._held else self._sensing.velocity(axis, self.timelines[axis].at(self._now)[1])
 
     def torque(self, axis: int) -> float:
-        """Return 0, or the full command [V] toward the reference where a held shaft is off it."""
-        if axis not in self._held or not self.powered[axis]:
+        """Return 0, or the full command [V] toward the reference where the shaft, held or not seen, is off it."""
+        if not self.powered[axis] or not (axis in self._held or self._sensing.lost(axis)):
             return 0.0
-        error = self.timelines[axis].at(self._now)[0] - self._held[axis]
+        error = self.timelines[axis].at(self._now)[0] - self.position(axis)
         return TORQUE_LIMIT * ((error > 0.0) - (error < 0.0))
 
     def inputs(self, axis: int) -> tuple[bool, bool, bool]:
         """Return the levels as set, high at first."""
-        return self._levels[axis]
+        return self._sensing.inputs(axis, self._levels[axis])
 
     def power(self, axis: int, on: bool) -> None:
         """Note whether the motor is on."""
         self.powered[axis] = on
+        if on:
+            self._sensing.resume(axis)
 
     def output(self, bit: int, on: bool) -> None:
         """Note the level of a digital output."""
@@ -117,6 +132,14 @@ class BenchPlant:
     def set_inputs(self, axis: int, *, forward: bool = True, reverse: bool = True, home: bool = True) -> None:
         """Set the electrical level of the three inputs of an axis."""
         self._levels[axis] = (forward, reverse, home)
+
+    def fail_encoder(self, axis: int, on: bool) -> None:
+        """Let an encoder count no more, or count on from where it stopped."""
+        self._sensing.fail_encoder(axis, self.timelines[axis].at(self._now)[0], on)
+
+    def force_inputs(self, axis: int, **levels: bool | None) -> None:
+        """Hold inputs at a level whatever is set, or let them go (None)."""
+        self._sensing.force_inputs(axis, levels)
 
     def hold(self, axis: int) -> None:
         """Hold the shaft of an axis fast where it is."""

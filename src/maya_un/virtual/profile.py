@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
+from itertools import pairwise
 from math import copysign, inf, sqrt
 from typing import NamedTuple
 
@@ -138,7 +139,7 @@ def smoothed(way: Profile, t: float, p: float, v: float, spread: float) -> Profi
 def turns(pieces: Sequence[Piece]) -> list[float]:
     """Return the times at which the velocity passes through 0 on the way, ends apart [s]."""
     found: list[float] = []
-    for piece, following in zip(pieces, pieces[1:], strict=False):
+    for piece, following in pairwise(pieces):
         if piece is not pieces[0] and piece.v == 0.0:
             found.append(piece.t)
         turn = piece.turn(piece.t, following.t)

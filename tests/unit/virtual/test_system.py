@@ -66,7 +66,7 @@ def test_controllers_with_more_than_four_axes_have_two_banks() -> None:
         ("RS -2", ErrorCode.OUT_OF_RANGE),
         ("BN 1", ErrorCode.OPERAND_ERROR),
         ("BV x", ErrorCode.OPERAND_ERROR),
-        ("TM 500", ErrorCode.OUT_OF_RANGE),
+        ("TM 100", ErrorCode.OUT_OF_RANGE),
         ("XQ", ErrorCode.UNDEFINED_LABEL),
         ("XQ #AUTO,0", ErrorCode.UNDEFINED_LABEL),
         ("HX 8", ErrorCode.OUT_OF_RANGE),

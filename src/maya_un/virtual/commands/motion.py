@@ -7,12 +7,14 @@ from functools import partial
 
 from maya_un.galil.codes import ErrorCode, StopCode
 from maya_un.virtual.arguments import QUERY, axes_and_planes, by_axis, mask
-from maya_un.virtual.axis import Axis, Kind
-from maya_un.virtual.commands.setting import allowed
+from maya_un.virtual.axis import Axis, Kind, Latch
+from maya_un.virtual.commands.setting import addressed, allowed, kept, named
 from maya_un.virtual.context import Answer, Context, Handler
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.registers import JOG, POSITION, When
 from maya_un.virtual.status import distance_set
+
+_LATCHES = {"S": Latch.AUXILIARY, "T": Latch.INDEX}
 
 _Reader = Callable[[Context, Axis], float]
 _Check = Callable[[Context, Axis], None]
@@ -23,8 +25,7 @@ def _per_axis(check: _Check, write: _Writer, read: _Reader, context: Context, te
     """Set or tell a whole number of each axis named; nothing is set where one of them is refused."""
     asked: list[float] = []
     changes: list[tuple[Axis, int]] = []
-    for place, argument in by_axis(text, context.unit.letters):
-        axis = context.unit.axes[place]
+    for axis, argument in addressed(context, text):
         if argument == QUERY:
             asked.append(read(context, axis))
             continue
@@ -61,8 +62,12 @@ def _relative(_: Context, axis: Axis, value: int) -> None:
     axis.kind, axis.distance = Kind.RELATIVE, value
 
 
-def _auxiliary(_: Context, axis: Axis, value: int) -> None:
-    axis.auxiliary = value
+def _auxiliary(context: Context, axis: Axis, value: int) -> None:
+    context.core.define_auxiliary(axis, value)
+
+
+def _auxiliary_now(context: Context, axis: Axis) -> float:
+    return context.core.position(axis) if axis.stepper else axis.auxiliary
 
 
 def _track(_: Context, axis: Axis, value: int) -> None:
@@ -90,13 +95,12 @@ def _jog(context: Context, text: str) -> Answer:
     """JG: the jog mode and its signed speed; a jog under way follows at once, also backwards."""
     asked: list[float] = []
     changes: list[tuple[Axis, float]] = []
-    for place, argument in by_axis(text, context.unit.letters):
-        axis = context.unit.axes[place]
+    for axis, argument in addressed(context, text):
         if argument == QUERY:
             asked.append(abs(axis.jog_speed))
             continue
         _jog_check(context, axis)
-        changes.append((axis, JOG.rounded(context.number(argument))))
+        changes.append((axis, kept(context, axis, "JG", JOG, context.number(argument))))
     for axis, speed in changes:
         axis.kind, axis.jog_speed = Kind.JOG, speed
         axis.registers["SP"] = abs(speed)
@@ -105,26 +109,28 @@ def _jog(context: Context, text: str) -> Answer:
 
 
 def _begin(context: Context, text: str) -> Answer:
+    text, virtual = named(context, text)
     places, planes = axes_and_planes(text, context.unit.letters)
-    if not places and not planes:
+    if not places and not planes and not virtual:
         places = mask("", context.unit.letters)
-    if places:
-        context.core.begin(context.axes(places))
+    if places or virtual:
+        context.core.begin([*context.axes(places), *virtual])
     for letter in planes:
         context.core.begin_plane(context.core.planes[letter])
     return None
 
 
 def _stop(context: Context, text: str) -> Answer:
-    """ST: stop axes and planes; without any all of them and, from a host, the program."""
+    """ST: stop axes and planes; without any all of them, virtual axes too, and, from a host, the program."""
+    text, virtual = named(context, text)
     places, planes = axes_and_planes(text, context.unit.letters)
-    if not places and not planes:
-        places, planes = mask("", context.unit.letters), ["S", "T"]
+    if not places and not planes and not virtual:
+        places, planes, virtual = mask("", context.unit.letters), ["S", "T"], list(context.core.virtual.values())
         if context.thread is None:
             context.unit.threads.halt_all()
     for letter in planes:
         context.core.stop_plane(context.core.planes[letter])
-    for axis in context.axes(places):
+    for axis in [*context.axes(places), *virtual]:
         context.core.stop(axis)
     return None
 
@@ -142,6 +148,8 @@ def _servo(on: bool, context: Context, text: str) -> Answer:
     axes = context.axes(mask(text, context.unit.letters))
     for axis in axes:
         allowed(axis, When.RESTING)
+        if on and axis.commutated and not axis.initialised:
+            raise Refused(ErrorCode.NOT_INITIALISED)
     for axis in axes:
         context.core.servo(axis, on)
     return None
@@ -158,9 +166,19 @@ def _seek(kind: Kind, context: Context, text: str) -> Answer:
 
 
 def _arm(context: Context, text: str) -> Answer:
-    """AL: arm the position latch; nothing in this plant ever trips it."""
-    for axis in context.axes(mask(text, context.unit.letters)):
-        axis.latch_armed = True
+    """AL: arm latches; an S before a letter means the auxiliary encoder, a T the index."""
+    latch = Latch.INPUT
+    armed: list[tuple[int, Latch]] = []
+    for name in text.replace(" ", ""):
+        if name in _LATCHES:
+            latch = _LATCHES[name]
+            continue
+        armed += [(place, latch) for place in mask(name, context.unit.letters)]
+        latch = Latch.INPUT
+    if latch is not Latch.INPUT:
+        raise Refused(ErrorCode.OPERAND_ERROR)
+    for place, by in armed or [(place, latch) for place in mask("", context.unit.letters)]:
+        context.unit.latches.arm(context.unit.axes[place], by)
     return None
 
 
@@ -169,7 +187,7 @@ TABLE: dict[str, Handler] = {
     "PR": partial(_per_axis, _resting, _relative, lambda context, axis: distance_set(context.unit, axis)),
     "IP": partial(_per_axis, _any_time, _shift, lambda context, axis: axis.reference(context.core.now)),
     "DP": partial(_per_axis, _resting, _define, lambda context, axis: context.core.position(axis)),
-    "DE": partial(_per_axis, _any_time, _auxiliary, lambda _, axis: axis.auxiliary),
+    "DE": partial(_per_axis, _any_time, _auxiliary, _auxiliary_now),
     "PT": partial(_per_axis, _resting, _track, lambda _, axis: axis.tracking),
     "JG": _jog,
     "BG": _begin,

@@ -2,20 +2,49 @@
 
 from __future__ import annotations
 
+import re
 from functools import partial
 
 from maya_un.galil.codes import ErrorCode
 from maya_un.virtual.arguments import QUERY, by_axis, split
-from maya_un.virtual.axis import Axis
+from maya_un.virtual.axis import VIRTUAL, Axis
 from maya_un.virtual.context import Answer, Context, Handler
 from maya_un.virtual.refusal import Refused
-from maya_un.virtual.registers import AXIS, Register, When
+from maya_un.virtual.registers import AXIS, STEPPER_FASTEST, Register, When
+
+_OF_VIRTUAL = re.compile(r"\s*([MN])\s*=\s*(.+)")
+_STEPPER = frozenset({"MT", "YA", "YB", "YC"})
+_SPEEDS = frozenset({"SP", "JG", "HV"})
+
+
+def addressed(context: Context, text: str) -> list[tuple[Axis, str]]:
+    """Return axes and their arguments, in any form; a virtual axis is named alone, as in `SPN=2000`."""
+    virtual = _OF_VIRTUAL.fullmatch(text)
+    if virtual is not None:
+        return [(context.core.virtual[virtual[1]], virtual[2].strip())]
+    return [(context.unit.axes[place], argument) for place, argument in by_axis(text, context.unit.letters)]
+
+
+def named(context: Context, text: str) -> tuple[str, list[Axis]]:
+    """Return what is left of a mask without M and N, and the virtual axes that it names."""
+    return "".join(name for name in text if name not in VIRTUAL), [
+        context.core.virtual[name] for name in VIRTUAL if name in text
+    ]
+
+
+def kept(context: Context, axis: Axis, name: str, register: Register, value: float) -> float:
+    """Return a value as a register of an axis keeps it, at the present sample period; raises `Refused`."""
+    if name in _SPEEDS and axis.stepper and abs(value) > STEPPER_FASTEST:
+        raise Refused(ErrorCode.OUT_OF_RANGE)
+    return register.sampled(context.core.period).rounded(value)
 
 
 def allowed(axis: Axis, when: When) -> None:
     """Raise `Refused` where a register may not be changed in the present state of the axis."""
     if when is When.ALWAYS:
         return
+    if when is When.COMMUTATED and not axis.commutated:
+        raise Refused(ErrorCode.NOT_BRUSHLESS)
     if when is When.BRAKING:
         if axis.motion is not None and axis.motion.positions and not axis.motion.stopping:
             raise Refused(ErrorCode.NOT_WHILE_RUNNING)
@@ -29,16 +58,20 @@ def allowed(axis: Axis, when: When) -> None:
 def _register(name: str, register: Register, context: Context, text: str) -> Answer:
     asked: list[float] = []
     changes: list[tuple[Axis, float]] = []
-    for place, argument in by_axis(text, context.unit.letters):
-        axis = context.unit.axes[place]
+    for axis, argument in addressed(context, text):
+        if name not in axis.registers:
+            raise Refused(ErrorCode.INVALID_AXIS)
         if argument == QUERY:
             asked.append(axis.registers[name])
             continue
         allowed(axis, register.when)
-        value = register.rounded(context.number(argument))
+        value = kept(context, axis, name, register, context.number(argument))
         changes.append((axis, abs(value) if name == "SP" else value))
     for axis, value in changes:
+        counter = context.core.position(axis)
         axis.registers[name] = value
+        if name in _STEPPER and axis.stepper:
+            axis.encoder_offset += counter - context.core.position(axis)
         context.core.settings_changed(axis, name)
     if not asked:
         return None

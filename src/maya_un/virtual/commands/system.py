@@ -134,16 +134,6 @@ def _burn(what: Callable[[Unit], None], context: Context, text: str) -> Answer:
     return None
 
 
-def _sample_time(context: Context, text: str) -> Answer:
-    """TM: this controller samples every 1000 µs and no other way."""
-    if text.strip() == QUERY:
-        return context.unit.position_text([1000])
-    if any(axis.moving for axis in context.unit.axes):
-        raise Refused(ErrorCode.NOT_WHILE_RUNNING)
-    context.integer(text, 1000, 1000)
-    return None
-
-
 def _bare(text: str) -> None:
     if text.strip():
         raise Refused(ErrorCode.OPERAND_ERROR)
@@ -165,5 +155,4 @@ TABLE: dict[str, Handler] = {
     "BN": partial(_burn, burn.burn_parameters),
     "BP": partial(_burn, burn.burn_program),
     "BV": partial(_burn, burn.burn_variables),
-    "TM": _sample_time,
 }
