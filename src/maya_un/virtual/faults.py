@@ -99,7 +99,7 @@ class Parameter(NamedTuple):
     def _number(self, value: Value) -> float | int:
         try:
             number = float(value)
-        except ValueError:
+        except (TypeError, ValueError):  # it may come from somebody's JSON
             number = float("nan")
         whole = isinstance(self.default, int)
         if not isfinite(number) or not self.minimum <= number <= self.maximum or (whole and number % 1):
