@@ -71,6 +71,12 @@ class Arc(NamedTuple):
             yield t, here, (there - here) / step - 0.5 * acceleration * step, acceleration
             t, here = end, there
 
+    def quadratics(self, v: float, a: float, span: float) -> float:
+        """Return about how many quadratics `span` seconds from the speed `v` on take, rather too many."""
+        if span <= 0.0 or (v == 0.0 and a == 0.0):
+            return 1.0
+        return 1.0 + span / _longest(self.radius, v, a, span)
+
     @property
     def _sense(self) -> float:
         return 1.0 if self.turn > 0.0 else -1.0

@@ -27,6 +27,11 @@ class Course(Protocol):
         """When the run ends [s]; infinite where it does not."""
         ...
 
+    @property
+    def horizon(self) -> float:
+        """When more of the plan must be asked for, by `replan` [s]; infinite where all of it is known."""
+        ...
+
     def replan(self, t: float) -> float:
         """Make the plan anew at time `t`; return from when on it differs from the old one, infinity for nowhere."""
         ...

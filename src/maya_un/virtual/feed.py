@@ -67,6 +67,11 @@ class Feed:
         return inf if self.paused else self._end
 
     @property
+    def horizon(self) -> float:
+        """When more of the plan must be asked for: never."""
+        return inf
+
+    @property
     def empty(self) -> bool:
         """Whether nothing waits to be begun."""
         return not self._waiting

@@ -108,7 +108,7 @@ class MotionCore:
     def refresh(self) -> None:
         """Carry out new plans of sequences whose segments or rates were changed at this instant."""
         for course in self.courses.values():
-            if course.stale and course.running:
+            if course.running and (course.stale or self.now >= course.horizon):
                 coordination.refresh(self._everyone, course, self.now)
 
     def look(self) -> None:
@@ -409,7 +409,7 @@ class MotionCore:
                 t = min(t, self.now + ERROR_LOOK)
         for course in self.courses.values():
             if course.running:
-                t = min(t, course.end)
+                t = min(t, course.end, course.horizon)
         return t
 
     def _error_near(self, axis: Axis) -> bool:

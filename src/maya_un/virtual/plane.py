@@ -1,8 +1,8 @@
 """A coordinate system (S or T): its buffer of segments, its rates, and the sequence it runs.
 
-The path is kept segment by segment, linear ones (LI) as exact whole counts; speeds come from `path`. A segment that is
-appended on the way changes the plan only from where it can matter: from its own start, or from the segment in which
-braking for it begins.
+The path is a `Route`, its speeds come from `path`. A segment that is appended on the way changes the plan only from
+where it can matter: from its own start, or from the segment in which braking for it begins. Long arcs are worked out
+as the sequence gets there.
 
 What the manual leaves open is settled here: a stop, or a limit, empties the buffer, so that a later BG never resumes
 what somebody stopped; a tangent axis (TN) turns within arcs and jumps at corners, by the shorter way round.
@@ -12,14 +12,14 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
-from math import atan2, degrees, inf, sqrt
-from typing import NamedTuple
+from math import inf, sqrt
 
 from maya_un.galil.codes import ErrorCode, StopCode
 from maya_un.virtual import path
 from maya_un.virtual.arc import TANGENT
 from maya_un.virtual.path import Leg, Path, Segment, Stretch
 from maya_un.virtual.refusal import Refused
+from maya_un.virtual.route import Member, Route
 from maya_un.virtual.timeline import Piece
 
 CAPACITY = 511
@@ -28,16 +28,11 @@ CAPACITY = 511
 LINEAR, VECTOR = "LM", "VM"
 """What kind of sequence a plane is set up for."""
 
+AHEAD = 5000
+"""About how many pieces of a timeline are worked out at a time."""
+
 _SHORTEST = 1e-6
 _LONGEST_SEQUENCE = 2_147_483_647
-
-
-class _Start(NamedTuple):
-    """Where a segment begins: coordinates [counts], way along the sequence [counts], direction [degrees]."""
-
-    place: tuple[float, ...]
-    way: float
-    heading: float
 
 
 class Plane:
@@ -62,11 +57,10 @@ class Plane:
         self.tangent: tuple[float, int] = (0.0, 0)
         self.running = self.stopping = self.stale = False
         self._coordinates: tuple[int, ...] = ()
-        self._factors: tuple[float, ...] = ()
-        self._origins: tuple[int, ...] = ()
+        self._parts: tuple[Member, ...] = ()
         self._result = StopCode.SEQUENCE_DONE
         self._whole = False
-        self._adopt(Path([], 0.0), 0)
+        self._adopt(0.0)
         self.clear()
 
     @property
@@ -75,24 +69,34 @@ class Plane:
         return self._end
 
     @property
+    def horizon(self) -> float:
+        """When the next part of the timelines is to be asked for [s]; infinite where all of it is known."""
+        return self._horizon
+
+    @property
+    def segments(self) -> list[Segment]:
+        """The segments of the buffer, the one under way first."""
+        return self._route.segments
+
+    @property
     def total(self) -> float:
         """Length of the sequence [counts] (`_LE`)."""
-        return self._total
+        return self._route.length
 
     @property
     def tip(self) -> tuple[float, ...]:
         """Coordinates of the end of the last segment, from the start of the sequence [counts]."""
-        return self._tip
+        return self._route.tip
 
     @property
     def tangent_start(self) -> float:
         """Where the tangent axis belongs at the start of the sequence [counts] (`_TN`)."""
         factor, zero = self.tangent
-        return zero + factor * (self._starts[0].heading if self._starts else 0.0)
+        return zero + factor * (self._route.starts[0].heading if self._route.starts else 0.0)
 
     def free(self, t: float) -> int:
         """Return the places left in the buffer at time `t` (`_LM`); a segment under way still takes one."""
-        done = self.state(t).segment - self._first if self.running else 0
+        done = self.state(t).segment - self._route.first if self.running else 0
         return CAPACITY - len(self.segments) + done
 
     def select(self, mode: str, members: tuple[int, ...], coordinates: tuple[int, ...]) -> None:
@@ -111,14 +115,11 @@ class Plane:
         """Empty the buffer (CS); refused while the sequence runs."""
         if self.running:
             raise Refused(ErrorCode.NOT_WHILE_RUNNING)
-        self.segments: list[Segment] = []
         self.ended = False
-        self._starts: list[_Start] = []
+        self._route = Route(2 if self.mode == VECTOR else len(self.members))
         self._bounds: list[float] = []
-        self._tip = (0.0,) * (2 if self.mode == VECTOR else len(self.members))
-        self._heading: float | None = None
-        self._first = self._done = 0
-        self._distance = self._total = 0.0
+        self._done = 0
+        self._distance = 0.0
 
     def append(self, segment: Segment, t: float) -> None:
         """Add a segment at time `t`; refused without length, with a full buffer, or behind the end of a run."""
@@ -128,16 +129,11 @@ class Plane:
             raise Refused(ErrorCode.SEGMENT_TOO_SHORT)
         if not self.running and not self.segments:
             self.clear()
-        if self._total + segment.length > _LONGEST_SEQUENCE:
+        if self.total + segment.length > _LONGEST_SEQUENCE:
             raise Refused(ErrorCode.SEQUENCE_TOO_LONG)
         if self.free(t) <= 0:
             raise Refused(ErrorCode.SEGMENT_BUFFER_FULL)
-        heading = self._turned(segment) if self.mode == VECTOR else 0.0
-        self.segments.append(segment)
-        self._starts.append(_Start(self._tip, self._total, heading))
-        self._tip = tuple(at + delta for at, delta in zip(self._tip, segment.deltas, strict=True))
-        self._heading = heading + (degrees(segment.arc.turn) if segment.arc else 0.0)
-        self._total += segment.length
+        self._route.append(segment, self.mode == VECTOR)
         self.ended = False
         self.stale = True
 
@@ -157,35 +153,43 @@ class Plane:
         """
         self.running, self.stopping = True, False
         self._result = StopCode.SEQUENCE_DONE
-        self._factors = tuple(map(self._factor, self._coordinates))
-        self._origins = tuple(
-            self.tangent[1] - offset if coordinate == TANGENT else place
-            for coordinate, place, offset in zip(self._coordinates, places, offsets, strict=True)
+        self._parts = tuple(
+            Member(one, self._factor(one), self.tangent[1] - offset if one == TANGENT else place)
+            for one, place, offset in zip(self._coordinates, places, offsets, strict=True)
         )
         self._bounds.clear()
-        self._adopt(Path([], t), 0)
+        self._adopt(t)
         self._bound()
-        self._plan(Stretch(t, self._first, 0.0, 0.0, 0.0))
+        self._plan(Stretch(t, self._route.first, 0.0, 0.0, 0.0))
         self.stale = self._whole = False
 
     def replan(self, t: float) -> float:
-        """Work the speeds out again after a change of rates or segments; return from when on they differ."""
+        """Work the speeds out again after a change of rates or segments, or farther; return from when on they differ.
+
+        What is new behind the part that is worked out waits for its turn.
+        """
         whole = self._whole or self._end == inf
+        changed = self.stale
         self.stale = self._whole = False
-        if not self.running or self.stopping:
+        if not self.running or (self.stopping and changed):
             return inf
         state = self._drop(t)
-        changed = self._bound()
-        start = state if whole or changed <= state.segment else self._entry(changed)
-        self._plan(start)
-        return start.t
+        if changed:
+            first = self._bound()
+            start = state if whole or first <= state.segment else self._entry(first)
+            reach, horizon = self._reach, self._horizon
+            self._plan(start)
+            if start.t < reach:
+                return start.t
+            self._reach, self._horizon = reach, horizon
+        return self._extend() if t >= self._horizon else inf
 
     def brake(self, t: float) -> bool:
         """Stop along the path at VD; what is left of the sequence is forgotten when it rests."""
         state = self._drop(t)
         self.stopping, self.stale = True, False
         self._result = StopCode.STOPPED
-        self._splice(path.brake(self.segments, state, self.registers["VD"], self._first), t)
+        self._splice(path.brake(self.segments, state, self.registers["VD"], self._route.first), t)
         return True
 
     def finish(self, t: float) -> StopCode:
@@ -194,42 +198,32 @@ class Plane:
         result = self._result
         if not self.ended and not self.stopping:
             result = StopCode.COMMANDED
-        self._distance = self._starts[0].way + done.s
-        self._done = done.segment if self.stopping else self._first + len(self.segments)
+        self._distance = self._route.starts[0].way + done.s
+        self._done = done.segment if self.stopping else self._route.first + len(self.segments)
         self.running = self.stopping = self.ended = self.stale = self._whole = False
-        self.segments, self._starts, self._bounds = [], [], []
-        self._adopt(Path([], t), 0)
+        self._route.drop(self._route.first + len(self.segments))
+        self._bounds = []
+        self._adopt(t)
         return result
 
     def pieces(self, place: int) -> tuple[list[Piece], float]:
         """Return the newest part of one member's timeline, and its largest speed [counts/s]."""
-        pieces: list[Piece] = []
-        coordinate, factor = self._coordinates[place], self._factors[place]
-        peak, resting = 0.0, False
-        for index in range(self._fresh, len(self._stretches)):
-            stretch = self._stretches[index]
-            segment, start = self._at(stretch.segment)
-            if segment.arc is not None and coordinate != TANGENT:
-                until = self._times[index + 1] if index + 1 < len(self._times) else self._end
-                base = self._origins[place] + factor * start.place[coordinate]
-                pieces += _curved(segment, coordinate, base, factor, stretch, until)
-                peak, resting = max(peak, abs(factor) * stretch.v), False
-                continue
-            base, unit = self._line(place, segment, start)
-            if unit == 0.0 and resting and base == pieces[-1].p:
-                continue
-            resting = unit == 0.0
-            peak = max(peak, abs(unit) * stretch.v)
-            pieces.append(Piece(stretch.t, base + unit * stretch.s, unit * stretch.v, unit * stretch.a))
-        if self._end < inf:
-            pieces.append(Piece(self._end, self._rest(place), 0.0, 0.0))
+        member = self._parts[place]
+        spans = [
+            (self._stretches[index], min(self._until(index), self._reach))
+            for index in range(self._fresh, len(self._stretches))
+            if self._stretches[index].t < self._reach
+        ]
+        pieces, peak = member.pieces(self._route, spans)
+        if self._end < inf and self._end <= self._reach:
+            pieces.append(Piece(self._end, self._rest(member), 0.0, 0.0))
         return pieces, peak
 
     def heading(self, place: int) -> int:
         """Return the direction in which a member will begin to move: 1, -1, or 0."""
-        coordinate, (segment, start) = self._coordinates[place], self._at(self._first)
-        way = self._coordinate(coordinate, segment, start, 1e-3 * segment.length)
-        way -= start.heading if coordinate == TANGENT else start.place[coordinate]
+        coordinate, first = self._coordinates[place], self._route.first
+        there = self._route.coordinate(coordinate, first, 1e-3 * self.segments[0].length)
+        way = self._factor(coordinate) * (there - self._route.coordinate(coordinate, first, 0.0))
         return (way > 0.0) - (way < 0.0)
 
     def speed(self, t: float) -> float:
@@ -251,7 +245,7 @@ class Plane:
         if not self.running:
             return self._distance
         state = self.state(t)
-        return self._at(state.segment)[1].way + state.s
+        return self._route.at(state.segment)[1].way + state.s
 
     def reaches(self, distance: float, t: float) -> float:
         """Return when, from `t` on, the way along the path is `distance` [counts] by the present plan (AV) [s].
@@ -260,44 +254,33 @@ class Plane:
         """
         if self.distance(t) >= distance:
             return t
-        for index in range(max(0, bisect_right(self._times, t) - 1), len(self._stretches)):
+        for index in range(self._index(t), len(self._stretches)):
             at, number, s, v, a = self._stretches[index]
-            rest = distance - self._at(number)[1].way - s
-            until = self._times[index + 1] if index + 1 < len(self._times) else self._end
+            rest = distance - self._route.at(number)[1].way - s
             square = v * v + 2.0 * a * rest
             if square >= 0.0 and v + sqrt(square) > 0.0:
                 there = at + 2.0 * rest / (v + sqrt(square))
-                if there <= until:
+                if there <= self._until(index):
                     return max(t, there)
         return self._end
 
     def steady(self, t: float) -> float:
         """Return when the acceleration under way at time `t` ends (AS) [s]."""
-        index = max(0, bisect_right(self._times, t) - 1)
+        index = self._index(t)
         while index < len(self._stretches) and self._stretches[index].a > 0.0:
             index += 1
-        following = self._times[index] if index < len(self._times) else self._end
-        return max(t, following)
+        return max(t, self._times[index] if index < len(self._times) else self._end)
 
     def corner(self, axis: int, t: float) -> int:
-        """Return where a member was, or will be, at the start of the segment under way [motor counts] (`_VP`)."""
-        place = self.members.index(axis)
-        segment, start = self._at(self.state(t).segment)
-        coordinate = self._coordinate(self._coordinates[place], segment, start, 0.0)
-        return round(self._origins[place] + self._factors[place] * coordinate)
+        """Return where a member was at the start of the segment under way [motor counts] (`_VP`)."""
+        member = self._parts[self.members.index(axis)]
+        return round(member.position(self._route.coordinate(member.coordinate, self.state(t).segment, 0.0)))
 
     def state(self, t: float) -> Stretch:
         """Return where on the path the sequence is at time `t`."""
-        at, segment, s, v, a = self._stretches[max(0, bisect_right(self._times, t) - 1)]
+        at, segment, s, v, a = self._stretches[self._index(t)]
         span = min(t, self._end) - at
         return Stretch(t, segment, s + (v + 0.5 * a * span) * span, max(0.0, v + a * span), a)
-
-    def _turned(self, segment: Segment) -> float:
-        """Return the direction at a new segment's start [degrees], within half a turn of the one before."""
-        dx, dy = segment.deltas
-        heading = segment.arc.heading if segment.arc else degrees(atan2(dy, dx))
-        before = self._heading or 0.0
-        return before + 180.0 - (180.0 - (heading - before)) % 360.0
 
     def _factor(self, coordinate: int) -> float:
         """Return the motor counts of a unit of a coordinate."""
@@ -307,7 +290,7 @@ class Plane:
 
     def _bound(self) -> int:
         """Bring the speeds at the segments' ends up to date; return the number of the first that changed."""
-        return self._first + path.bound(self.segments, self._bounds, self.registers["VD"], self.ended)
+        return self._route.first + path.bound(self.segments, self._bounds, self.registers["VD"], self.ended)
 
     def _entry(self, number: int) -> Stretch:
         """Return the state at the start of a segment that is still to come, or to be appended to the path."""
@@ -321,22 +304,23 @@ class Plane:
         self._splice(path.walk(self._legs(start.segment), start, rates), start.t)
 
     def _legs(self, number: int) -> Iterator[Leg]:
-        ratio, usual = self.registers["VR"], self.registers["VS"]
-        for index in range(number - self._first, len(self.segments)):
+        ratio, usual, first = self.registers["VR"], self.registers["VS"], self._route.first
+        for index in range(number - first, len(self.segments)):
             segment = self.segments[index]
             target = ratio * self._target(segment.speed, usual)
-            yield Leg(self._first + index, segment.length, target, self._bounds[index])
+            yield Leg(first + index, segment.length, target, self._bounds[index])
 
     def _target(self, speed: float | None, usual: float) -> float:
         if speed is None:
             return usual
         return self.registers["VV"] if speed < 0.0 else speed
 
-    def _adopt(self, new: Path, fresh: int) -> None:
-        self._stretches = new.stretches
-        self._times = [stretch.t for stretch in new.stretches]
-        self._end, self._exit = new.end, new.speed
-        self._fresh = fresh
+    def _adopt(self, t: float) -> None:
+        """Have no plan, at time `t`."""
+        self._stretches: list[Stretch] = []
+        self._times: list[float] = []
+        self._end, self._exit, self._fresh = t, 0.0, 0
+        self._reach = self._horizon = inf
 
     def _splice(self, new: Path, t: float) -> None:
         """Let a new path replace the old one from time `t` on."""
@@ -344,57 +328,53 @@ class Plane:
         self._stretches[self._fresh :] = new.stretches
         self._times[self._fresh :] = [stretch.t for stretch in new.stretches]
         self._end, self._exit = new.end, new.speed
+        self._look_ahead(t)
+
+    def _look_ahead(self, t: float) -> None:
+        """Choose how far from `t` on the timelines are worked out now."""
+        self._reach = self._horizon = inf
+        left = float(AHEAD)
+        for index in range(self._fresh, len(self._stretches)):
+            at, number, _, v, a = self._stretches[index]
+            arc = self._route.at(number)[0].arc
+            span = self._until(index) - at
+            count = arc.quadratics(v, a, span) if arc else 1.0
+            if count > left and span < inf:
+                self._reach = at + span * min(1.0, max(left, 100.0) / count)
+                self._horizon = t + 0.75 * (self._reach - t)
+                return
+            left -= count
+
+    def _extend(self) -> float:
+        """Work the timelines out farther; return from when on."""
+        t = self._reach
+        index = self._index(t)
+        if self._times[index] < t:
+            index += 1
+            self._stretches.insert(index, self.state(t))
+            self._times.insert(index, t)
+        self._fresh = index
+        self._look_ahead(t)
+        return t
 
     def _drop(self, t: float) -> Stretch:
         """Forget what is done at time `t`; return the state then."""
         state = self.state(t)
-        gone = state.segment - self._first
-        del self.segments[:gone], self._starts[:gone], self._bounds[:gone]
-        self._first = state.segment
-        kept = max(0, bisect_right(self._times, t) - 1)
+        del self._bounds[: self._route.drop(state.segment)]
+        kept = self._index(t)
         del self._stretches[:kept], self._times[:kept]
         return state
 
-    def _at(self, number: int) -> tuple[Segment, _Start]:
-        index = number - self._first
-        return self.segments[index], self._starts[index]
+    def _index(self, t: float) -> int:
+        return max(0, bisect_right(self._times, t) - 1)
 
-    def _line(self, place: int, segment: Segment, start: _Start) -> tuple[float, float]:
-        """Return a member's position at the start of a segment, and how it changes with the way along it."""
-        coordinate, factor, origin = self._coordinates[place], self._factors[place], self._origins[place]
-        if coordinate == TANGENT:
-            return origin + factor * start.heading, factor * (segment.arc.bend if segment.arc else 0.0)
-        return origin + factor * start.place[coordinate], factor * segment.deltas[coordinate] / segment.length
+    def _until(self, index: int) -> float:
+        """Return when a stretch ends [s]."""
+        return self._times[index + 1] if index + 1 < len(self._times) else self._end
 
-    def _coordinate(self, coordinate: int, segment: Segment, start: _Start, s: float) -> float:
-        """Return a coordinate at the way `s` along a segment."""
-        arc = segment.arc
-        if coordinate == TANGENT:
-            return start.heading + (arc.bend * s if arc else 0.0)
-        if arc is not None:
-            return start.place[coordinate] + arc.offset(coordinate, s)
-        return start.place[coordinate] + segment.deltas[coordinate] / segment.length * s
-
-    def _rest(self, place: int) -> int:
+    def _rest(self, member: Member) -> int:
         """Return the whole count at which a member rests."""
-        coordinate = self._coordinates[place]
         if self.stopping:
             state = self.state(self._end)
-            at = self._coordinate(coordinate, *self._at(state.segment), state.s)
-        else:
-            at = (self._heading or 0.0) if coordinate == TANGENT else self._tip[coordinate]
-        return round(self._origins[place] + self._factors[place] * at)
-
-
-def _curved(
-    segment: Segment, coordinate: int, base: float, factor: float, stretch: Stretch, until: float
-) -> Iterator[Piece]:
-    """Yield the pieces of a member along an arc, from `stretch` on `until` a time [s]."""
-    arc = segment.arc
-    assert arc is not None
-    t, _, s, v, a = stretch
-    if v == 0.0 and a == 0.0:
-        yield Piece(t, base + factor * arc.offset(coordinate, s), 0.0, 0.0)
-        return
-    for after, p, speed, acceleration in arc.pieces(coordinate, s, v, a, until - t):
-        yield Piece(t + after, base + factor * p, factor * speed, factor * acceleration)
+            return round(member.position(self._route.coordinate(member.coordinate, state.segment, state.s)))
+        return round(member.position(self._route.end(member.coordinate)))
