@@ -99,6 +99,8 @@ def _assign(context: Context, target: str, value: int) -> None:
 def _create(context: Context, name: str, value: int) -> None:
     if not is_name(name) or name in KEYWORDS:
         raise Refused(ErrorCode.VARIABLE_ERROR)
+    if name in context.unit.arrays:
+        raise Refused(ErrorCode.MISSING_BRACKET)
     if len(context.unit.variables) >= MOST_VARIABLES:
         raise Refused(ErrorCode.TOO_MANY_VARIABLES)
     context.unit.variables[name] = value

@@ -30,6 +30,9 @@ _WORD = re.compile(r"\s*(@[A-Z]+|_[A-Z0-9]+(?:~[a-h])?|[~^][a-h](?![A-Za-z0-9])|
 _STRING = re.compile(r'\s*"([^"]*)"')
 _OPERATOR = re.compile(r"\s*(<=|>=|<>|[-+*/%&|=<>])")
 _SYMBOL = re.compile(r"\s*([-(\[\])])")
+_WRONG = {"?": ErrorCode.QUESTION_MARK_INVALID, '"': ErrorCode.BAD_STRING}
+"""What is wrong with a term that begins so; only quotes that are not closed come that far."""
+
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9]{0,7}")
 
 
@@ -67,6 +70,8 @@ def evaluate(text: str, scope: Scope) -> int:
 @lru_cache(_CACHED)
 def compiled(text: str) -> Value:
     """Return an expression to be evaluated; raises `Refused` where it is misspelled."""
+    if not text.strip():
+        raise Refused(ErrorCode.NOT_ENOUGH_FIELDS)
     parser = _Parser(text)
     value = parser.expression()
     parser.finish()
@@ -127,8 +132,7 @@ class _Parser:
             return self._negative()
         if symbol == "(":
             return self._enclosed(")", ErrorCode.PARENTHESES)
-        asked = self._text.startswith("?", self._at)
-        raise Refused(ErrorCode.QUESTION_MARK_INVALID if asked else ErrorCode.OPERAND_ERROR)
+        raise Refused(_WRONG.get(self._text[self._at :].lstrip()[:1], ErrorCode.OPERAND_ERROR))
 
     def _negative(self) -> Value:
         number = self._match(_NUMBER)
@@ -145,6 +149,8 @@ class _Parser:
             return _operand(word[1:])
         if self._text.startswith("[", self._at):
             self._at += 1
+            if self._text.startswith("]", self._at):
+                raise Refused(ErrorCode.INDEX_OUT_OF_RANGE)
             index = self._enclosed("]", ErrorCode.MISSING_BRACKET)
             return lambda scope: scope.element(word, whole(index(scope)))
         if word in KEYWORDS:

@@ -69,7 +69,11 @@ def test_values(text: str, value: float) -> None:
 @pytest.mark.parametrize(
     ("text", "code"),
     [
-        ("", ErrorCode.OPERAND_ERROR),
+        ("", ErrorCode.NOT_ENOUGH_FIELDS),
+        ("?", ErrorCode.QUESTION_MARK_INVALID),
+        ("1+ ?", ErrorCode.QUESTION_MARK_INVALID),
+        ('"open', ErrorCode.BAD_STRING),
+        ("arr[]", ErrorCode.INDEX_OUT_OF_RANGE),
         ("1+", ErrorCode.OPERAND_ERROR),
         ("1 2", ErrorCode.OPERAND_ERROR),
         ("(1+2", ErrorCode.PARENTHESES),

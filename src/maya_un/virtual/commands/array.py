@@ -34,7 +34,10 @@ _RECORDED = frozenset({"NO", "OP", "RL", "RP", "SC", "TD", "TE", "TI", "TP", "TS
 
 
 def _dimension(context: Context, text: str) -> Answer:
-    """DM: make arrays, one after another up to the first that is refused; `?` tells the free elements."""
+    """DM: make arrays, one after another up to the first that is refused; `?` tells the free elements.
+
+    An array and a variable of one name are refused, whichever comes second; a real box may not mind.
+    """
     if text.strip() == QUERY:
         return context.unit.position_text([context.unit.arrays.free])
     for part in split(text):
@@ -43,6 +46,8 @@ def _dimension(context: Context, text: str) -> Answer:
             raise Refused(ErrorCode.MISSING_BRACKET if part else ErrorCode.NOT_ENOUGH_FIELDS)
         if not is_name(sized[1]):
             raise Refused(ErrorCode.BAD_FUNCTION)
+        if sized[1] in context.unit.variables:
+            raise Refused(ErrorCode.VARIABLE_ERROR)
         context.unit.arrays.dimension(sized[1], int(context.number(sized[2])))
     return None
 
@@ -190,12 +195,12 @@ def _source(context: Context, text: str) -> Source:
     if not found[1]:
         return lambda: context.names.operand("TIME")
     which = axis_letter(context.names, found[2]) if found[2][:1] == "~" else found[2]
-    if found[1] in ("TV", "TT"):
-        axis = context.unit.axes[place(which, context.unit.letters)]
-        return _velocity(context, axis) if found[1] == "TV" else _torque(context, axis)
     name = found[1] + which
     context.names.operand(name)
-    return lambda: context.names.operand(name)
+    if found[1] not in ("TV", "TT"):
+        return lambda: context.names.operand(name)
+    axis = context.unit.axes[place(which, context.unit.letters)]
+    return _velocity(context, axis) if found[1] == "TV" else _torque(context, axis)
 
 
 def _velocity(context: Context, axis: Axis) -> Source:
