@@ -24,6 +24,9 @@ from maya_un.values import Mode, State
 from tests.unit.controller.bench import FAR, HERE, commands_in, far_away, foreign, homed, kinds
 from tests.virtual_time import elapse
 
+BEAT = ("mayabeat=TIME", "MG_XQ7,mayaout")
+"""What the host says to the guard all the time; it moves nothing."""
+
 QUESTIONS = ("\x12\x16", "QR", "MG ")
 
 
@@ -74,7 +77,7 @@ async def test_the_record_is_read_at_the_configured_rate(rate: float) -> None:
         del bench.sent[:]
         await elapse(10.0)
         assert bench.sent.count(b"QR") == pytest.approx(10 * rate, abs=1)
-        assert set(commands_in(bytes(bench.sent))) == {"QR"}
+        assert set(commands_in(bytes(bench.sent))) == {"QR", *BEAT}
 
 
 async def test_without_a_stream_nothing_is_asked_at_rest() -> None:
@@ -135,7 +138,7 @@ async def test_after_a_reconnect_only_questions_go_over_the_wire(moving: bool, l
         await elapse(100.0)
         commands = commands_in(bytes(bench.sent))
         assert "\x12\x16" in commands
-        assert [command for command in commands if not command.startswith(QUESTIONS)] == []
+        assert [command for command in commands if not command.startswith(QUESTIONS) and command not in BEAT] == []
         if move is not None:
             assert isinstance(move.exception(), LinkLost)
 
@@ -157,8 +160,11 @@ async def test_a_reset_in_motion_ends_the_motion_by_name() -> None:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)
         await foreign(bench, "RS")
-        with pytest.raises(ControllerReset):
+        with pytest.raises(LinkLost):  # a reset ends all connections
             await move
+        await elapse(2.0)
+        assert bench.controller.state.fault is not None
+        assert bench.controller.state.fault.code == ControllerReset.code
         assert (bench.controller.state.mode, bench.controller.state.homed) == (Mode.FAULT, False)
 
 

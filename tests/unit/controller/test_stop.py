@@ -231,7 +231,7 @@ async def test_a_refused_stop_of_the_sequence_does_not_spare_axes_that_move_alon
 async def test_a_stop_is_the_first_thing_on_the_wire() -> None:
     async with homed(live=True) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
-        await elapse(8.0)
+        await elapse(8.003)  # between two beats
         del bench.sent[:]
         stop = asyncio.create_task(bench.controller.stop())
         await elapse(0.0)
