@@ -256,6 +256,22 @@ def fault(
 
 
 @dmc.command(**_HOW)
+def conform(
+    context: typer.Context,
+    host: Annotated[str, typer.Argument(metavar="HOST[:PORT]", help="or real: the configured controller")],
+    moves: Annotated[bool, typer.Option("--moves", help="its motors may turn by a few thousand counts")] = False,
+    bench: Annotated[bool, typer.Option("--bench", help="everything: it is on a bench, as the factory made it")] = False,
+) -> int:
+    """Tell whether a controller answers as a DMC-41x3 does, and how it differs.
+
+    Without --moves and --bench nothing moves, and settings that are touched are put back.
+    """
+    from maya_un.cli import conform as command
+
+    return command.conform(host, moves, bench, _settings(context))
+
+
+@dmc.command(**_HOW)
 def send(
     context: typer.Context,
     host: Annotated[str, typer.Argument(metavar="HOST[:PORT]", help="or real: the configured controller")],

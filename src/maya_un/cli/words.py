@@ -71,6 +71,18 @@ _WORDS: dict[str, tuple[str, str]] = {
         "{commands} commands, {differences} answered otherwise than recorded.",
         "{commands} comandos, {differences} con otra respuesta que la grabada.",
     ),
+    "sent": ("sent", "enviado"),
+    "expected": ("expected", "esperado"),
+    "received": ("received", "recibido"),
+    "known_from": ("known from", "según"),
+    "two": ("two sources", "dos fuentes"),
+    "one": ("one source", "una fuente"),
+    "inferred": ("inferred", "deducido"),
+    "conforms": (
+        "{right} answers are right, {differ} differ; {left} questions were not asked (--moves and --bench allow more).",
+        "{right} respuestas son correctas, {differ} difieren; {left} preguntas no se hicieron (--moves y --bench "
+        "permiten más).",
+    ),
 }
 
 

@@ -1,8 +1,5 @@
 from __future__ import annotations
 
-import json
-from pathlib import Path
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -11,36 +8,6 @@ from maya_un.galil.codes import ErrorCode
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.plant import BenchPlant
 from tests.unit.virtual.bench import Bench
-
-VECTORS = json.loads((Path(__file__).parents[2] / "vectors" / "galil_wire.json").read_text("utf-8"))
-# Arrays are not there yet, and the ID is that of another firmware.
-WIRE: list[tuple[str, str]] = [
-    (vector["send"], vector["receive"]) for vector in VECTORS if not vector["send"].startswith(("DM ", "ID"))
-]
-
-
-def plain(text: str) -> str:
-    """The manual disagrees with itself on the blank before a negative number."""
-    return text.replace(" -", "-")
-
-
-@pytest.mark.parametrize(("send", "receive"), WIRE)
-def test_vectors_from_outside(send: str, receive: str) -> None:
-    bench = Bench(servo=False)
-    assert plain(bench.raw(send).decode()) == plain(receive)
-
-
-@pytest.mark.parametrize(("send", "receive"), WIRE)
-def test_vectors_byte_by_byte(send: str, receive: str) -> None:
-    bench = Bench(servo=False)
-    assert plain("".join(bench.raw(byte).decode() for byte in send)) == plain(receive)
-
-
-def test_all_vectors_in_one_piece() -> None:
-    bench = Bench(servo=False)
-    independent = [vector for vector in WIRE if "TC" not in vector[0]]
-    reply = bench.raw("".join(send for send, _ in independent))
-    assert plain(reply.decode()) == plain("".join(receive for _, receive in independent))
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,191 @@
+"""`maya dmc conform`: whether a controller answers as a DMC-41x3 does, by the conformance table."""
+
+from __future__ import annotations
+
+import socket
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from maya_un.address import meant
+from maya_un.cli import output
+from maya_un.cli.configure import configuration
+from maya_un.cli.quantities import host_and_port
+from maya_un.cli.settings import Settings
+from maya_un.cli.words import word
+from maya_un.errors import ConnectFailed, LinkTimeout, WrongController
+from maya_un.galil.conformance import Demand, Difference, Vector, load, run
+from maya_un.galil.conformance.vectors import sources
+
+PATIENCE = 1.0
+"""Longest wait for an answer [s]."""
+
+_ASK = "MG _BV"
+
+
+class Socket:
+    """A TCP connection to a controller, in real time.
+
+    One that is refused has ended; `connected` tells the two apart.
+    """
+
+    def __init__(self, host: str, port: int) -> None:
+        self._socket: socket.socket | None = None
+        self.reason = ""
+        try:
+            self._socket = socket.create_connection((host, port), timeout=PATIENCE)
+        except OSError as error:
+            self.reason = error.strerror or str(error)
+        else:
+            self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+    @property
+    def connected(self) -> bool:
+        """Whether it leads anywhere."""
+        return self._socket is not None
+
+    def send(self, data: bytes) -> None:
+        """Send bytes; after the end nothing."""
+        if self._socket is not None:
+            try:
+                self._socket.sendall(data)
+            except OSError:
+                self.close()
+
+    def receive(self) -> bytes:
+        """Return what has come, b"" where nothing does within `PATIENCE`."""
+        return self._read(PATIENCE)
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass."""
+        time.sleep(seconds)
+
+    def ended(self) -> bool:
+        """Tell whether the other side has ended the connection; what has come is dropped."""
+        while self._read(0.05):
+            continue
+        return self._socket is None
+
+    def close(self) -> None:
+        """Hang up; again is harmless."""
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+
+    def _read(self, patience: float) -> bytes:
+        if self._socket is None:
+            return b""
+        self._socket.settimeout(patience)
+        try:
+            data = self._socket.recv(65536)
+        except TimeoutError:
+            return b""
+        except OSError:
+            data = b""
+        if not data:
+            self.close()
+        return data
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came of the table: how many vectors were right, which differ, and which were left out."""
+
+    axes: int
+    right: int
+    differences: list[Difference]
+    left_out: list[Vector]
+
+
+def conform(address: str, moves: bool, bench: bool, settings: Settings) -> int:
+    """Hold a controller to the table and print what differs; return 0 where nothing does, else 1.
+
+    Motors stay as they are unless `moves`; `bench` says that everything may be done to it. Raises `ConnectFailed`,
+    `LinkTimeout`, `WrongController`.
+    """
+    host, port = host_and_port(meant(address, configuration(settings).controller.address), "HOST")
+    allowed = set(Demand) if bench else {Demand.MOVES} if moves else set[Demand]()
+    outcome = held(host, port, allowed)
+    output.answer(_report(outcome), "\n".join(_lines(outcome, settings.language)), settings)
+    return output.FAILED if outcome.differences else output.DONE
+
+
+def held(host: str, port: int, allowed: set[Demand]) -> Outcome:
+    """Hold the controller at an address to all vectors that demand no more than is allowed."""
+    axes = axes_of(host, port)
+    fitting = [vector for vector in load() if vector.fits(axes)]
+    chosen = [vector for vector in fitting if vector.demands <= allowed]
+    found = [run(vector, lambda: Socket(host, port), axes) for vector in chosen]
+    differences = [difference for difference in found if difference is not None]
+    left_out = [vector for vector in fitting if not vector.demands <= allowed]
+    return Outcome(axes, len(chosen) - len(differences), differences, left_out)
+
+
+def axes_of(host: str, port: int) -> int:
+    """Return how many axes the controller at an address says it has.
+
+    Raises `ConnectFailed`, `LinkTimeout`, and `WrongController` where the answer is that of something else.
+    """
+    channel = Socket(host, port)
+    address = f"{host}:{port}"
+    if not channel.connected:
+        raise ConnectFailed(address=address, reason=channel.reason)
+    try:
+        channel.send(f"{_ASK}\r".encode("ascii"))
+        answer = b""
+        while answer[-1:] not in (b":", b"?"):
+            more = channel.receive()
+            if not more:
+                raise LinkTimeout(address=address, command=_ASK, seconds=PATIENCE)
+            answer += more
+    finally:
+        channel.close()
+    text = answer.decode("latin-1").strip(" \r\n:")
+    if not text.endswith(".0000") or not 1 <= int(text[:1]) <= 8:
+        raise WrongController(address=address, found=repr(text))
+    return int(text[:1])
+
+
+def _report(outcome: Outcome) -> dict[str, object]:
+    return {
+        "axes": outcome.axes,
+        "right": outcome.right,
+        "differences": [_difference(difference) for difference in outcome.differences],
+        "left_out": {demand.name.lower(): _count(outcome.left_out, demand) for demand in Demand},
+    }
+
+
+def _difference(difference: Difference) -> dict[str, object]:
+    vector = difference.vector
+    return {
+        "group": vector.group,
+        "name": vector.name,
+        "sent": difference.sent,
+        "expected": list(difference.expected),
+        "received": difference.received.decode("latin-1"),
+        "sources": [sources()[letter] for letter in vector.sources],
+        "certainty": vector.certainty,
+    }
+
+
+def _count(vectors: list[Vector], demand: Demand) -> int:
+    return sum(demand in vector.demands for vector in vectors)
+
+
+def _lines(outcome: Outcome, language: str) -> Iterator[str]:
+    for difference in outcome.differences:
+        vector = difference.vector
+        yield f"{vector.group}: {vector.name}"
+        yield f"  {word('sent', language):10} {difference.sent!r}"
+        for place, text in enumerate(difference.expected):
+            yield f"  {word('expected', language) if place == 0 else '':10} {text!r}"
+        yield f"  {word('received', language):10} {difference.received.decode('latin-1')!r}"
+        named = "; ".join(sources()[letter] for letter in vector.sources)
+        yield f"  {word('known_from', language):10} {named} ({word(vector.certainty, language)})"
+    yield word(
+        "conforms",
+        language,
+        right=outcome.right,
+        differ=len(outcome.differences),
+        left=len(outcome.left_out),
+    )

@@ -1,0 +1,129 @@
+"""The conformance table, held against the virtual controller in every way that bytes can arrive."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from maya_un.galil.conformance import Demand, Difference, Vector, load, run
+from maya_un.galil.conformance.runner import coalesced
+from maya_un.galil.conformance.vectors import sources
+from tests.campaign import Campaign
+from tests.channels import Bench, Cut, at, byte_by_byte, whole, wire
+
+AXES = (3, 1, 2, 4, 8)
+"""Sizes of controllers, the robot's first."""
+
+TABLE = load()
+every_group = pytest.mark.parametrize("group", sorted({vector.group for vector in TABLE}))
+every_vector = pytest.mark.parametrize("vector", TABLE, ids=lambda vector: f"{vector.group}: {vector.name}")
+
+
+def sizes(vector: Vector) -> list[int]:
+    return [axes for axes in AXES if vector.fits(axes)]
+
+
+def places(vector: Vector) -> range:
+    """Return where the longest thing it sends can be cut; nowhere where one step is repeated to fill a buffer."""
+    if vector.whole or sum(step.times for step in vector.steps) > 100:
+        return range(0)
+    return range(1, max(len(step.send) for step in vector.steps))
+
+
+@every_vector
+def test_every_vector_in_process(vector: Vector) -> None:
+    for axes in sizes(vector):
+        difference = run(vector, Bench(axes).dial, axes)
+        assert difference is None, f"{axes} axes: {difference}"
+
+
+def differences(group: str, talk: Callable[[Vector, int], Difference | None]) -> list[str]:
+    """Return how the vectors of a group differ, each on the first controller of `AXES` it fits."""
+    return [str(found) for vector in TABLE if vector.group == group and (found := talk(vector, sizes(vector)[0]))]
+
+
+def over_tcp(vector: Vector, axes: int, cut: Cut = whole) -> Difference | None:
+    with wire(axes, cut) as controller:
+        return run(vector, controller.tcp, axes)
+
+
+@every_group
+def test_in_as_few_pieces_as_possible(group: str) -> None:
+    assert not differences(group, lambda vector, axes: run(coalesced(vector), Bench(axes).dial, axes))
+
+
+@every_group
+def test_byte_by_byte(group: str) -> None:
+    def talk(vector: Vector, axes: int) -> Difference | None:
+        return run(vector, Bench(axes, whole if vector.whole else byte_by_byte).dial, axes)
+
+    assert not differences(group, talk)
+
+
+@every_group
+def test_cut_in_two_at_every_place(group: str) -> None:
+    def talk(vector: Vector, axes: int) -> Difference | None:
+        found = (run(vector, Bench(axes, at(place)).dial, axes) for place in places(vector))
+        return next((difference for difference in found if difference), None)
+
+    assert not differences(group, talk)
+
+
+@every_group
+def test_over_tcp(group: str) -> None:
+    assert not differences(group, over_tcp)
+
+
+@every_group
+def test_over_tcp_byte_by_byte(group: str) -> None:
+    assert not differences(group, lambda vector, axes: over_tcp(vector, axes, whole if vector.whole else byte_by_byte))
+
+
+@every_group
+def test_over_tcp_in_as_few_pieces_as_possible(group: str) -> None:
+    assert not differences(group, lambda vector, axes: over_tcp(coalesced(vector), axes))
+
+
+@every_group
+def test_over_udp(group: str) -> None:
+    def talk(vector: Vector, axes: int) -> Difference | None:
+        if vector.udp:
+            return None
+        with wire(axes) as controller:
+            return run(vector, controller.udp, axes)
+
+    assert not differences(group, talk)
+
+
+def test_vectors_over_tcp_cut_in_two_at_every_place(campaign: Campaign) -> None:
+    cases = [(vector, place) for vector in TABLE for place in places(vector)]
+    size = campaign.size(ci=500, long=len(cases))
+    chosen = cases if size == len(cases) else campaign.rng().sample(cases, size)
+    found = ((place, over_tcp(vector, sizes(vector)[0], at(place))) for vector, place in chosen)
+    assert not [f"cut at {place}: {difference}" for place, difference in found if difference]
+
+
+def test_the_table_is_large_and_says_where_it_knows_from() -> None:
+    assert len(TABLE) >= 250
+    assert len({vector.name for vector in TABLE}) == len(TABLE)
+    known = set(sources())
+    assert [vector.name for vector in TABLE if not vector.sources or not set(vector.sources) <= known] == []
+    alone = [v.name for v in TABLE if v.certainty == "two" and len(v.sources) < 2]
+    assert alone == [], "certain by two sources, but one is named"
+
+
+def test_a_box_in_service_can_be_spared() -> None:
+    harmless = [vector for vector in TABLE if not vector.demands]
+    assert len(harmless) >= 150
+    energetic = ("BG", "SH", "MO", "JGA=1;BG", "DP", "AB", "SB", "CB", "OP ", "DL\r", "BN", "BP", "RS", "XQ")
+    for vector in harmless:
+        sent = [part for step in vector.steps for part in step.send.replace("\r", ";").split(";")]
+        refused = [step.expect == ("?",) for step in vector.steps if step.send.startswith(energetic)]
+        assert all(refused), (vector.name, sent)
+
+
+def test_what_moves_says_so() -> None:
+    for vector in TABLE:
+        begins = any(part.startswith("BG") for step in vector.steps for part in step.send.replace("\r", ";").split(";"))
+        assert not begins or Demand.MOVES in vector.demands, vector.name
