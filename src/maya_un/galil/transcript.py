@@ -154,7 +154,7 @@ def conversations(pieces: Iterable[Piece]) -> dict[int, Conversation]:
 _DECIMAL = re.compile(r"-?[0-9]+(?:\.[0-9]+)?")
 _IDENTITY = re.compile(r"\x12\x16$|(?:ID|TH|WH|IA|IH)(?![a-z])|MG.*_(?:BN|WH|IA|IH|CF)")
 _FLEETING = re.compile(r"TIME|_T[VT]|_RD|_UL|_DM|_XQ|_CS|_AV|_LM|_VM|_BT|_ED|_TM\b")
-_POSITIONS = re.compile(r"_?(?:TP|RP|TE|TD|PA|PR|DE|DP|RL)")
+_POSITIONS = re.compile(r"(?:^|_)(?:TP|RP|TE|TD|PA|PR|DE|DP|RL)")
 _FLEETING_COMMANDS = ("TV", "TT")
 
 

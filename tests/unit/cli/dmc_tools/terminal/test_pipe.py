@@ -1,0 +1,52 @@
+"""The terminal as a filter, as scripts use it."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import pytest
+
+from maya_un.cli.main import main
+
+
+def filtered(
+    text: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> tuple[int, list[str], str]:
+    """Return exit code, the lines of standard output, and standard error."""
+    monkeypatch.setattr("sys.stdin", io.StringIO(text))
+    code = main(["dmc", "terminal", "sim"])
+    said = capsys.readouterr()
+    return code, said.out.splitlines(), said.err
+
+
+def test_answers_go_out_line_by_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, err = filtered("x=5\nMG x*2;TP\n\nID\n", monkeypatch, capsys)
+    assert (code, out[:3]) == (0, [":", " 10.0000", " 0, 0, 0"])
+    assert out[3:5] == ["FW, DMC4133 Rev 1.3k", "DMC, 4103, Rev 11"]
+    assert err == "DMC4133 Rev 1.3k at sim\n"
+
+
+def test_a_refusal_shows_in_the_exit_code_and_ends_nothing(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out, _ = filtered("MOA;BGA\nMG 1\n", monkeypatch, capsys)
+    assert (code, out) == (1, [":", "? 20 Begin not valid with motor off", " 1.0000"])
+
+
+def test_quit_ends_it_before_the_input_does(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert filtered("MG 1\n:quit\nMG 2\n", monkeypatch, capsys)[:2] == (0, [" 1.0000"])
+
+
+def test_its_own_words_work_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "a.dmc"
+    file.write_text('#A\nMG "hi"\nEN\n', encoding="ascii")
+    code, out, err = filtered(f":download {file}\nXQ #A\n:upload\n:nonsense\n", monkeypatch, capsys)
+    assert (code, out) == (1, [":", "#A", 'MG "hi"', "EN"])
+    assert f"Downloaded: 3 lines from {file}\n" in err
+    assert "message: hi\n" in err
+    assert "':nonsense' is not known" in err
