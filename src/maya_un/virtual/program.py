@@ -7,10 +7,11 @@ stands at the start of a line. An apostrophe outside quotes begins a comment tha
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.galil.commands import LINE_LIMIT
+from maya_un.galil.commands import LINE_LIMIT, TOO_LONG
 from maya_un.virtual.refusal import Refused
 
 MOST_LINES = 4000
@@ -88,7 +89,7 @@ class Draft:
 
     def append(self, line: str) -> None:
         """Add a line; raises `Refused` for one too long or too many (60), for its label (61), for too many (62)."""
-        if len(line) > LINE_LIMIT or len(self.lines) >= MOST_LINES:
+        if len(line) > LINE_LIMIT or line.startswith(TOO_LONG) or len(self.lines) >= MOST_LINES:
             raise Refused(ErrorCode.DOWNLOAD_ERROR)
         if line.startswith("#"):
             label = label_of(line)
@@ -129,13 +130,15 @@ def _laid_out(lines: list[str]) -> Layout:
 
 
 class Downloading:
-    """Takes the lines that follow DL; the program changes when the download ends.
+    """Takes the lines that follow DL, behind the first `keep` lines of the program.
 
-    A download with a bad line leaves what was kept of the old program and no more: half a program does not start.
+    The program changes when the download ends; one with a bad line leaves what was kept of the old program and no
+    more: half a program does not start. `check` raises `Refused` where the program may not change, for it runs.
     """
 
-    def __init__(self, program: Program, keep: int) -> None:
+    def __init__(self, program: Program, keep: int, check: Callable[[], None]) -> None:
         self._program = program
+        self._check = check
         self._draft = Draft(program.lines[:keep])
         self._good = True
         program.install(Draft(program.lines[:keep]))
@@ -149,20 +152,26 @@ class Downloading:
             raise
 
     def end(self) -> None:
-        """Install what came."""
+        """Install what came; raises `Refused` while the program runs."""
+        self._check()
         if self._good:
             self._program.install(self._draft)
 
 
 class Editing:
-    """Takes the lines that follow ED: they replace those from line `number` on, or follow the last one."""
+    """Takes the lines that follow ED: they replace those from line `number` on, or follow the last one.
 
-    def __init__(self, program: Program, number: int) -> None:
+    `check` raises `Refused` where the program may not change, for it runs.
+    """
+
+    def __init__(self, program: Program, number: int, check: Callable[[], None]) -> None:
         self._program = program
+        self._check = check
         self._number = number
 
     def line(self, text: str) -> None:
         """Put one line in its place; raises `Refused` for a bad one, which then is not put there."""
+        self._check()
         lines = self._program.lines
         draft = Draft([*lines[: self._number], text, *lines[self._number + 1 :]])
         self._program.install(draft)

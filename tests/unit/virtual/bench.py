@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Self
+
 from maya_un.galil.record import DataRecord, decode
 from maya_un.virtual.axis import Axis
 from maya_un.virtual.handles import Handle
@@ -26,7 +28,7 @@ class Bench:
         assert handle is not None
         return handle
 
-    def at(self, now: float) -> Bench:
+    def at(self, now: float) -> Self:
         """Let time pass until `now` [s]."""
         self.now = now
         self.machine.advance(now)

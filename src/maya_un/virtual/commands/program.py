@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from maya_un.galil.codes import ErrorCode
 from maya_un.virtual.arguments import split
 from maya_un.virtual.context import Answer, Context, Handler
@@ -50,7 +52,7 @@ def _download(context: Context, text: str) -> Answer:
     keep = len(program.lines) if where == "#" else _line(context, where) if where else 0
     if not 0 <= keep <= len(program.lines):
         raise Refused(ErrorCode.INVALID_LABEL)
-    _begin_input(context, Downloading(program, keep))
+    _begin_input(context, Downloading(program, keep, partial(_resting, context)))
     return None
 
 
@@ -61,7 +63,7 @@ def _edit(context: Context, text: str) -> Answer:
     line = _line(context, text.strip()) if text.strip() else max(0, len(program.lines) - 1)
     if not 0 <= line <= len(program.lines):
         raise Refused(ErrorCode.INVALID_LABEL)
-    _begin_input(context, Editing(program, line))
+    _begin_input(context, Editing(program, line, partial(_resting, context)))
     return None
 
 
