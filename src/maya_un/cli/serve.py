@@ -19,10 +19,10 @@ from maya_un.cli.twins import ServedTwin, published
 from maya_un.errors import FileUnwritable, InvalidCommandLine
 from maya_un.loops import ScaledLoop, run
 from maya_un.values import Point
+from maya_un.virtual.bench import ServoBench
 from maya_un.virtual.control import HOST, ControlDoor
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.memory import Memory
-from maya_un.virtual.plant import BenchPlant
 from maya_un.virtual.server import VirtualController
 
 _COMMAND = "maya dmc serve"
@@ -71,7 +71,7 @@ def _made(options: Options, parts: dict[str, Point]) -> VirtualController:
     if not options.bench:
         return make_twin(seed=options.seed or 0, parts=parts, memory=memory, firmware=options.firmware).controller
     axes = options.axes or _MAYAS_AXES
-    machine = VirtualDmc(BenchPlant(axes), axes=axes, memory=memory, firmware=options.firmware)
+    machine = VirtualDmc(ServoBench(axes), axes=axes, memory=memory, firmware=options.firmware)
     return VirtualController(machine, seed=options.seed or 0)
 
 

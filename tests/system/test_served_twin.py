@@ -1,0 +1,155 @@
+"""`maya dmc serve` as foreign software meets it, and `maya dmc fault` from another terminal."""
+
+from __future__ import annotations
+
+import json
+import signal
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from maya_un.galil.record import decode
+from tests.system.processes import Process, done, running
+
+pytestmark = pytest.mark.system
+
+PATIENCE = 20.0
+"""Longest wait for bytes that must come [s]."""
+
+
+@contextmanager
+def served(options: str = "") -> Iterator[tuple[Process, tuple[str, int]]]:
+    """Serve a bench at a free port while the block runs; yields the process and where it listens."""
+    with running(f"dmc serve --bench --port 0 {options}") as process:
+        host, _, port = process.until("127.0.0.1:").rpartition(":")
+        yield process, (host, int(port))
+
+
+class Line:
+    """A socket, and whole replies."""
+
+    def __init__(self, kind: socket.SocketKind, address: tuple[str, int]) -> None:
+        self.socket = socket.socket(socket.AF_INET, kind)
+        self.socket.settimeout(PATIENCE)
+        self.socket.connect(address)
+
+    def __enter__(self) -> Line:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.socket.close()
+
+    def say(self, text: str, answer: str) -> None:
+        """Send a line and take exactly the answer."""
+        self.socket.sendall(text.encode() + b"\r")
+        heard = b""
+        while len(heard) < len(answer):
+            more = self.socket.recv(4096)
+            assert more, heard
+            heard += more
+        assert heard.decode() == answer
+
+    def ended(self) -> bool:
+        """Wait for the end of the connection; tell whether it came."""
+        try:
+            return self.socket.recv(1) == b""
+        except ConnectionResetError:
+            return True
+        except TimeoutError:
+            return False
+
+
+def tcp(address: tuple[str, int]) -> Line:
+    return Line(socket.SOCK_STREAM, address)
+
+
+def udp(address: tuple[str, int]) -> Line:
+    return Line(socket.SOCK_DGRAM, address)
+
+
+def fault(words: str) -> list[str]:
+    """Say `maya dmc fault`, and return the names of the faults that then last."""
+    code, said = done(f"dmc fault {words} --json")
+    assert code == 0, said
+    return [one["fault"] for one in json.loads(said)["active"]]
+
+
+def test_a_session_by_tcp_and_udp_on_two_ports() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        also = free.getsockname()[1]
+    there = ("127.0.0.1", also)
+    with served(f"--axes 4 --also-port {also}") as (_, address), tcp(address) as first, tcp(there) as second:
+        first.say("\x12\x16", "DMC4143 Rev 1.3k\r\n:")
+        first.say("x=5;WH", ":IHA\r\n:")
+        second.say("MG x;WH", " 5.0000\r\n:IHB\r\n:")
+        with udp(there) as third:
+            third.say("MG x;WH", " 5.0000\r\n:IHC\r\n:")
+            first.say("DR 8,2", ":")
+            samples = [decode(third.socket.recv(400)).sample for _ in range(100)]
+        assert [(late - early) % 65536 for early, late in pairwise(samples)] == [8] * 99
+        first.say("DR 0;IHT=>-3", "::")
+        assert second.ended()
+
+
+def test_no_udp_where_none_is_wanted() -> None:
+    with served("--no-udp --firmware Box") as (_, address), tcp(address) as line, udp(address) as deaf:
+        line.say("\x12\x16", "Box\r\n:")
+        deaf.socket.send(b"WH\r")
+        with pytest.raises(ConnectionRefusedError):
+            deaf.socket.recv(100)
+
+
+def test_what_is_burned_survives_the_process_and_what_is_not_does_not(tmp_path: Path) -> None:
+    memory = tmp_path / "memory.json"
+    with served(f"--memory {memory}") as (process, address), tcp(address) as line:
+        line.say("SPA=2000;KPB=9;keep=7;BN;BV", ":" * 5)
+        line.say("SPA=4000;keep=8", "::")
+        process.kill()
+    with served(f"--memory {memory}") as (process, address), tcp(address) as line:
+        line.say("MG _SPA,_KPB,keep,_RS", " 2000.0000 9.0000 7.0000 0.0000\r\n:")
+        process.send(signal.SIGTERM)
+        assert line.ended()
+        assert process.end()[0] == 0
+    memory.write_text("nonsense", encoding="utf-8")
+    with served(f"--memory {memory}") as (_, address), tcp(address) as line:
+        line.say("MG _SPA,_RS;TC", " 25000.0000 7.0000\r\n: 14\r\n:")
+
+
+def test_faults_from_another_terminal() -> None:
+    with served() as (_, address), tcp(address) as line:
+        line.say("SH;OE*=1;JGA=2000;BGA", "::::")
+        assert fault("refuse_commands probability=1") == ["refuse_commands"]
+        line.say("x=1", "?")
+        assert fault("abort_input") == ["refuse_commands", "abort_input"]
+        assert fault("--clear") == []
+        line.say("MG x", "?")
+        line.say("MG _MOA,_SCA,_AB", " 1.0000 6.0000 1.0000\r\n:")
+        assert fault("stuck_limit axis=B side=reverse") == ["stuck_limit"]
+        line.say("MG _LFB,_LRB", " 1.0000 0.0000\r\n:")
+        fault("half_open")
+        line.socket.sendall(b"WH\r")
+        with tcp(address) as other:
+            other.say("WH", "IHB\r\n:")
+        fault("--clear")
+        line.say("WH", "IHA\r\n:")
+        fault("cut")
+        assert line.ended()
+        fault("power_cycle outage=1000")
+        with tcp(address) as refused:
+            assert refused.ended()
+        fault("--clear power_cycle")
+        with tcp(address) as again:
+            again.say("MG _IHA2,_BGA,_LRB", " 2.0000 0.0000 1.0000\r\n:")
+
+
+def test_of_two_twins_one_is_named() -> None:
+    with served() as (_, one), served() as (_, two):
+        code, said = done("dmc fault drop")
+        assert (code, "several run" in said) == (1, True)
+        assert fault(f"drop probability=1 --twin {two[1]}") == ["drop"]
+        with tcp(one) as line:
+            line.say("MG 1", " 1.0000\r\n:")
