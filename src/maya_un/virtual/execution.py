@@ -11,6 +11,7 @@ from maya_un.virtual.arithmetic import ONE, unpack, whole
 from maya_un.virtual.commands import TABLE
 from maya_un.virtual.context import Answer, Context
 from maya_un.virtual.expressions import AXIS_NAMES, KEYWORDS, axis_letter, evaluate, is_name
+from maya_un.virtual.peripherals import LOCKED_COMMANDS
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.unit import MOST_VARIABLES
 
@@ -30,6 +31,8 @@ _ALIASES = str.maketrans("XYZW", "ABCD")
 def execute(context: Context, text: str) -> Answer:
     """Execute one command; raises `Refused`."""
     handler = TABLE.get(text[:2])
+    if context.unit.peripherals.locked and text[:2] in LOCKED_COMMANDS:
+        raise Refused(ErrorCode.PRIVILEGE)
     if handler is None or ("=" in text and _is_assignment(text)):
         return _other(context, text)
     if "~" in text:
@@ -87,6 +90,8 @@ def _assign(context: Context, target: str, value: int) -> None:
         variables[target] = value
     elif target[-1] == "]":
         name, _, index = target[:-1].partition("[")
+        if not index.strip():
+            raise Refused(ErrorCode.INDEX_OUT_OF_RANGE)
         context.unit.arrays.assign(context.names.array(name), whole(evaluate(index, context.names)), value)
     elif target[0] == "~":
         context.unit.axis_variables[target] = ONE * _axis_number(value)

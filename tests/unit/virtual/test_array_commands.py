@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 
 from maya_un.galil.codes import ErrorCode
@@ -140,7 +142,7 @@ def test_recording_a_move() -> None:
     times = [bench.value(f"t[{index}]") for index in range(5)]
     places = [bench.value(f"p[{index}]") for index in range(5)]
     assert times == [1025, 1029, 1033, 1037, 1041]
-    assert [later - earlier for earlier, later in zip(places, places[1:], strict=False)] == [4, 4, 4, 4]
+    assert [later - earlier for earlier, later in pairwise(places)] == [4, 4, 4, 4]
 
 
 def test_what_is_recorded_is_of_the_very_sample() -> None:

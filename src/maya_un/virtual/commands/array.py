@@ -29,6 +29,7 @@ _SIZED = re.compile(r"([A-Za-z][A-Za-z0-9]*)\s*\[(.+)\]")
 _WHOLE = re.compile(r"([A-Za-z][A-Za-z0-9]*|\^[a-h])\[\]")
 _ANY = re.compile(r"([A-Za-z][A-Za-z0-9]*)\[.*\]")
 _SOURCE = re.compile(r"_([A-Z]{2})([A-Z0-9]{0,2}|~[a-h])|TIME")
+_NO_ARRAY = {"": ErrorCode.NOT_ENOUGH_FIELDS, QUERY: ErrorCode.QUESTION_MARK_INVALID}
 _RECORDED = frozenset({"NO", "OP", "RL", "RP", "SC", "TD", "TE", "TI", "TP", "TS", "TT", "TV"})
 """Operands that can be recorded, besides TIME; the manual names most of them."""
 
@@ -136,7 +137,7 @@ def _range(context: Context, name: str, arguments: list[str]) -> tuple[list[int]
 def _array(context: Context, text: str) -> str:
     found = _WHOLE.fullmatch(text)
     if found is None:
-        raise Refused(ErrorCode.MISSING_BRACKET if text else ErrorCode.NOT_ENOUGH_FIELDS)
+        raise Refused(_NO_ARRAY.get(text, ErrorCode.MISSING_BRACKET))
     return context.names.array(found[1])
 
 
