@@ -5,7 +5,6 @@ What each fault may make of a job stands in `EXPECTED`; the mechanics' own recor
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from random import Random
@@ -113,7 +112,7 @@ async def _robot(phase: str) -> AsyncIterator[tuple[Rig, Process]]:
             assert handle is not None
             a, b, c = bench.controller.units.to_counts(HERE)
             mark = f"DP {a},{b},{c};mayaendb=2260000;mayaendc=2300000;ZAA=7;mayahome=7;SB1\r"
-            bench.virtual.machine.receive(handle, mark.encode(), asyncio.get_running_loop().time())
+            bench.virtual.machine.receive(handle, mark.encode(), bench.virtual.machine.now)
             bench.virtual.machine.disconnect(handle)
             await bench.controller.skip_home()
         process = Process(Robot(bench.controller, config), bench.controller, config)

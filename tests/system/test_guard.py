@@ -173,7 +173,7 @@ async def _trial(rng: Random, silence: float) -> tuple[BaseException | None, May
     handle = virtual.machine.connect()
     assert handle is not None
     mark = f"DP {a},{b},{c};mayaendb=2260000;mayaendc=2300000;ZAA=7;mayahome=7\r"
-    virtual.machine.receive(handle, mark.encode(), asyncio.get_running_loop().time())
+    virtual.machine.receive(handle, mark.encode(), virtual.machine.now)
     await controller.skip_home()
     move = asyncio.create_task(controller.move(rng.choice(PLACES), speed=rng.uniform(0.3, 1.0)))
     await elapse(rng.uniform(0.1, 0.6))

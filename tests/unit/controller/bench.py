@@ -122,13 +122,20 @@ def now() -> float:
     return asyncio.get_running_loop().time()
 
 
-def planned(bench: Rig) -> tuple[float, tuple[float, float, float]]:
-    """Return how long the twin will still move [s] and how far each axis still goes (rad, m, m)."""
-    t = now()
-    lines = bench.mechanics.timelines
-    scale = bench.controller.units.per_unit
-    a, b, c = ((line.at(line.end)[0] - line.at(t)[0]) / unit for line, unit in zip(lines, scale, strict=True))
-    return max(0.0, *(line.end - t for line in lines)), (a, b, c)
+def references(bench: Rig) -> tuple[float, float, float]:
+    """Return where the twin's references are now (rad, m, m), its lag apart."""
+    lines, scale = bench.mechanics.timelines, bench.controller.units.per_unit
+    t = bench.virtual.machine.now
+    a, b, c = (line.at(t)[0] / unit for line, unit in zip(lines, scale, strict=True))
+    return a, b, c
+
+
+def still_moving(bench: Rig) -> float:
+    """Return how long the twin's axes will still move, alone or in their sequence [s]."""
+    machine = bench.virtual.machine
+    plane = machine.unit.core.planes["S"]
+    alone = [axis.motion.profile.end for axis in machine.unit.axes if axis.motion is not None]
+    return max([machine.now, *alone, *([plane.end] if plane.running else [])]) - machine.now
 
 
 def record_of(*axes: AxisRecord, amplifier_status: int = 0, outputs: int = 0) -> DataRecord:

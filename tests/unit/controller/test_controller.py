@@ -33,7 +33,7 @@ from maya_un.events import Kind
 from maya_un.galil.transport import Transport
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode
-from tests.unit.controller.bench import FAR, HERE, commands_in, foreign, homed, kinds, now, planned, when_sent
+from tests.unit.controller.bench import FAR, HERE, commands_in, foreign, homed, kinds, now, still_moving, when_sent
 from tests.virtual_time import elapse
 
 Act = Callable[[GalilController], Awaitable[None]]
@@ -355,7 +355,7 @@ async def test_recover_waits_for_axes_that_still_finish_what_was_sent() -> None:
         with pytest.raises(Busy):
             await bench.controller.recover()
         assert bench.controller.state.mode is Mode.FAULT
-        await elapse(planned(bench)[0])
+        await elapse(still_moving(bench))
         await bench.controller.recover()
         assert bench.controller.state.joints == pytest.approx(FAR, abs=5e-5)
 
@@ -366,7 +366,7 @@ async def test_closing_in_motion_brakes_and_the_mover_is_told_that_it_was_stoppe
         await elapse(8.0)
         await bench.controller.close()
         await elapse(2.0)
-        assert planned(bench)[0] == 0.0
+        assert still_moving(bench) == 0.0
         assert bench.mechanics.true_joints() != pytest.approx(FAR, abs=1e-2)
         await asyncio.wait({move})
         assert isinstance(move.exception(), Stopped)
@@ -379,7 +379,7 @@ async def test_the_end_of_a_move_that_was_cancelled_is_at_rest() -> None:
         move.cancel()
         await asyncio.wait({move})
         assert move.cancelled()
-        assert planned(bench)[0] == 0.0
+        assert still_moving(bench) == 0.0
         assert (bench.controller.state.mode, bench.controller.state.moving) == (Mode.IDLE, False)
         assert kinds(bench)[-1] is Kind.STOPPED
         await bench.controller.jog("a", 0.01)

@@ -111,7 +111,7 @@ async def test_a_guard_killed_in_the_last_moment_lets_nothing_begin(command: str
             if way == "rx" and b"LE" in data:
                 begun.append(now())
                 bench.virtual.tap = None
-                bench.virtual.machine.receive(handle, f"{command}\r".encode(), now())
+                bench.virtual.machine.receive(handle, f"{command}\r".encode(), bench.virtual.machine.now)
 
         handle = bench.virtual.machine.connect()
         assert handle is not None

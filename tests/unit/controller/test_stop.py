@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 
 import pytest
 
@@ -27,8 +27,9 @@ from tests.unit.controller.bench import (
     homed,
     kinds,
     now,
-    planned,
     record_of,
+    references,
+    still_moving,
     when_sent,
 )
 from tests.unit.galil.scripted import Peer
@@ -38,25 +39,28 @@ NOTHING = StopReport(False, 0.0, (0.0, 0.0, 0.0))
 TWO_COUNTS = (1e-4, 2e-6, 2e-6)
 
 
-def assert_true(report: StopReport, bench: Rig) -> None:
-    """The answer is what the twin is about to do, to two counts and five samples."""
-    duration, ways = planned(bench)
+async def hold_against_the_twin(
+    report: StopReport, bench: Rig, motion: asyncio.Task[None], tolerances: Sequence[float], *, late: float = 5e-3
+) -> None:
+    """Compare an answer given now with what the twin then does, to counts and samples; see the motion end."""
+    told, before = now(), references(bench)
+    duration = still_moving(bench)
     assert report.was_moving is (duration > 0.0)
-    assert report.duration == pytest.approx(duration, abs=5e-3)
-    for said, way, tolerance in zip(report.distance, ways, TWO_COUNTS, strict=True):
-        assert said == pytest.approx(way, abs=tolerance)
+    assert report.duration == pytest.approx(duration, abs=late)
+    await asyncio.wait({motion})
+    assert isinstance(motion.exception(), Stopped)
+    assert now() - told <= report.duration + 0.05
+    for said, start, end, tolerance in zip(report.distance, before, references(bench), tolerances, strict=True):
+        assert said == pytest.approx(end - start, rel=0.05 if tolerance > 1e-4 else None, abs=tolerance)
 
 
 async def stopped(bench: Rig, after: float, move: asyncio.Task[None]) -> StopReport:
-    """Let a motion run, stop it, hold the answer against the twin, and see it end."""
+    """Let a motion run, stop it, and hold the answer against the twin."""
     await elapse(after)
     told = now()
     report = await bench.controller.stop()
     assert now() == told
-    assert_true(report, bench)
-    await asyncio.wait({move})
-    assert isinstance(move.exception(), Stopped)
-    assert now() - told <= report.duration + 0.05
+    await hold_against_the_twin(report, bench, move, TWO_COUNTS)
     return report
 
 
@@ -106,12 +110,7 @@ async def test_a_stop_while_homing_tells_what_then_happens(phase: str, after: fl
             await elapse(0.05)
         await elapse(after)
         report = await bench.controller.stop()
-        duration, ways = planned(bench)
-        assert report.duration == pytest.approx(duration, abs=0.03)
-        for said, way in zip(report.distance, ways, strict=True):
-            assert said == pytest.approx(way, rel=0.05, abs=2e-4)
-        await asyncio.wait({home})
-        assert isinstance(home.exception(), Stopped)
+        await hold_against_the_twin(report, bench, home, (2e-4, 2e-4, 2e-4), late=0.03)
 
 
 @pytest.mark.parametrize("at", ["CS S", "LM ", "LE"])
@@ -202,9 +201,9 @@ async def test_a_stop_reaches_what_somebody_else_began(stop: str) -> None:
         await elapse(3.0)
         report = await bench.controller.stop()
         assert report.was_moving
-        assert report.duration == pytest.approx(planned(bench)[0], abs=0.03)
+        assert report.duration == pytest.approx(still_moving(bench), abs=0.03)
         await elapse(report.duration + 0.05)
-        assert planned(bench)[0] == 0.0
+        assert still_moving(bench) == 0.0
         assert kinds(bench)[-1] is Kind.STOPPED
 
 
