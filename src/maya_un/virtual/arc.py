@@ -13,7 +13,8 @@ their directions would jump.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import cos, degrees, radians, sin, sqrt
+from itertools import repeat
+from math import ceil, cos, degrees, radians, sin, sqrt
 from typing import NamedTuple
 
 TOLERANCE = 0.15
@@ -89,6 +90,10 @@ class Arc(NamedTuple):
 
 def _steps(radius: float, v: float, a: float, span: float) -> Iterator[float]:
     """Yield the durations of quadratics that stay within the tolerance, `span` [s] in all."""
+    if a == 0.0:
+        count = ceil(span / _longest(radius, v, a, span))
+        yield from repeat(span / count, count)
+        return
     left = span
     while left > 0.0:
         step = left
