@@ -22,6 +22,8 @@ TIMED = frozenset({"AT", "WT"})
 """Those that a thread settles without a look at the machine."""
 
 _PLANES = "ST"
+_SAMPLES = 1024
+"""Samples in a second at TM 1000."""
 _LONGEST = (1 << 31) - 2
 _SOON = 1e-6
 _DELAY = Delay()
@@ -29,7 +31,7 @@ _DELAY = Delay()
 
 def _samples(context: Context, milliseconds: int) -> int:
     """Return the samples that last at least so many milliseconds."""
-    return -(-milliseconds * 1_000_000 // round(context.unit.period * 1e9))
+    return -(-milliseconds * _SAMPLES // context.core.period)
 
 
 def _span(context: Context, value: Value, unit: Value) -> int:
