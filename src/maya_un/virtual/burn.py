@@ -97,6 +97,7 @@ def _unit_parameters(unit: Unit) -> dict[str, float | str]:
     network = unit.network
     return {
         **{f"CN{place}": value for place, value in enumerate(unit.core.cn)},
+        "TM": unit.core.period,
         "PF": _format_text(unit.position_format),
         "VF": _format_text(unit.value_format),
         "LZ": unit.suppress_zeros,
@@ -119,12 +120,13 @@ def _format_text(form: Format) -> str:
 def _restore(unit: Unit, *, factory: bool) -> None:
     contents = unit.memory.contents
     burned = (None if factory else contents.parameters) or {}
+    _restore_period(unit, burned.get("unit", {}).get("TM"))
     for axis in unit.axes:
         group = burned.get(axis.letter, {})
-        _restore_registers(axis.registers, group, registers.AXIS)
+        _restore_registers(axis.registers, group, registers.AXIS, unit.core.period)
         unit.core.power(axis, not group.get("motor_off", unit.motors_off))
     for plane in unit.core.planes.values():
-        _restore_registers(plane.registers, burned.get(plane.letter, {}), registers.PLANE)
+        _restore_registers(plane.registers, burned.get(plane.letter, {}), registers.PLANE, unit.core.period)
     _restore_unit(unit, burned.get("unit", {}))
     if not factory:
         unit.variables.update(contents.variables)
@@ -141,14 +143,22 @@ def _start_program(unit: Unit) -> None:
         unit.threads.all[0].start(unit.program.start(line), line)
 
 
-def _restore_registers(values: dict[str, float], group: dict[str, float | str], table: dict[str, Register]) -> None:
+def _restore_period(unit: Unit, period: float | str | None) -> None:
+    if isinstance(period, int):
+        with suppress(Refused):
+            unit.core.set_period(int(registers.TM.rounded(period)))
+
+
+def _restore_registers(
+    values: dict[str, float], group: dict[str, float | str], table: dict[str, Register], period: int
+) -> None:
     """Set registers to burned values; one that is out of range keeps what the factory set."""
     for name, value in group.items():
         register = table.get(name)
         if register is None or isinstance(value, str) or name in _NOT_BURNED:
             continue
         try:
-            register.rounded(value)
+            register.sampled(period).rounded(value)
         except Refused:
             continue
         values[name] = value

@@ -37,6 +37,7 @@ def machine(path: Path) -> Bench:
         ("LZ 0", "_LZ", 0.0),
         ("EO 0", "_EO", 0.0),
         ("CF C", "_CF", 67.0),
+        ("TM 2000", "_TM", 2000.0),
         ("CW 1", "_CW", 1.0),
         ("DH 0;IA 10,1,2,3", "_IA0", 0x0A010203),
         ("IA<99", "_IA1", 99.0),
@@ -199,3 +200,27 @@ def test_eight_axes_are_burned_too(tmp_path: Path) -> None:
     handle = second.connect()
     assert handle is not None
     assert second.receive(handle, b"MG _SPH\r", 0.0) == b" 4000.0000\r\n:"
+
+
+@pytest.mark.parametrize(("command", "code"), [("BN", 17), ("BP", 17), ("BV", 0)])
+def test_a_host_may_burn_only_variables_while_a_program_runs(command: str, code: int) -> None:
+    bench = Bench()
+    assert bench.raw("DL\r#A\rWT 1000\rJP #A\r\\") == b"::"
+    bench.do("XQ #A")
+    bench.at(0.1)
+    assert bench.say(command) == ("?" if code else ":")
+    assert bench.value("_TC") == code
+
+
+def test_a_program_may_burn() -> None:
+    bench = Bench()
+    assert bench.raw("DL\r#A\rSPA=2000\rBN\rEN\r\\") == b"::"
+    bench.do("XQ #A")
+    bench.at(0.1).do("SPA=4000", "RS")
+    assert bench.value("_SPA") == 2000.0
+
+
+def test_a_program_is_not_burned_in_motion() -> None:
+    bench = Bench()
+    bench.do("JGA=100;BGA", "BN", "BV")
+    assert bench.code("BP") == ErrorCode.NOT_WHILE_RUNNING

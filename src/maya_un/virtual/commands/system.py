@@ -126,11 +126,19 @@ def _master_reset(context: Context, text: str) -> Answer:
 
 
 def _burn(what: Callable[[Unit], None], context: Context, text: str) -> Answer:
-    """BN, BP, BV: keep parameters, program, or variables and arrays without power."""
+    """BN, BP, BV: keep parameters, program, or variables and arrays without power.
+
+    A host is refused BN and BP while a program runs, and anybody BP while an axis moves.
+    """
     _bare(text)
+    unit = context.unit
+    if what is not burn.burn_variables and context.thread is None and unit.threads.mask:
+        raise Refused(ErrorCode.NOT_WHILE_PROGRAM_RUNS)
+    if what is burn.burn_program and any(axis.moving for axis in unit.axes):
+        raise Refused(ErrorCode.NOT_WHILE_RUNNING)
     if what is not burn.burn_variables and context.thread is None and context.unit.threads.mask:
         raise Refused(ErrorCode.NOT_WHILE_PROGRAM_RUNS)
-    what(context.unit)
+    what(unit)
     return None
 
 
