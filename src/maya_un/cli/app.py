@@ -214,7 +214,7 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     port: Annotated[int, typer.Option(min=0, max=65535, help="0: any")] = 5023,
     also_port: Annotated[list[int], typer.Option(min=1, max=65535, help="one more port; may be repeated")] = [],  # noqa: B006
     udp: Annotated[bool, typer.Option(help="listen on the same UDP ports too")] = True,
-    bench: Annotated[bool, typer.Option("--bench", help="ideal axes on a bench instead of Maya's mechanics")] = False,
+    bench: Annotated[bool, typer.Option("--bench", help="servo motors on a bench, not Maya's mechanics")] = False,
     axes: Annotated[int | None, typer.Option(min=1, max=8, help="how many, with --bench  [default: 3]")] = None,
     memory: Annotated[str | None, typer.Option(metavar="FILE", help="keeps what is burned (BN, BP, BV)")] = None,
     firmware: Annotated[str | None, typer.Option(metavar="LINE", help="the answer to ^R^V")] = None,
@@ -315,7 +315,10 @@ def gclib_run(
     script: Annotated[str, typer.Argument(metavar="SCRIPT")],
     arguments: Annotated[list[str] | None, typer.Argument(metavar="[ARG]...")] = None,
 ) -> int:
-    """Run a script that imports gclib, with ours, installing nothing. Write `run -- SCRIPT` where it has --json itself."""
+    """Run a script that imports gclib, with ours, and install nothing.
+
+    Write `run -- SCRIPT` where the script itself has --json, --lang or --config.
+    """
     from maya_un.cli import gclib as command
 
     return command.run(script, arguments or ())

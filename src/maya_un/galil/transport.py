@@ -348,6 +348,10 @@ class LoopbackDatagrams:
 
     async def close(self) -> None:
         """End this side; the other learns nothing of it, as with UDP."""
+        self.cut()
+
+    def cut(self) -> None:
+        """End this side at once."""
         self._letterbox.end()
 
 

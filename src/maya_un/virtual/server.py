@@ -11,7 +11,7 @@ from collections.abc import Callable, Coroutine
 from math import inf, nextafter
 
 from maya_un.errors import AddressInUse
-from maya_un.galil.transport import LoopbackTransport, loopback_pair
+from maya_un.galil.transport import LoopbackDatagrams, LoopbackTransport, datagram_pair, loopback_pair
 from maya_un.virtual.dialing import dial
 from maya_un.virtual.disturbance import Disturbance
 from maya_un.virtual.faults import Faults
@@ -19,7 +19,7 @@ from maya_un.virtual.handles import Handle, Kind
 from maya_un.virtual.link import Link, LoopbackLink, TcpLink
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.network import RETRIES
-from maya_un.virtual.udp import UdpPort
+from maya_un.virtual.udp import LoopbackPort, UdpPort
 
 TICK = 1.0 / 256.0
 """Where a program runs, its messages are sent this often [s]; what it does is timed to the sample all the same."""
@@ -46,7 +46,7 @@ class VirtualController:
         self._orphans: dict[Handle, Link] = {}
         self._due: dict[Link, float] = {}
         self._servers: list[asyncio.Server] = []
-        self._ports: list[UdpPort] = []
+        self._ports: list[UdpPort | LoopbackPort] = []
         self._tasks: set[asyncio.Task[None]] = set()
         self._dials: dict[Handle, asyncio.Task[None]] = {}
         self._timer: asyncio.TimerHandle | None = None
@@ -114,6 +114,14 @@ class VirtualController:
             controller.cut()
             return host
         self.spawn(link.run(handle))
+        return host
+
+    def loopback_datagrams(self) -> LoopbackDatagrams:
+        """Return the host's end of a way for datagrams in memory, in the place of UDP."""
+        host, controller = datagram_pair("virtual controller")
+        port = LoopbackPort(self, controller)
+        self._ports.append(port)
+        self.spawn(port.run())
         return host
 
     def spawn(self, work: Coroutine[None, None, None]) -> None:

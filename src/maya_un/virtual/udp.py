@@ -5,10 +5,15 @@ from __future__ import annotations
 import asyncio
 from typing import cast
 
+from maya_un.galil.transport import LoopbackDatagrams
 from maya_un.virtual.handles import Handle, Kind
 from maya_un.virtual.link import Owner, segments
 
 Peer = tuple[str, int]
+
+_LOCAL: Peer = ("127.0.0.1", 0)
+_PORT = 23
+"""What a connection in memory seems to come from, and to lead to."""
 
 
 class UdpPort(asyncio.DatagramProtocol):
@@ -71,6 +76,44 @@ class _UdpLink:
 
     def cut(self) -> None:
         self._port.forget(self._peer)
+
+
+class LoopbackPort:
+    """A way for datagrams in memory: the controller's end."""
+
+    def __init__(self, owner: Owner, end: LoopbackDatagrams) -> None:
+        self._owner = owner
+        self._end = end
+        self._handle: Handle | None = None
+
+    async def run(self) -> None:
+        """Hand datagrams over, until `close`; the first takes a handle, and so does one after that was closed."""
+        while data := await self._end.read():
+            if self._handle is None or not self._handle.open:
+                self._handle = self._owner.accept(_LoopbackDatagramLink(self._end), _LOCAL, Kind.UDP, _PORT)
+            if self._handle is not None:
+                self._owner.received(self._handle, data)
+
+    def close(self) -> None:
+        """Take no more."""
+        self._end.cut()
+
+
+class _LoopbackDatagramLink:
+    """What a handle opened by a datagram in memory sends to; its end says nothing."""
+
+    def __init__(self, end: LoopbackDatagrams) -> None:
+        self._end = end
+
+    def send(self, data: bytes) -> None:
+        for segment in segments(data):
+            self._end.write(segment)
+
+    def close(self) -> None:
+        pass
+
+    def cut(self) -> None:
+        pass
 
 
 class UdpDial(asyncio.DatagramProtocol):
