@@ -1,8 +1,8 @@
 """Contour mode (CM, CD, DT): axes go given distances in equal times, at constant speed within each.
 
 Where the manual is silent: a contour begins with its first CD, or with DT where that paused it before; CD with =t sets
-DT from there on; data that come too late (42) find the axes stopped dead on the last count, out of the contour but
-still in the mode, so that the next CD begins anew; ST, a limit or a fault ends the mode.
+DT from there on, but does not end a pause; data that come too late (42) find the axes stopped dead on the last count,
+out of the contour but still in the mode, so that the next CD begins anew; ST, a limit or a fault ends the mode.
 """
 
 from __future__ import annotations
@@ -45,10 +45,16 @@ class Contour(Feed):
         self._usual = 0.0 if interval <= 0 else 2**interval * sample
         self.stale = True
 
+    def set_time(self, interval: int, sample: float) -> None:
+        """Set the time of the records to come (CD with =t); a pause remains one."""
+        if not self.paused:
+            self.interval = interval
+        self._usual = 2**interval * sample
+
     @property
     def usual(self) -> float | None:
-        """How long a record takes that is given now [s]; None where DT is to tell later."""
-        return None if self.paused else self._usual
+        """How long a record takes that is given now [s], 0 where nobody said; None where DT is to tell later."""
+        return None if self.paused and not self._usual else self._usual
 
     def finish(self, t: float) -> StopCode:
         """End the contour at time `t`; where its data ran out, report that and stay in the mode."""

@@ -25,7 +25,10 @@ def _members(context: Context, text: str) -> Answer:
         return context.unit.position_text([contour.free(context.core.now)])
     if contour.running:
         raise Refused(ErrorCode.NOT_WHILE_CONTOURING)
-    contour.select(tuple(mask(text, context.unit.letters)))
+    members = mask(text, context.unit.letters)
+    if any(axis.plane in context.core.planes for axis in context.axes(members)):
+        raise Refused(ErrorCode.NOT_IN_COORDINATED_MOVE)
+    contour.select(tuple(members))
     return None
 
 
@@ -57,7 +60,7 @@ def _distances(context: Context, text: str) -> Answer:
     if interval == 0:
         return _end(context, contour, deltas)
     if interval is not None:
-        contour.set_interval(interval, context.core.sample)
+        contour.set_time(interval, context.core.sample)
     if contour.usual == 0.0:
         raise Refused(ErrorCode.NO_TIME)
     contour.append(Record(deltas, 0.0, contour.usual), context.core.now)
