@@ -45,6 +45,10 @@ class Pane:
         self.until_true(lambda _: self._fact("pane_dead") == "1", "its end")
         return int(self._fact("pane_dead_status"))
 
+    def history(self) -> str:
+        """Return what has scrolled away and what shows, as text."""
+        return _tmux(self._server, "capture-pane", "-p", "-S", "-")
+
     def until(self, text: str) -> str:
         """Wait until `text` shows and return the picture; raises `AssertionError` with it where it never does."""
         return self.until_true(lambda picture: text in picture, repr(text))

@@ -130,14 +130,21 @@ def test_keys_clear_the_line_and_hide_the_axes(terminal: Pane) -> None:
     terminal.until("velocity")
 
 
-def test_a_message_of_a_program_does_not_tear_the_line(terminal: Pane, tmp_path: Path) -> None:
-    (tmp_path / "hello.dmc").write_text('#HELLO\nWT 300\nMG "hello from thread"\nEN\n', encoding="ascii")
-    terminal.enter(":download hello.dmc")
-    terminal.until("Downloaded: 4 lines")
-    terminal.enter("XQ #HELLO")
-    terminal.type("MG 1+1")
-    picture = terminal.until("« hello from thread")
-    assert ": MG 1+1" in picture.split("« hello from thread")[1]
+def test_messages_of_programs_do_not_tear_the_line(terminal: Pane, tmp_path: Path) -> None:
+    lines = ["#TALK", "n=0", "#L", 'MG "line",n', "n=n+1", "WT 20", "JP #L,n<50", "EN"]
+    (tmp_path / "talk.dmc").write_text("\n".join(lines) + "\n", encoding="ascii")
+    terminal.enter(":download talk.dmc")
+    terminal.until("Downloaded: 8 lines")
+    terminal.enter("XQ #TALK")
+    for letter in "MG 1+2+3+4+5+6":
+        terminal.type(letter)
+    terminal.until("« line 49.0000")
+    terminal.until(": MG 1+2+3+4+5+6")
+    above, _, below = terminal.history().partition(": XQ #TALK\n")[2].rpartition("« line 49.0000\n")
+    assert [line for line in above.splitlines() if line != ":"] == [f"« line {n}.0000" for n in range(49)]
+    assert below.startswith(": MG 1+2+3+4+5+6\n")
+    terminal.press("Enter")
+    terminal.until(" 21.0000")
 
 
 def test_a_program_goes_in_and_comes_back(terminal: Pane, tmp_path: Path) -> None:

@@ -9,25 +9,6 @@ from typing import NamedTuple
 from maya_un.cli.dmc_tools.terminal import guide
 from maya_un.cli.dmc_tools.terminal.names import Names
 
-FUNCTIONS = {
-    "@ABS": "absolute value",
-    "@ACOS": "arc cosine [deg]",
-    "@AN": "analog input [V]",
-    "@ASIN": "arc sine [deg]",
-    "@ATAN": "arc tangent [deg]",
-    "@COM": "complement of all bits",
-    "@COS": "cosine of degrees",
-    "@FRAC": "fraction",
-    "@IN": "digital input",
-    "@INT": "whole part",
-    "@OUT": "digital output",
-    "@RND": "nearest whole number",
-    "@SIN": "sine of degrees",
-    "@SQR": "square root",
-    "@TAN": "tangent of degrees",
-}
-"""Functions of expressions."""
-
 WORDS = {
     ":watch": "EXPR: show an expression in the panel",
     ":unwatch": "[EXPR]: take it away, or all",
@@ -86,7 +67,7 @@ def _inside(command: str, names: Names) -> list[Candidate]:
     if _TAKES_LABEL.fullmatch(command):
         return _offer(_labels(names), "")
     if found := _FUNCTION.search(command):
-        return _offer(FUNCTIONS.items(), found[0])
+        return _offer(((function.name, function.purpose) for function in guide.functions()), found[0])
     if found := _OPERAND.search(command):
         return _operands(found[0], found[1], names)
     if found := _WORD.search(command):
@@ -95,7 +76,7 @@ def _inside(command: str, names: Names) -> list[Candidate]:
 
 
 def _operands(typed: str, name: str, names: Names) -> list[Candidate]:
-    entries = [entry for entry in guide.entries() if entry.operand]
+    entries = guide.operands()
     if len(name) < 2:
         return _offer(((f"_{entry.name}", entry.purpose) for entry in entries), typed)
     exists = any(entry.name == name for entry in entries)

@@ -1,32 +1,28 @@
-"""What the terminal tells about a command of the language, and about itself."""
+"""What the terminal tells about the language, and about itself."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
+from maya_un.galil.catalogue import CATALOGUE, Arguments, Entry, Kind, Where
 from maya_un.galil.commands import FORMS
 
-
-class Entry(NamedTuple):
-    """One command: what it is for, what it takes, what holds where nobody sets it; `operand` where `_XX` exists."""
-
-    name: str
-    purpose: str
-    arguments: str
-    default: str
-    operand: bool = True
-
-
-def entry(name: str) -> Entry | None:
-    """Return what is known of a mnemonic, None where there is none of that name."""
-    form = FORMS.get(name)
-    return None if form is None else Entry(name, form.value, "", "")
-
-
-def entries() -> tuple[Entry, ...]:
-    """Return all mnemonics in order."""
-    return tuple(found for name in sorted(FORMS) if (found := entry(name)) is not None)
-
+_COMMANDS_ONLY = (
+    "AD AI AM AO AP AR AS AT BP CB CC CD CI CR DH DT EA ELSE EN ENDIF ES ET FE FI GA HS ID IF II IK JP LA LI LL LS LV "
+    "MB MC ME MF MG MR OB PW QD QR QU RA RE RI SB SH SL ST TH TR TZ UI WT YR"
+)
+_NO_OPERAND = frozenset(_COMMANDS_ONLY.split())
+_ARGUMENTS = {
+    Arguments.AXES: "{0} ABC, {0} 1,2,3 or {0}A=1",
+    Arguments.AXES_OR_PLANES: "{0} ABC or {0} S",
+    Arguments.PLANES: "{0} 1,2 or {0}S=1",
+    Arguments.PLAIN: "{0} or {0} 1,2",
+    Arguments.OWN: "{0} ...",
+}
+_WHERE = {
+    Where.BOTH: "",
+    Where.HOST: "not in a program",
+    Where.PROGRAM: "in a program only",
+    Where.NEITHER: "of host software only",
+}
 
 OVERVIEW = """\
 Type commands of the controller, several with ; between them. Tab completes. `help TP` or `?TP` explains one.
@@ -43,16 +39,51 @@ Ctrl-C clears the line and stops nothing. F2 shows or hides the axes, F5 connect
 """Help on the terminal itself."""
 
 
+def entry(name: str) -> Entry | None:
+    """Return what is known of a mnemonic, None where there is none of that name."""
+    return CATALOGUE.get(name) if name in FORMS else None
+
+
+def entries() -> tuple[Entry, ...]:
+    """Return all mnemonics in order."""
+    return tuple(found for name in sorted(FORMS) if (found := entry(name)) is not None)
+
+
+def operands() -> tuple[Entry, ...]:
+    """Return the mnemonics that are operands of expressions too, written `_XX`."""
+    return tuple(found for found in entries() if found.name not in _NO_OPERAND)
+
+
+def functions() -> tuple[Entry, ...]:
+    """Return the functions of expressions."""
+    return tuple(found for found in CATALOGUE.values() if found.kind is Kind.FUNCTION)
+
+
 def page(name: str) -> str:
-    """Return what is known of a mnemonic (any case), the overview for an empty name."""
+    """Return what is known of a name of the language (any case), the overview for an empty one."""
     if not name:
         return OVERVIEW
-    found = entry(name.upper())
+    found = CATALOGUE.get(name.upper()) or CATALOGUE.get(name)
     if found is None:
         return f"{name} is no command of the DMC-41x3. `:help` tells about the terminal."
-    return line(found)
+    facts = [*_facts(found)]
+    return f"{found.name}  {found.purpose}" + (f"\n    {'; '.join(facts)}" if facts else "")
 
 
 def line(found: Entry) -> str:
     """Return an entry in one line."""
-    return f"{found.name}  {found.purpose}"
+    return "  ".join([found.name, found.purpose, *(f"({fact})" for fact in _facts(found))])
+
+
+def _facts(found: Entry) -> list[str]:
+    """Return how a command is written, what holds where nobody says it, where it may stand, its operand."""
+    if found.name not in FORMS:
+        return []
+    facts = [_ARGUMENTS[found.arguments].format(found.name)]
+    if found.default:
+        facts.append(f"default {found.default}")
+    if _WHERE[found.where]:
+        facts.append(_WHERE[found.where])
+    if found.name not in _NO_OPERAND:
+        facts.append(f"operand _{found.name}")
+    return facts

@@ -32,17 +32,17 @@ def _axis(letter: str, axis: AxisRecord, width: int) -> Line:
         ("class:off", "   off") if axis.motor_off else ("", "    on"),
         ("class:moving", "  moving ") if axis.moving else ("", "  at rest"),
         ("", " "),
-        _switch("F", axis.forward_limit_active),
-        _switch("R", axis.reverse_limit_active),
-        _switch("H", bool(axis.switches & Switch.HOME_INPUT)),
+        _switch("F", axis.forward_limit_active, "class:active"),
+        _switch("R", axis.reverse_limit_active, "class:active"),
+        _switch("H", bool(axis.switches & Switch.HOME_INPUT), "class:letter"),
     ]
     left = width - sum(len(text) for _, text in line)
     words = f" {axis.stop_code:>3} {STOP_TEXTS.get(axis.stop_code, '')}"
     return [*line, ("", words if len(words) <= left else words[: left - 1] + "…")]
 
 
-def _switch(letter: str, active: bool) -> Piece:
-    return ("class:active", letter) if active else ("class:quiet", "·")
+def _switch(letter: str, active: bool, style: str) -> Piece:
+    return (style, letter) if active else ("class:quiet", "·")
 
 
 def watched(values: Mapping[str, str], width: int) -> list[Line]:

@@ -16,6 +16,7 @@ from prompt_toolkit.document import Document
 from prompt_toolkit.formatted_text import FormattedText
 from prompt_toolkit.history import FileHistory, History, InMemoryHistory
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
+from prompt_toolkit.renderer import print_formatted_text as print_to
 from prompt_toolkit.styles import Style
 
 from maya_un.cli import output
@@ -80,7 +81,19 @@ class Screen:
 
 
 def _say(style: str, text: str) -> None:
-    print_formatted_text(FormattedText([(style, text)]), style=_STYLE)
+    """Print above the line being typed.
+
+    Not by prompt_toolkit's own way, which lets go of the keyboard meanwhile: keys pressed just then would be echoed
+    into the middle of the screen.
+    """
+    app = get_app_or_none()
+    if app is None or not app.is_running:
+        print_formatted_text(FormattedText([(style, text)]), style=_STYLE)
+        return
+    app.renderer.erase()
+    print_to(app.output, FormattedText([(style, f"{text}\n")]), _STYLE)
+    app.renderer.request_absolute_cursor_position()
+    app.invalidate()
 
 
 class _Completer(Completer):
@@ -135,7 +148,7 @@ async def _type(session: Session) -> None:
         refresh_interval=0.2,
         reserve_space_for_menu=6,
     )
-    with on_end(_end, signal.SIGTERM), suppress(EOFError):
+    with on_end(_end, signal.SIGTERM), prompt.input.raw_mode(), suppress(EOFError):
         while (line := await prompt.prompt_async([("class:prompt", ": ")], handle_sigint=False)).strip() not in QUIT:
             if line.strip():
                 session.enter(line)
