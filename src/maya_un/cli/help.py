@@ -29,6 +29,7 @@ Ask (no robot needed)
   dmc serve [--port N] [--speed X]             a virtual DMC-41x3 with Maya's mechanics, on TCP and UDP
   dmc fault [NAME [PARAMETER=VALUE...]]        make something go wrong with it; without NAME, what can
   dmc send HOST[:PORT] CMD...                  talk to a controller in its own language
+  dmc terminal [HOST[:PORT]]                   the same by hand, with the axes in view
   dmc conform HOST[:PORT] [--moves]            does it answer as a DMC-41x3 does
   dmc gclib run SCRIPT [ARG...]                run a script written for Galil's gclib
 
