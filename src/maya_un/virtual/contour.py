@@ -33,10 +33,10 @@ class Contour(Feed):
         self.starved: Callable[[], None] = lambda: None
         self._usual = 0.0
 
-    def select(self, members: tuple[int, ...]) -> None:
-        """Choose the axes (CM) and forget what waits."""
+    def select(self, members: tuple[int, ...], t: float) -> None:
+        """Choose the axes (CM) at time `t` and forget what waits."""
         self.members = members
-        self.clear()
+        self.clear(t)
 
     def set_interval(self, interval: int, sample: float) -> None:
         """Set DT, with the sample time [s]; -1 pauses, any other goes on."""

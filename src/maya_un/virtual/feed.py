@@ -55,7 +55,7 @@ class Feed:
         self.running = self.stopping = self.stale = self.paused = False
         self._waiting: list[Record] = []
         self._laid: list[Laid] = []
-        self._closed = False
+        self._closed = self._cut = False
         self._places: tuple[int, ...] = ()
         self._speed = 0.0
         self._end = 0.0
@@ -91,9 +91,13 @@ class Feed:
         self._waiting.append(record)
         self.stale = True
 
-    def clear(self) -> None:
-        """Forget the records that wait; those laid out already stay."""
+    def clear(self, t: float) -> None:
+        """Forget all records at time `t` but the one under way."""
+        self._drop(t)
+        self._cut = self._take_back() < inf or self._cut
         self._waiting.clear()
+        self._closed = False
+        self.stale = True
 
     def heading(self, place: int) -> int:
         """Return the direction in which a member will begin to move: 1, -1, or 0."""
@@ -112,13 +116,15 @@ class Feed:
         """Lay out the records that wait, or take back those behind a pause; return from when on the plan is new."""
         self.stale = False
         self._drop(t)
+        cut, self._cut = self._cut, False
         if self.paused:
-            return self._take_back()
+            back = self._take_back()
+            return self._end if cut else back
         start = max(t, self._end)
         self._fresh = len(self._laid)
         while self._waiting and not self._closed:
             self._lay(self._waiting.pop(0), start if len(self._laid) == self._fresh else self._end)
-        return start if len(self._laid) > self._fresh else inf
+        return start if cut or len(self._laid) > self._fresh else inf
 
     def pieces(self, place: int) -> tuple[list[Piece], float]:
         """Return the newest part of one member's timeline, and its largest speed [counts/s]."""
@@ -137,7 +143,7 @@ class Feed:
         """End the motion at time `t`, forget its records, and return the stop code of the members."""
         self._done += self._past(t) + self._closed
         result = self.done_code if self._closed else self.starved_code
-        self.running = self.stopping = self.stale = self._closed = False
+        self.running = self.stopping = self.stale = self._closed = self._cut = False
         self._waiting, self._laid = [], []
         return result
 

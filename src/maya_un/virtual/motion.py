@@ -166,7 +166,8 @@ class MotionCore:
     def torque(self, axis: Axis) -> float:
         """Return the motor command TT [V], within what TL allows, or TK where that is more."""
         most = max(axis.registers["TL"], axis.registers["TK"])
-        return max(-most, min(most, self.plant.torque(axis.index)))
+        offset = axis.registers["OF"] if axis.on else 0.0
+        return max(-most, min(most, self.plant.torque(axis.index) + offset))
 
     def auxiliary(self, axis: Axis) -> int:
         """Return the auxiliary encoder TD, which nothing turns; for a stepper the steps commanded."""
@@ -252,6 +253,8 @@ class MotionCore:
     def begin_feeds(self, feeds: Sequence[Feed]) -> None:
         """Begin a contour (CD), or PVT sequences (BT): all of them or, where one may not, none."""
         for feed in feeds:
+            if feed.running:
+                raise Refused(ErrorCode.BEGIN_WHILE_RUNNING)
             if feed.empty or not feed.members:
                 raise Refused(ErrorCode.NO_SEQUENCE)
             for place, i in enumerate(feed.members):

@@ -28,7 +28,7 @@ def _members(context: Context, text: str) -> Answer:
     members = mask(text, context.unit.letters)
     if any(axis.plane in context.core.planes for axis in context.axes(members)):
         raise Refused(ErrorCode.NOT_IN_COORDINATED_MOVE)
-    contour.select(tuple(members))
+    contour.select(tuple(members), context.core.now)
     return None
 
 
@@ -91,7 +91,7 @@ def _end(context: Context, contour: Contour, deltas: tuple[int, ...]) -> Answer:
     if contour.running or not contour.empty:
         contour.append(Record(deltas, 0.0, 0.0), context.core.now)
     else:
-        contour.select(())
+        contour.select((), context.core.now)
     return None
 
 
@@ -100,7 +100,7 @@ def _begin_contour(context: Context, contour: Contour) -> None:
     try:
         context.core.begin_feeds([contour])
     except Refused:
-        contour.clear()
+        contour.clear(context.core.now)
         raise
 
 
@@ -140,7 +140,7 @@ def _samples(time: float) -> int:
 
 def _take(context: Context, pvt: Pvt, way: int, speed: float, samples: int | None) -> None:
     if samples == _CLEAR:
-        pvt.clear()
+        pvt.clear(context.core.now)
         return
     if samples is None:
         samples = pvt.samples
