@@ -15,7 +15,8 @@ LETTERS = "ABCDEFGH"
 VIRTUAL = "NM"
 """The virtual axes: profiles without a motor, for gearing and cams to follow."""
 
-_NAMES = LETTERS + "ST" + VIRTUAL
+NAMES = LETTERS + "ST" + VIRTUAL
+"""Axes and planes in the order of the numbers that stand for them in axis variables."""
 
 FORWARD_OFF = 2147483647
 REVERSE_OFF = -2147483648
@@ -112,7 +113,7 @@ class Axis:
     @property
     def letter(self) -> str:
         """Its name."""
-        return _NAMES[self.index]
+        return NAMES[self.index]
 
     @property
     def virtual(self) -> bool:

@@ -126,6 +126,10 @@ class Cam:
         """Set a table entry (ET)."""
         self._slaves[axis.index].table[index] = value
 
+    def entry(self, axis: Axis, index: int) -> float:
+        """Return a table entry."""
+        return self._slaves[axis.index].table[index]
+
     def engage(self, axis: Axis, place: float) -> None:
         """Let an axis follow from `place` of the master's cycle on (EG), at once where there is no such place."""
         slave = self._slave(axis)

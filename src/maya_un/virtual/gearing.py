@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from math import inf
 
 from maya_un.galil.codes import ErrorCode, StopCode
-from maya_un.virtual.axis import Axis
+from maya_un.virtual.axis import NAMES, Axis
 from maya_un.virtual.following import TICK, Imposed, Master
 from maya_un.virtual.motion import MotionCore
 from maya_un.virtual.refusal import Refused
@@ -166,6 +166,11 @@ class Gearing:
             raise Refused(ErrorCode.GEAR_MASTER_IS_SLAVE)
         slave = self._slaves[axis.index] = _Slave(axis, master, self._core)
         slave.look()
+
+    def number_of_master(self, axis: Axis) -> int:
+        """Return what an axis follows, as axis variables number it; -1 for nothing."""
+        slave = self._slaves.get(axis.index)
+        return -1 if slave is None else NAMES.index(slave.master.letter)
 
     def phase(self, axis: Axis) -> float:
         """Return what the slave lacks of its ratio since that changed (`_GP`) [counts]."""

@@ -10,9 +10,10 @@ from maya_un.galil.numbers import RAW_MAX, RAW_MIN, fixed
 from maya_un.virtual import network, registers, status
 from maya_un.virtual.arithmetic import ONE, unpack
 from maya_un.virtual.arrays import MOST_ARRAYS
-from maya_un.virtual.axis import LETTERS, VIRTUAL, Axis
+from maya_un.virtual.axis import LETTERS, Axis
 from maya_un.virtual.failures import step_error
 from maya_un.virtual.handles import Handle
+from maya_un.virtual.peripherals import ANALOG_INPUTS
 from maya_un.virtual.plane import Plane
 from maya_un.virtual.program import MOST_LABELS
 from maya_un.virtual.refusal import Refused
@@ -95,21 +96,15 @@ class Names:
         word, which = name[:2], name[2:]
         if word in _PLANE and (which in ("S", "T") or (not which and word not in _AXIS)):
             return self._plane_reader(_PLANE[word], which)
-        if which in VIRTUAL and which:
-            return self._virtual_reader(word, self._unit.core.virtual[which])
-        if word in _AXIS:
-            return partial(_AXIS[word], self._unit, self._axis(which))
-        if word in registers.AXIS:
-            values = self._axis(which).registers
-            return lambda: values[word]
+        if word in _AXIS or word in registers.AXIS:
+            return self._axis_reader(word, self._axis(which))
         if word in registers.PLANE and which in ("S", "T", ""):
             return self._plane_reader(lambda _, plane: plane.registers[word], which)
         self._of_caller(word, which)
         return lambda: self._of_caller(word, which)
 
-    def _virtual_reader(self, word: str, axis: Axis) -> _Reader:
-        """Return what reads an operand of a virtual axis."""
-        if word in _OF_VIRTUAL:
+    def _axis_reader(self, word: str, axis: Axis) -> _Reader:
+        if word in _AXIS and (not axis.virtual or word in _OF_VIRTUAL):
             return partial(_AXIS[word], self._unit, axis)
         if word not in axis.registers:
             raise Refused(ErrorCode.BAD_OPERAND)
@@ -122,6 +117,8 @@ class Names:
 
     def _axis(self, letter: str) -> Axis:
         letter = _ALIASES.get(letter, letter)
+        if letter in self._unit.core.virtual:
+            return self._unit.core.virtual[letter]
         if len(letter) != 1 or letter not in self._unit.letters:
             raise Refused(ErrorCode.BAD_OPERAND)
         return self._unit.axes[LETTERS.index(letter)]
@@ -239,6 +236,12 @@ _SYSTEM: dict[str, Callable[[Unit], float]] = {
     "EW": lambda unit: next(iter(unit.cam.widened), -1),
     "EY": lambda unit: unit.cam.cycles,
     "AZ": lambda unit: 0,
+    "QQ": lambda unit: 0,
+    "MW": lambda unit: unit.peripherals.modbus_waits,
+    "US": lambda unit: unit.peripherals.ports_swapped,
+    "CI": lambda unit: unit.peripherals.communication_interrupt,
+    "EI": lambda unit: unit.peripherals.event_settings[0],
+    **{f"AQ{n + 1}": (lambda unit, n=n: unit.peripherals.analog_ranges[n]) for n in range(ANALOG_INPUTS)},
     "DR": lambda unit: unit.records.period,
     "DR0": lambda unit: unit.records.period,
     "DR1": lambda unit: unit.records.place,

@@ -20,6 +20,7 @@ from maya_un.virtual.memory import Memory
 from maya_un.virtual.motion import MotionCore
 from maya_un.virtual.network import Network
 from maya_un.virtual.outlet import Outlet
+from maya_un.virtual.peripherals import Peripherals
 from maya_un.virtual.plane import Plane
 from maya_un.virtual.plant import Plant
 from maya_un.virtual.program import Program
@@ -86,6 +87,7 @@ class Unit:
         coupled = (self.latches, self.gearing, self.cam, Failures(self.core, self.inputs))
         self.activities: tuple[Activity, ...] = (*coupled, self.recorder)
         self.on_note: Callable[[str], None] | None = None
+        self._noted: set[str] = set()
         self.on_tcp_error: Callable[[int], None] | None = None
         self.started = 0.0
         self.outputs = [False] * (8 if axes <= 4 else 16)
@@ -111,6 +113,7 @@ class Unit:
         self.echo = 1
         self.outlet.reset()
         self.network = Network(self.identity.address)
+        self.peripherals = Peripherals()
         self.handles.blocking = True
 
     @property
@@ -157,8 +160,9 @@ class Unit:
             self.on_tcp_error(handle_index)
 
     def note(self, text: str) -> None:
-        """Tell whoever keeps a log something about the twin itself, such as a command without effect."""
-        if self.on_note is not None:
+        """Tell whoever keeps a log, once, something about the twin itself, such as a command without effect."""
+        if self.on_note is not None and text not in self._noted:
+            self._noted.add(text)
             self.on_note(text)
 
     def set_input(self, bit: int, high: bool) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from maya_un.virtual.commands import (
     array,
     contouring,
@@ -12,14 +14,16 @@ from maya_un.virtual.commands import (
     inquiry,
     message,
     motion,
+    peripherals,
     program,
     setting,
     system,
     vector,
 )
-from maya_un.virtual.context import Handler
+from maya_un.virtual.context import Answer, Context, Handler
+from maya_un.virtual.coverage import COVERAGE, Class
 
-TABLE: dict[str, Handler] = {
+_HANDLERS: dict[str, Handler] = {
     **setting.TABLE,
     **motion.TABLE,
     **coordinated.TABLE,
@@ -31,7 +35,26 @@ TABLE: dict[str, Handler] = {
     **system.TABLE,
     **ethernet.TABLE,
     **message.TABLE,
+    **peripherals.TABLE,
     **array.TABLE,
     **program.TABLE,
 }
+
+
+def _noted(name: str, handler: Handler, reason: str, context: Context, text: str) -> Answer:
+    """Execute a command that has no effect, and have that noted."""
+    answer = handler(context, text)
+    if answer is None:
+        context.unit.note(f"{name} has no effect on this twin: {reason}")
+    return answer
+
+
+def _with_notes(name: str, handler: Handler) -> Handler:
+    coverage = COVERAGE.get(name)
+    if coverage is None or coverage.kind is not Class.ACCEPTED:
+        return handler
+    return partial(_noted, name, handler, coverage.reason)
+
+
+TABLE: dict[str, Handler] = {name: _with_notes(name, handler) for name, handler in _HANDLERS.items()}
 """Every command that this controller knows."""

@@ -26,7 +26,7 @@ _UDP, _TCP = 1, 2
 
 
 def _handle(context: Context, text: str) -> Answer:
-    """IH: close handles with -1, -2, -3 (UDP, TCP, any), or open one to an address."""
+    """IH: close handles with -1, -2, -3 (UDP, TCP, any), or open one to an address; `?` asks for a handle's address."""
     closing = _CLOSE.fullmatch(text)
     if closing is not None:
         _close(context, *closing.groups())
@@ -35,6 +35,9 @@ def _handle(context: Context, text: str) -> Answer:
     if opening is None:
         raise Refused(ErrorCode.OPERAND_ERROR)
     letter, address, port, kind = opening.groups()
+    if address.strip() == QUERY:
+        handle = context.unit.handles.at(letter)
+        return context.unit.position_text(status.address_bytes(handle.peer[0] if handle else ""))
     if text.rstrip().endswith(QUERY):
         raise Refused(ErrorCode.QUESTION_MARK_INVALID)
     _open(context, letter, address, port, kind)

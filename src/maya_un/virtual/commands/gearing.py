@@ -42,14 +42,14 @@ def _master(context: Context, text: str) -> Master:
 
 
 def _gear(context: Context, text: str) -> Answer:
-    """GA: the master of each slave."""
+    """GA: the master of each slave; where it is asked for, its number as in axis variables, -1 for none."""
     changes = [(context.unit.axes[index], argument) for index, argument in by_axis(text, context.unit.letters)]
-    if any(argument == QUERY for _, argument in changes):
-        raise Refused(ErrorCode.QUESTION_MARK_INVALID)
-    masters = [(axis, _master(context, argument)) for axis, argument in changes]
+    gearing = context.unit.gearing
+    asked = [float(gearing.number_of_master(axis)) for axis, argument in changes if argument == QUERY]
+    masters = [(axis, _master(context, argument)) for axis, argument in changes if argument != QUERY]
     for axis, master in masters:
-        context.unit.gearing.connect(axis, master)
-    return None
+        gearing.connect(axis, master)
+    return context.unit.position_text(asked) if asked else None
 
 
 def _cam_master(context: Context, text: str) -> Answer:
@@ -136,11 +136,13 @@ def _entry(context: Context, text: str) -> Answer:
     if not 0 <= index < ENTRIES:
         raise Refused(ErrorCode.CAM_INDEX)
     entries = by_axis(values, context.unit.letters)
-    if any(argument == QUERY for _, argument in entries):
-        raise Refused(ErrorCode.QUESTION_MARK_INVALID)
+    axes = context.unit.axes
+    asked = [cam.entry(axes[axis], index) for axis, argument in entries if argument == QUERY]
+    if asked:
+        return context.unit.position_text(asked)
     numbers = [(axis, POSITION.rounded(context.number(argument))) for axis, argument in entries]
     for axis, number in numbers:
-        cam.set_entry(context.unit.axes[axis], index, number)
+        cam.set_entry(axes[axis], index, number)
     if form is None:
         cam.index = min(index + 1, ENTRIES - 1)
     return None

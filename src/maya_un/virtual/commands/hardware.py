@@ -1,12 +1,10 @@
-"""Commands of the hardware around the axes: sample time, commutation, steppers, amplifiers, output compare, analog range.
+"""Commands of the hardware of the axes: sample time, commutation, steppers, amplifiers, output compare.
 
 The unit has sinusoidal amplifiers and no Hall sensors, so that what needs Hall sensors is refused with 110. Finding
 the phase (BX, BZ) takes no time and moves nothing: the bench's motors have no phases.
 """
 
 from __future__ import annotations
-
-from functools import partial
 
 from maya_un.galil.codes import ErrorCode
 from maya_un.virtual.arguments import QUERY, mask, split

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 from maya_un.galil.codes import ErrorCode, StopCode
-from maya_un.virtual.arguments import QUERY, axes_and_planes, by_axis, mask
+from maya_un.virtual.arguments import QUERY, axes_and_planes, mask
 from maya_un.virtual.axis import Axis, Kind, Latch
 from maya_un.virtual.commands.setting import addressed, allowed, kept, named
 from maya_un.virtual.context import Answer, Context, Handler

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.virtual import burn
+from maya_un.virtual import burn, status
 from maya_un.virtual.arguments import QUERY, split
 from maya_un.virtual.context import Answer, Context, Handler
 from maya_un.virtual.refusal import Refused
@@ -36,6 +36,9 @@ def _port(context: Context, text: str) -> Answer:
     arguments = split(text)
     if 8 * len(arguments) > len(unit.outputs):
         raise Refused(ErrorCode.OPERAND_ERROR)
+    if QUERY in arguments:
+        banks = [bank for bank, argument in enumerate(arguments) if argument == QUERY]
+        return unit.position_text([status.output_bank(unit, bank) for bank in banks])
     masks = [context.integer(argument, 0, 255) if argument else None for argument in arguments]
     for bank, bits in enumerate(masks):
         for bit in range(8 if bits is not None else 0):
