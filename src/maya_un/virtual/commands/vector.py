@@ -7,6 +7,7 @@ that; VP and CR without all their numbers are refused (50); VM takes the virtual
 from __future__ import annotations
 
 from maya_un.galil.codes import ErrorCode
+from maya_un.galil.numbers import join_positions
 from maya_un.virtual.arc import TANGENT, Arc, X, Y
 from maya_un.virtual.arguments import QUERY, place, split
 from maya_un.virtual.axis import VIRTUAL, Axis
@@ -105,7 +106,7 @@ def _tangent(context: Context, text: str) -> Answer:
     if abs(values[0]) > _LARGEST_FACTOR:
         raise Refused(ErrorCode.OUT_OF_RANGE)
     plane.tangent = (values[0], int(values[1]))
-    return context.unit.fixed_text(asked, 4) if asked else None
+    return join_positions([context.unit.value_text(value) for value in asked]) if asked else None
 
 
 def _ellipse(context: Context, text: str) -> Answer:
