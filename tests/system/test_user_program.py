@@ -23,7 +23,7 @@ PICK, PLACE = 8000, 16000
 """Where the boom takes the part and where it puts it down [counts from the reverse switch]."""
 
 PROGRAM = f"""\
-'Home the boom on its reverse switch, then carry a part twice there and back, and there.
+'Home the boom on its reverse switch, then carry a part there, back and there
 #AUTO
 SB 1;'open
 SH;hits=0;cycles=0
