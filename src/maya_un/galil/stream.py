@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import asyncio
 import re
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator
 from contextlib import suppress
 from enum import Enum
 from typing import Protocol
 
-from maya_un.errors import CommandRejected, InvalidValue, LinkLost, MachineError, MayaError
+from maya_un.errors import CommandRejected, ConnectFailed, InvalidValue, LinkLost, MachineError, MayaError
 from maya_un.galil.record import DataRecord, decode
 from maya_un.galil.transport import DatagramFactory, Datagrams
 
@@ -94,10 +94,6 @@ class Link(Protocol):
         """Send one command and return what it printed."""
         ...
 
-    async def batch(self, commands: Sequence[str]) -> list[str]:
-        """Send commands together."""
-        ...
-
     async def value(self, operand: str) -> float:
         """Return the value of an operand."""
         ...
@@ -146,7 +142,11 @@ class RecordStream:
     async def open(cls, link: Link, rate: float, datagrams: DatagramFactory | None) -> RecordStream:
         """Begin; see `Driver.stream`."""
         stream = cls(link, period := period_of(rate))
-        stream.reason = await stream._begin(datagrams, period)
+        try:
+            stream.reason = await stream._begin(datagrams, period)
+        except BaseException:
+            await stream._give_back()
+            raise
         if stream.reason:
             await stream._give_back()
         else:
@@ -191,18 +191,19 @@ class RecordStream:
             return "no way for UDP was given"
         try:
             self._endpoint = await datagrams()
+        except ConnectFailed as error:
+            return str(error.details["reason"])
+        try:
             self._place = await self._learn_handle(self._endpoint)
             if self._place is None:
                 return "the controller does not answer by UDP"
             await self._link.send(f"DR {period},{self._place}")
-        except (CommandRejected, LinkLost) as error:
+        except CommandRejected as error:
+            return f"DR was refused: {error.details['reason']}"
+        except LinkLost as error:
             if self._link.lost.done():
                 raise
-            return str(error)
-        except MayaError as error:
-            if self._endpoint is not None:
-                raise
-            return str(error)
+            return str(error.details["reason"])
         return ""
 
     async def _learn_handle(self, endpoint: Datagrams) -> int | None:
@@ -256,7 +257,7 @@ class RecordStream:
                     if self._gaps.take(record.sample):
                         self._take(record)
         except LinkLost as error:
-            return str(error)
+            return str(error.details["reason"])
         return "the way for UDP was closed"
 
     async def _poll(self) -> None:
