@@ -92,6 +92,14 @@ def test_a_program_is_taken_by_lines_until_its_backslash() -> None:
     assert taken == ["DL", "#A;x=1", "  EN", "\\", "TP"]
 
 
+def test_a_longer_line_may_be_allowed_until_the_backslash() -> None:
+    splitter = LineSplitter()
+    splitter.program, splitter.limit = True, 1000
+    numbers = ",".join("7" * 90)
+    assert splitter.feed(f"{numbers}\r{numbers}\\".encode()) == [numbers, numbers, "\\"]
+    assert splitter.feed(f"{numbers}\r".encode()) == [TOO_LONG]
+
+
 def test_golden_exchanges_are_one_reply_a_command() -> None:
     found = exchanges()
     assert len(found) > 300
