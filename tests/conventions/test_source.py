@@ -23,7 +23,11 @@ IO_MODULES = {
     "maya_un.galil.gclib.session",
     "maya_un.galil.stream",
     "maya_un.galil.transport",
+    "maya_un.virtual.control",
+    "maya_un.virtual.dialing",
+    "maya_un.virtual.link",
     "maya_un.virtual.server",
+    "maya_un.virtual.udp",
 }
 """The modules of `galil` and `virtual` that carry bytes; all others are functions of bytes and time."""
 

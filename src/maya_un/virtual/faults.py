@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Callable, Mapping
 from functools import partial
 from math import inf, isfinite
@@ -24,8 +23,24 @@ _OVERCURRENT = 1 << 24
 _WORDS = {"true": True, "on": True, "1": True, "false": False, "off": False, "0": False}
 
 
+class Timer(Protocol):
+    """Something that will happen unless it is cancelled."""
+
+    def cancel(self) -> None:
+        """Let it not happen."""
+        ...
+
+
 class Victim(Protocol):
     """What a fault happens to: a virtual controller on its wires."""
+
+    def time(self) -> float:
+        """Return the time of its loop [s]."""
+        ...
+
+    def later(self, seconds: float, act: Callable[[], None]) -> Timer:
+        """Do something so much later."""
+        ...
 
     @property
     def wire(self) -> Disturbance:
@@ -145,12 +160,12 @@ class Injection(NamedTuple):
 
 
 class Faults:
-    """What is going wrong with one controller. Times are those of the running loop."""
+    """What is going wrong with one controller. Times are those of its loop."""
 
     def __init__(self, victim: Victim) -> None:
         self._victim = victim
         self._active: dict[tuple[Value, ...], Injection] = {}
-        self._timers: dict[tuple[Value, ...], asyncio.TimerHandle] = {}
+        self._timers: dict[tuple[Value, ...], Timer] = {}
 
     @property
     def active(self) -> list[Injection]:
@@ -168,14 +183,13 @@ class Faults:
         if lasts is None and fault.duration:
             lasts = float(chosen[fault.duration])
         lasts = None if lasts == inf else lasts
-        loop = asyncio.get_running_loop()
-        injection = Injection(fault, chosen, None if lasts is None else loop.time() + lasts)
+        injection = Injection(fault, chosen, None if lasts is None else self._victim.time() + lasts)
         self.end(injection)
         fault.begin(self._victim, chosen)
         if fault.end is not None:
             self._active[injection.key] = injection
             if lasts is not None:
-                self._timers[injection.key] = loop.call_later(lasts, self.end, injection)
+                self._timers[injection.key] = self._victim.later(lasts, partial(self.end, injection))
         self._victim.look()
         return injection
 

@@ -71,6 +71,14 @@ class VirtualController:
         """Bring machine and plant to this instant."""
         self._machine.advance(self._loop.time() - self._epoch)
 
+    def time(self) -> float:
+        """Return the loop's time [s]."""
+        return self._loop.time()
+
+    def later(self, seconds: float, act: Callable[[], None]) -> asyncio.TimerHandle:
+        """Do something so many seconds of the loop later."""
+        return self._loop.call_later(seconds, act)
+
     def look(self) -> None:
         """Bring the machine to this instant and send what it has to say by itself."""
         self.sync()
