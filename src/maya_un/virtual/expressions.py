@@ -62,7 +62,7 @@ Value: TypeAlias = Callable[[Scope], int]
 
 def evaluate(text: str, scope: Scope) -> int:
     """Return the raw value of an expression; raises `Refused` with the code that fits what is wrong."""
-    if len(text) < 10 and text.isdecimal() and text.isascii():
+    if len(text) < 10 and text.isascii() and (text.isdecimal() or (text[:1] == "-" and text[1:].isdecimal())):
         return int(text) * ONE
     return compiled(text)(scope)
 
