@@ -14,6 +14,9 @@ from maya_un.virtual.plant import Plant
 WINDOW = 0.25
 """Time over which TV averages [s]."""
 
+SPACING = WINDOW / 64.0
+"""Errors that were seen closer together than this [s] are not all kept."""
+
 
 class Encoder:
     """The main encoder of one axis.
@@ -44,6 +47,8 @@ class Encoder:
     def note(self, t: float) -> None:
         """Remember the following error at time `t` [s], which is the present."""
         errors = self._errors
+        if len(errors) > 1 and t - errors[-2][0] < SPACING:
+            errors.pop()
         errors.append((t, self._axis.timeline.at(t)[0] - self._plant.position(self._axis.index)))
         while len(errors) > 2 and errors[1][0] <= t - WINDOW:
             errors.popleft()
@@ -51,11 +56,10 @@ class Encoder:
     def velocity(self, t: float) -> float:
         """Return TV at time `t` [s], the present: the mean over the last quarter of a second [counts/s]."""
         self.note(t)
-        return (self._at(t) - self._at(t - WINDOW)) / WINDOW * (self.counts_per_step if self._axis.stepper else 1.0)
-
-    def _at(self, t: float) -> float:
-        """Return where the motor was at time `t` [s], not rounded."""
-        return self._axis.timeline.at(t)[0] - self._error(t)
+        reference = self._axis.timeline.at
+        before = reference(t - WINDOW)[0] - self._error(t - WINDOW)
+        way = reference(t)[0] - self._errors[-1][1] - before
+        return way / WINDOW * (self.counts_per_step if self._axis.stepper else 1.0)
 
     def _error(self, t: float) -> float:
         before = self._errors[0]

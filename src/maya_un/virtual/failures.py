@@ -48,12 +48,16 @@ class Failures:
     def next_event(self) -> float:
         """Return when it wants to look at motors that push, or at steppers that move [s]."""
         core = self._core
+        if not (self._pushes or self.watching):
+            return inf
         pushing = any(axis.on and axis.registers["OA"] and (axis.moving or self._pushes) for axis in core.axes)
         stepping = any(axis.moving and axis.stepper and axis.registers["YS"] == IN_STEP for axis in core.axes)
         return core.now + ERROR_LOOK if pushing or stepping else inf
 
     def look(self, now: float) -> None:
         """See to the axes that have failed."""
+        if not (self._pushes or self.watching or self._core.cn[3] == 1):
+            return
         for axis in self._core.axes:
             self._look_at_encoder(axis, now)
             self._look_at_steps(axis)

@@ -43,11 +43,12 @@ class Latches:
     def look(self, now: float) -> None:
         """Trip the latches whose input, index or position has come by since the last look."""
         for axis in self._core.axes:
-            before, here = self._places[axis.index], self._core.plant.position(axis.index)
-            self._places[axis.index] = here
-            if axis.latch_armed:
-                self._look_at(axis, before, here)
-            self._compare(axis, before, here)
+            if axis.latch_armed or axis.index in self._compared:
+                before, here = self._places[axis.index], self._core.plant.position(axis.index)
+                self._places[axis.index] = here
+                if axis.latch_armed:
+                    self._look_at(axis, before, here)
+                self._compare(axis, before, here)
         self._levels[:] = self._inputs
 
     def reset(self) -> None:
@@ -57,10 +58,16 @@ class Latches:
     def arm(self, axis: Axis, latch: Latch) -> None:
         """Arm a latch (AL)."""
         axis.latch, axis.latch_armed, axis.latch_tripped = latch, True, False
+        self._begin(axis)
 
     def compare(self, axis: Axis, position: int) -> None:
         """Wait for an axis to pass `position` [controller counts] (OC)."""
         self._compared[axis.index] = position
+        self._begin(axis)
+
+    def _begin(self, axis: Axis) -> None:
+        """Take the present place as the one that was seen last."""
+        self._places[axis.index] = self._core.plant.position(axis.index)
 
     def compared(self, axis: Axis) -> bool:
         """Return whether nothing is waited for any more, or at all (`_OC`)."""
