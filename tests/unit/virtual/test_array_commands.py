@@ -153,6 +153,16 @@ def test_what_is_recorded_is_of_the_very_sample() -> None:
     assert [bench.value(f"p[{n}]") for n in range(8)] == [round((2 * n + 1) ** 2 * 0.48828125) for n in range(8)]
 
 
+def test_samples_are_as_long_as_tm_says() -> None:
+    """At TM 2000 a sample takes 2/1024 s; 1 s after power-up, with TM set at once, 512 have passed."""
+    bench = Bench()
+    bench.do("TM 2000", "DM t[4],p[4]", "RA t[],p[]", "RD TIME,_RPA", "AC 1073740800;JG 1024;BGA")
+    bench.at(1.0).do("RC 1")
+    bench.at(1.1)
+    assert [bench.value(f"t[{n}]") for n in range(4)] == [513, 515, 517, 519]
+    assert [bench.value(f"p[{n + 1}]-p[{n}]") for n in range(3)] == [4, 4, 4]
+
+
 def test_a_circular_recording_goes_on_until_it_is_stopped() -> None:
     bench = Bench()
     bench.do("DM t[8]", "RA t[]", "RD TIME", "RC 1,-8")

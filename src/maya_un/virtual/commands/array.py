@@ -215,7 +215,10 @@ def _torque(context: Context, axis: Axis) -> Source:
 
 
 def _record(context: Context, text: str) -> Answer:
-    """RC n0,n1: record every 2^n0 samples, n1 times; over and over for a negative n1; 0 ends it."""
+    """RC n0,n1: record every 2^n0 samples, n1 times; over and over for a negative n1; 0 ends it.
+
+    The sample time is that of the beginning: a TM while recording changes nothing before the next RC.
+    """
     unit = context.unit
     if text.strip() == QUERY:
         return unit.position_text([unit.recorder.recording])
@@ -225,7 +228,9 @@ def _record(context: Context, text: str) -> Answer:
     power = context.integer(arguments[0], 0, SLOWEST) if arguments[0] else 0
     count = int(context.number(arguments[1])) if len(arguments) == 2 and arguments[1] else 0
     if power:
-        unit.recorder.begin(context.core.now, unit.started, unit.period, 1 << power, count)
+        core = context.core
+        started = core.now - core.samples * core.sample
+        unit.recorder.begin(core.now, started, core.sample, 1 << power, count)
     else:
         unit.recorder.stop()
     return None
