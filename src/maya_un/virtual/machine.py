@@ -128,7 +128,8 @@ class VirtualDmc:
 
         It may then have something to send.
         """
-        wake = min((activity.next_event() for activity in self._activities), default=inf)
+        others = (activity.next_event() for activity in self._activities if activity is not self._runner)
+        wake = min([self._runner.wake(), *others])
         watching = any(activity.watching for activity in self._activities)
         if watching and any(axis.moving for axis in self._unit.axes):
             horizon = self._core.now + HORIZON

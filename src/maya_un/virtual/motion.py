@@ -462,11 +462,9 @@ class MotionCore:
         if beyond and not axis.erring:
             self.happened.append((Happening.POSITION_ERROR, axis))
         axis.erring = beyond
-        if not oe & _ON_ERROR:
-            return
-        if beyond:
+        if beyond and oe & _ON_ERROR:
             self.fault(axis, StopCode.OFF_ON_ERROR)
-        elif axis.moving:
+        elif axis.moving and not beyond and (oe & _ON_ERROR or self.errors_matter):
             self._learn(axis, error)
 
     def _learn(self, axis: Axis, error: float) -> None:

@@ -12,6 +12,9 @@ from maya_un.virtual.refusal import Refused
 from maya_un.virtual.thread import AT_ONCE, NEVER, Thread
 from maya_un.virtual.unit import Unit
 
+LEISURE = 0.05
+"""How much later than it is executed a statement may be looked at that neither says nor does anything [s]."""
+
 _SAME = 1e-6
 """Times that differ by less than this part of a sample are the same sample."""
 
@@ -53,6 +56,20 @@ class Runner:
     def next_event(self) -> float:
         """Return the time of the next sample in which a thread does something [s]."""
         return self._next
+
+    def wake(self) -> float:
+        """Return when somebody should look whether the program has something to say [s].
+
+        As long as it only counts and compares, that has time.
+        """
+        core = self._unit.core
+        now, passed, period = core.now, core.samples, core.sample
+        times = [
+            now + (thread.due - passed) * period + (0.0 if self._need(thread) is Need.ALL else LEISURE)
+            for thread in self._threads.all
+            if thread.running and thread.due != NEVER
+        ]
+        return min(times, default=inf)
 
     def look(self, now: float) -> None:
         """Execute what is due at `now` [s]."""

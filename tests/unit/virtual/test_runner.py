@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from maya_un.galil.codes import ErrorCode
+from maya_un.virtual.runner import LEISURE
 from tests.unit.virtual.programs import SAMPLE, ProgramBench
 
 RUNAWAY = "#A;n=n+1;JP #A"
@@ -221,13 +222,25 @@ def test_a_program_that_is_downloaded_while_nothing_runs_does_not_start() -> Non
 
 
 def test_it_wakes_for_what_it_does_and_for_nothing_else() -> None:
-    bench = ProgramBench("#A;WT 1000,1;JP #A")
+    bench = ProgramBench("#A;WT 1000,1;SB 1;JP #A")
     assert bench.machine.wake() == float("inf")
     bench.do("XQ")
     bench.samples(1)
     assert bench.machine.wake() == pytest.approx(1001 * SAMPLE)
     bench.do("HX")
     assert bench.machine.wake() == float("inf")
+
+
+def test_a_program_that_says_nothing_wakes_at_leisure() -> None:
+    bench = ProgramBench("#A;n=n+1;JP #A,n<2000;MG n;EN")
+    bench.do("n=0", "XQ")
+    wakes = 0
+    while not (said := bench.said()):
+        bench.at(bench.machine.wake())
+        wakes += 1
+    assert said == ["2000.0000"]
+    assert bench.now == pytest.approx(4002 * SAMPLE, abs=1.1 * LEISURE)
+    assert wakes <= 4002 * SAMPLE / LEISURE + 2
 
 
 def test_a_program_waiting_for_a_motion_wakes_at_its_end() -> None:
