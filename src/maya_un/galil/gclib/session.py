@@ -116,12 +116,12 @@ class Session:
     def _subscribe(self) -> None:
         """Prepare the connection: no echo, and where messages are wanted, bit 7 and the port they go to."""
         options = self.options
+        self.text("EO 0")
         if options.subscriptions and options.unsolicited == "UDP":
             try:
                 self.second = Unsolicited(options.host, options.unsolicited_port)
             except OSError:
                 self.second = None
-        self.text("EO 0")
         if "MG" in options.subscriptions and options.unsolicited != "NONE":
             self.text("CW 1")
             self.text("CF I" if self.second is None else f"CF {self.second.letter}")

@@ -1,0 +1,106 @@
+"""`maya dmc gclib`: putting the module somewhere, taking it away, telling what is there."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from maya_un.cli import gclib
+from maya_un.cli.main import main
+from maya_un.cli.settings import Settings
+from maya_un.errors import FileNotOurs, FileUnwritable
+
+SETTINGS = Settings()
+FOREIGN = '"""Python wrapper for Galil gclib."""\n'
+
+
+def told(capsys: pytest.CaptureFixture[str], site: Path) -> dict[str, object]:
+    capsys.readouterr()
+    assert gclib.status(Settings(json=True), site=site) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_it_is_installed_found_and_taken_out_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    place = tmp_path / "gclib.py"
+    assert told(capsys, tmp_path) == {"path": None, "ours": False, "current": False}
+    assert gclib.install(SETTINGS, force=False, site=tmp_path) == 0
+    assert told(capsys, tmp_path) == {"path": str(place), "ours": True, "current": True}
+    code = "import gclib; print(gclib.py.__module__, issubclass(gclib.GclibError, Exception))"
+    paths = os.pathsep.join([str(tmp_path), str(Path(__file__).parents[3] / "src")])
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={"PYTHONPATH": paths},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout.split() == ["maya_un.galil.gclib.api", "True"]
+    assert gclib.uninstall(SETTINGS, site=tmp_path) == 0
+    assert not place.exists()
+    assert gclib.uninstall(SETTINGS, site=tmp_path) == 0
+
+
+def test_an_older_one_of_ours_is_replaced(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    gclib.install(SETTINGS, force=False, site=tmp_path)
+    place = tmp_path / "gclib.py"
+    place.write_text(place.read_text(encoding="utf-8") + "\n# older\n", encoding="utf-8")
+    assert told(capsys, tmp_path)["current"] is False
+    gclib.install(SETTINGS, force=False, site=tmp_path)
+    assert told(capsys, tmp_path)["current"] is True
+
+
+def test_somebody_elses_is_replaced_by_force_only(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    place = tmp_path / "gclib.py"
+    place.write_text(FOREIGN, encoding="utf-8")
+    with pytest.raises(FileNotOurs, match="--force"):
+        gclib.install(SETTINGS, force=False, site=tmp_path)
+    with pytest.raises(FileNotOurs):
+        gclib.uninstall(SETTINGS, site=tmp_path)
+    assert place.read_text(encoding="utf-8") == FOREIGN
+    assert told(capsys, tmp_path) == {"path": str(place), "ours": False, "current": False}
+    gclib.install(SETTINGS, force=True, site=tmp_path)
+    assert told(capsys, tmp_path)["ours"] is True
+
+
+def test_a_package_of_that_name_is_never_touched(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "gclib").mkdir()
+    package = tmp_path / "gclib" / "__init__.py"
+    package.write_text(FOREIGN, encoding="utf-8")
+    with pytest.raises(FileNotOurs, match="Remove that package"):
+        gclib.install(SETTINGS, force=True, site=tmp_path)
+    assert told(capsys, tmp_path)["path"] == str(package)
+    assert not (tmp_path / "gclib.py").exists()
+
+
+def test_a_place_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+    with pytest.raises(FileUnwritable):
+        gclib.install(SETTINGS, force=False, site=tmp_path / "none")
+
+
+def test_status_says_what_to_do(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    gclib.status(SETTINGS, site=tmp_path)
+    assert "maya dmc gclib install" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("word", ["install", "uninstall", "status", "run"])
+def test_every_word_has_its_help(word: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["dmc", "gclib", word, "--help"]) == 0
+    assert f"maya dmc gclib {word}" in capsys.readouterr().out
+
+
+def test_a_script_that_is_not_there_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["dmc", "gclib", "run", "nowhere.py"]) == 2
+    assert "error 4007" in capsys.readouterr().err
+
+
+def test_words_behind_a_script_are_the_scripts(tmp_path: Path) -> None:
+    script = tmp_path / "s.py"
+    said = tmp_path / "said"
+    script.write_text(f"import sys\nopen({str(said)!r}, 'w').write(' '.join(sys.argv[1:]))\nsys.exit(3)\n")
+    assert main(["dmc", "gclib", "run", "--", str(script), "--json", "-x", "--force"]) == 3
+    assert said.read_text(encoding="utf-8") == "--json -x --force"
