@@ -202,6 +202,16 @@ def test_a_reset_ends_recording() -> None:
     assert bench.code("RC 1") == ErrorCode.NO_RECORDING_SOURCE
 
 
+def test_eight_arrays_at_once_and_no_more() -> None:
+    bench = Bench()
+    bench.do(f"DM {','.join(f'a{n}[2]' for n in range(9))}")
+    assert bench.code(f"RA {','.join(f'a{n}[]' for n in range(9))}") == ErrorCode.OPERAND_ERROR
+    assert bench.code(f"RD {','.join(['TIME'] * 9)}") == ErrorCode.OPERAND_ERROR
+    bench.do(f"RA {','.join(f'a{n}[]' for n in range(8))}", f"RD {','.join(['TIME'] * 8)}", "RC 1")
+    bench.at(1.0)
+    assert [bench.value(f"a{n}[1]") for n in range(9)] == [3.0] * 8 + [0.0]
+
+
 def test_an_array_being_recorded_to_is_not_forgotten() -> None:
     bench = Bench()
     bench.do("DM p[1]", "RA p[]", "RD TIME", "RC 8,-1")

@@ -167,6 +167,13 @@ def test_a_stack_variable_can_be_an_array() -> None:
     assert program.code("^a[0]=1") is ErrorCode.UNDEFINED_ARRAY
 
 
+def test_a_program_takes_no_arrays_from_the_wire() -> None:
+    program = Program()
+    program.bench.do("DM a[3]")
+    assert program.code("QD a[]") is ErrorCode.NOT_IN_PROGRAM
+    assert execute(program.context, "QU a[],0,0") == b" 0.0000\r\n\x1a"
+
+
 def test_there_is_an_end_to_variables() -> None:
     bench = Bench()
     for number in range(510):
