@@ -42,7 +42,7 @@ class Pane:
 
     def ended(self) -> int:
         """Wait until the command has ended and return its exit code."""
-        self.until_true(lambda _: self._fact("pane_dead") == "1", "its end")
+        self.until_true(lambda _: self._fact("pane_dead_status") != "", "its end")
         return int(self._fact("pane_dead_status"))
 
     def history(self) -> str:

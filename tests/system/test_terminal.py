@@ -124,6 +124,8 @@ def test_keys_clear_the_line_and_hide_the_axes(terminal: Pane) -> None:
     terminal.until(": BGA")
     terminal.press("C-c")
     terminal.until_true(lambda picture: ": BGA" not in picture, "an empty line")
+    terminal.press("C-c")
+    terminal.until("Ctrl-C stops nothing.")
     terminal.press("F2")
     terminal.until_true(lambda picture: "velocity" not in picture, "no panel")
     terminal.press("F2")
@@ -173,6 +175,8 @@ def test_a_lost_link_is_plain_to_see_and_can_be_made_again() -> None:
             terminal.until("LINK LOST")
             terminal.enter("TP")
             terminal.until("Not sent: TP.")
+            terminal.press("F12")
+            terminal.until("NOT STOPPED")
             with running(f"dmc serve --port {address.rpartition(':')[2]}") as again:
                 again.until("127.0.0.1:")
                 terminal.press("F5")

@@ -25,17 +25,19 @@ _WHERE = {
 }
 
 OVERVIEW = """\
-Type commands of the controller, several with ; between them. Tab completes. `help TP` or `?TP` explains one.
-Answers are the controller's own; a refusal is shown with its code and words, for which the terminal asks (TC1).
+Type commands of the controller, several with ; between them. Tab completes.
+`help TP` or `?TP` explains one. Answers are the controller's own; a refusal is
+shown with its code and words, for which the terminal asks (TC1).
 
-  :watch EXPR   :unwatch [EXPR]      show a value in the panel
-  :upload [FILE]   :download FILE    the program, to a file or to the controller
-  :scope _TPA,_TEA --rate 50 --for 5 [--trigger EXPR] [--csv FILE] [--png FILE]
-  :messages                          have messages of programs come here, where another handle has them
+  :watch EXPR  :unwatch [EXPR]     show a value in the panel
+  :upload [FILE]  :download FILE   the program, to a file or to the controller
+  :scope _TPA,_TEA [--rate 50] [--for 5] [--trigger EXPR] --csv FILE --png FILE
+  :messages                        have messages of programs come here
   :stop  :panel  :reconnect  :help  :quit
 
-F12 stops all motion: the sequences on their paths, then every other axis that moves; programs go on.
-Ctrl-C clears the line and stops nothing. F2 shows or hides the axes, F5 connects again, Ctrl-D ends."""
+F12 stops all motion: the sequences on their paths, then every other axis that
+moves; programs go on. Ctrl-C clears the line and stops nothing. F2 shows or
+hides the axes, F5 connects again, Ctrl-D ends."""
 """Help on the terminal itself."""
 
 

@@ -23,6 +23,7 @@ class Link:
         self._on_loss = on_loss
         self._driver: Driver | None = None
         self._marked = 2.0
+        self._one_at_a_time = asyncio.Lock()
         self.messages = False
 
     @property
@@ -39,6 +40,10 @@ class Link:
 
     async def connect(self) -> None:
         """Make the link anew, and take the programs' messages where nobody else has them; raises `ConnectFailed`."""
+        async with self._one_at_a_time:
+            await self._connect()
+
+    async def _connect(self) -> None:
         await self.close()
         driver = await Driver.open(await self._dial(), timeout=TIMEOUT)
         driver.on_message = self._on_message

@@ -9,6 +9,7 @@ from typing import TextIO
 from maya_un.cli import output
 from maya_un.cli.dmc_tools.dial import Dial
 from maya_un.cli.dmc_tools.terminal.session import Session
+from maya_un.cli.dmc_tools.terminal.stopping import stop_directly
 from maya_un.cli.dmc_tools.terminal.words import carry_out
 
 QUIT = {":quit", ":q"}
@@ -48,7 +49,7 @@ async def converse(dial: Dial, place: str, lines: TextIO) -> int:
 
     1 where anything was refused or the link was lost. Raises `ConnectFailed`.
     """
-    session = Session(dial, place, Plain())
+    session = Session(dial, place, Plain(), stop_directly(place))
     work: asyncio.Task[None] | None = None
     try:
         await session.connect()

@@ -26,6 +26,7 @@ from maya_un.cli.dmc_tools.terminal.completion import candidates, current_mnemon
 from maya_un.cli.dmc_tools.terminal.panel import Line
 from maya_un.cli.dmc_tools.terminal.pipe import QUIT
 from maya_un.cli.dmc_tools.terminal.session import Session
+from maya_un.cli.dmc_tools.terminal.stopping import stop_directly
 from maya_un.cli.dmc_tools.terminal.words import carry_out
 from maya_un.cli.signals import on_end
 from maya_un.server.crash import log_path
@@ -121,7 +122,7 @@ def history() -> History:
 
 async def converse(dial: Dial, place: str) -> int:
     """Talk until Ctrl-D, `:quit` or SIGTERM; return the exit code. Raises `ConnectFailed`."""
-    session = Session(dial, place, Screen())
+    session = Session(dial, place, Screen(), stop_directly(place))
     tasks: list[asyncio.Task[None]] = []
     try:
         await session.connect()
@@ -165,6 +166,8 @@ def _keys(session: Session) -> KeyBindings:
 
     @keys.add("c-c")
     def clear(event: KeyPressEvent) -> None:
+        if not event.current_buffer.text:
+            session.voice.note("Ctrl-C stops nothing. F12 stops motion, Ctrl-D ends.")
         event.current_buffer.reset()
 
     @keys.add("f1")

@@ -18,6 +18,7 @@ from maya_un.cli.dmc_tools.terminal.voice import Voice
 from maya_un.errors import CommandRejected, MachineError, MayaError, NotConnected
 from maya_un.galil.commands import CONTROL, FORMS, split_line
 from maya_un.galil.driver import Driver
+from maya_un.galil.emergency import StopOutcome
 from maya_un.galil.record import DataRecord
 
 REFRESH = 0.2
@@ -40,12 +41,14 @@ _RENAMES = re.compile(r"DM|DA|XQ|DL")
 class Session:
     """A link, the lines sent over it, and what the panel shows.
 
+    `directly`, where there is one, stops the controller without the link.
     `work` and `watch` carry it, each in a task of its own; `enter` hands it a line. `waiting` is how many lines have
     no answer yet, `refused` whether anything was, `quiet` whether the panel rests.
     """
 
-    def __init__(self, dial: Dial, place: str, voice: Voice) -> None:
+    def __init__(self, dial: Dial, place: str, voice: Voice, directly: Callable[[], StopOutcome] | None = None) -> None:
         self.place = place
+        self._directly = directly
         self.voice = voice
         self.link = Link(dial, voice.message, self._on_loss)
         self.names = Names()
@@ -175,9 +178,12 @@ class Session:
         self.voice.refused(f"? {error.details['tc']} {error.details['reason']}{hint}")
 
     async def stop(self) -> None:
-        """Stop what moves, past all lines that wait, and say what it was; never raises."""
+        """Stop what moves, past all lines that wait, and say what it was; never raises.
+
+        Where the link does not serve, by a handle of its own.
+        """
         try:
-            outcome = await stopping.stop(self.link.driver)
+            outcome = await self._stop()
         except MayaError as error:
             self.voice.trouble(f"NOT STOPPED by this terminal: {error}")
             return
@@ -185,6 +191,14 @@ class Session:
         self.voice.note(f"Stopping {', '.join(moved)}." if moved else "Nothing moves.")
         if self.record is not None and (running := panel.threads(self.record)):
             self.voice.note(f"Programs still run (thread {running}) and may move again; HX ends them.")
+
+    async def _stop(self) -> StopOutcome:
+        try:
+            return await stopping.stop(self.link.driver)
+        except MayaError:
+            if self._directly is None:
+                raise
+        return await asyncio.to_thread(self._directly)
 
     def _on_loss(self, error: MachineError) -> None:
         self.trouble = str(error)

@@ -1,12 +1,20 @@
-"""Stopping by the terminal's own link: the sequences on their paths, then whatever else moves.
+"""Stopping: the sequences on their paths, then whatever else moves; by the terminal's link or past it.
 
 A bare ST would also end the programs in the controller (DMC-41x3, command ST).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
+from maya_un.address import SIM, split
+from maya_un.galil import emergency
 from maya_un.galil.driver import Driver
 from maya_un.galil.emergency import StopOutcome
+
+_PATIENCE = 2.0
+"""Longest wait for each answer of a controller told directly [s]."""
 
 
 async def stop(driver: Driver) -> StopOutcome:
@@ -21,3 +29,11 @@ async def stop(driver: Driver) -> StopOutcome:
     if outcome.independent:
         await driver.send(f"ST {outcome.independent}")
     return outcome
+
+
+def stop_directly(place: str) -> Callable[[], StopOutcome] | None:
+    """Return what stops the controller at an address by a handle of its own; None for a twin, which has no address.
+
+    It blocks; see `emergency.stop`.
+    """
+    return None if place == SIM else partial(emergency.stop, *split(place), _PATIENCE)

@@ -9,6 +9,7 @@ import pytest
 from maya_un.cli.dmc_tools.terminal.session import RETRY, Session
 from maya_un.cli.dmc_tools.terminal.words import carry_out
 from maya_un.galil.driver import Driver
+from maya_un.galil.emergency import StopOutcome
 from maya_un.galil.record import AxisRecord, DataRecord, encode
 from maya_un.galil.transport import LoopbackTransport, Transport, loopback_pair
 from tests.unit.cli.dmc_tools.bench import Heard, benched, say, talking
@@ -174,6 +175,15 @@ async def test_a_controller_that_stays_away_is_no_end() -> None:
         assert session.link.up
 
 
+async def test_connecting_twice_at_once_leaves_one_link() -> None:
+    async with talking() as (session, _, bench):
+        await asyncio.gather(session.reconnect(), session.reconnect())
+        await say(session, "MG 1")
+        assert session.link.up
+        await elapse(0.1)
+        assert len(bench.controller.connections) == 1
+
+
 async def test_a_stop_without_a_link_does_not_pretend() -> None:
     async with talking() as (session, heard, bench):
         bench.controller.cut()
@@ -181,6 +191,18 @@ async def test_a_stop_without_a_link_does_not_pretend() -> None:
         await say(session, ":stop")
         assert heard.last[0] == "trouble"
         assert heard.last[1].startswith("NOT STOPPED")
+
+
+async def test_a_stop_without_a_link_goes_past_it() -> None:
+    async with benched() as bench:
+        heard = Heard()
+        session = Session(bench.dial, "bench", heard, lambda: StopOutcome("", "AC"))
+        await session.connect()
+        bench.controller.cut()
+        await elapse(0.5)
+        await session.stop()
+        assert heard.last == ("note", "Stopping A, C.")
+        await session.close()
 
 
 async def test_messages_that_others_get_stay_theirs_until_asked_for() -> None:
