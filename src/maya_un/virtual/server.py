@@ -257,6 +257,7 @@ class VirtualController:
 
     def _tcp_error(self, handle: Handle) -> None:
         self.machine.unit.tcp_error(handle.index)
+        self._machine.look()
         self._after()
 
     def _after(self) -> None:

@@ -21,7 +21,6 @@ def udp(bench: Bench, port: int = 60_007) -> Handle:
     [
         ("IHQ=>-3", ErrorCode.OPERAND_ERROR),
         ("IHB", ErrorCode.OPERAND_ERROR),
-        ("IHB=?", ErrorCode.QUESTION_MARK_INVALID),
         ("IHB=10,0,0", ErrorCode.NOT_ENOUGH_FIELDS),
         ("IHB=10,0,0,256", ErrorCode.OUT_OF_RANGE),
         ("IHB=10,0,0,1<65536", ErrorCode.OUT_OF_RANGE),
@@ -72,6 +71,7 @@ def test_closing_looks_at_the_kind(command: str, open_handles: str) -> None:
 def test_handles_tell_by_which_protocol() -> None:
     bench = Bench()
     handle = udp(bench)
+    assert bench.say("IHB=?;IHC=?") == " 10, 0, 0, 9\r\n: 0, 0, 0, 0\r\n:"
     assert "\r\nIHB UDP PORT 5023 TO IP ADDRESS 10,0,0,9 PORT 60007\r\n" in bench.say("TH")
     assert bench.value("_IHB2") == 1.0
     assert bench.machine.receive(handle, b"WH\r", 0.0) == b"IHB\r\n:"

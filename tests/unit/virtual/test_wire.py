@@ -438,6 +438,19 @@ def test_a_handle_that_nobody_answers_is_closed_with_error_123() -> None:
     run(main())
 
 
+def test_a_program_hears_of_a_lost_handle_by_tcperr() -> None:
+    async def main() -> None:
+        with socket.create_server(("127.0.0.1", 0)) as taken:
+            port = taken.getsockname()[1]
+        async with room() as made:
+            wire = await made.tcp()
+            await wire.say(b'CF I\rDL\r#TCPERR\rMG "lost",_IA4,_TC\rRE\r\\', b":::")
+            await wire.say(f"IA<4;IHB=127,0,0,1<{port}\r".encode(), b"::")
+            await wire.hear(b"lost 1.0000 123.0000\r\n")
+
+    run(main())
+
+
 def test_sending_to_a_connection_that_was_reset_is_error_123() -> None:
     async def main() -> None:
         async with room() as made:

@@ -10,7 +10,7 @@ from maya_un.virtual import status
 from maya_un.virtual.arguments import QUERY, split
 from maya_un.virtual.axis import LETTERS
 from maya_un.virtual.context import Answer, Context, Handler
-from maya_un.virtual.handles import DEFAULT_PORT, Handle, Kind
+from maya_un.virtual.handles import COUNT, DEFAULT_PORT, Handle, Kind
 from maya_un.virtual.network import Network, Quad
 from maya_un.virtual.outlet import SERIAL
 from maya_un.virtual.records import LONGEST, SHORTEST
@@ -174,7 +174,7 @@ def _records(context: Context, text: str) -> Answer:
     Where CF names a serial port the stream is accepted and goes nowhere.
     """
     arguments = split(text)
-    stream, handles = context.unit.records, context.unit.handles
+    stream = context.unit.records
     if len(arguments) > 2:
         raise Refused(ErrorCode.OPERAND_ERROR)
     if arguments[0] == QUERY:
@@ -182,17 +182,26 @@ def _records(context: Context, text: str) -> Answer:
     period = context.integer(arguments[0], 0, LONGEST) // 2 * 2 if arguments[0] else 0
     if 0 < period < SHORTEST:
         raise Refused(ErrorCode.OUT_OF_RANGE)
-    named = list(handles)[context.integer(arguments[1], 0, 7)] if len(arguments) > 1 and period else None
-    if not period:
+    if period:
+        named = _named_or_followed(context, arguments[1:])
+        stream.start(period, context.unit.period, named, context.core.now)
+    else:
         stream.stop()
-        return None
-    port = context.unit.outlet.port
-    target = named if len(arguments) > 1 else None if port in SERIAL else handles.at(port)
-    by_serial_port = len(arguments) == 1 and port in SERIAL
-    if not by_serial_port and (target is None or target.kind is not Kind.UDP):
-        raise Refused(ErrorCode.HANDLE_MUST_BE_UDP)
-    stream.start(period, context.unit.period, named, context.core.now)
     return None
+
+
+def _named_or_followed(context: Context, arguments: list[str]) -> Handle | None:
+    """Return the handle that DR names, None where records are to follow CF; raises `Refused` where it is not UDP."""
+    handles, port = context.unit.handles, context.unit.outlet.port
+    if arguments:
+        target = list(handles)[context.integer(arguments[0], 0, COUNT - 1)]
+    elif port in SERIAL:
+        return None
+    else:
+        target = handles.at(port)
+    if target is None or target.kind is not Kind.UDP:
+        raise Refused(ErrorCode.HANDLE_MUST_BE_UDP)
+    return target if arguments else None
 
 
 TABLE: dict[str, Handler] = {

@@ -139,8 +139,6 @@ def _burn(what: Callable[[Unit], None], context: Context, text: str) -> Answer:
         raise Refused(ErrorCode.NOT_WHILE_PROGRAM_RUNS)
     if what is burn.burn_program and any(axis.moving for axis in unit.axes):
         raise Refused(ErrorCode.NOT_WHILE_RUNNING)
-    if what is not burn.burn_variables and context.thread is None and context.unit.threads.mask:
-        raise Refused(ErrorCode.NOT_WHILE_PROGRAM_RUNS)
     what(unit)
     return None
 
