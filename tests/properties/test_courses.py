@@ -1,0 +1,105 @@
+"""Random talk about sequences, contours and PVT, at random times: what must hold of the axes, whatever is said."""
+
+from __future__ import annotations
+
+from random import Random
+
+import pytest
+
+from tests.campaign import Campaign
+from tests.unit.virtual.bench import Bench
+
+AXES = "ABCD"
+FASTEST = 400_000.0
+"""No axis gets faster than this by what is said here [counts/s]."""
+
+
+def _pair(rng: Random) -> str:
+    return "".join(rng.sample(AXES, 2))
+
+
+def _said(rng: Random) -> str:
+    """Return one command, sensible or not."""
+    n = rng.randrange
+    return rng.choice(
+        (
+            lambda: f"VM {_pair(rng)}",
+            lambda: f"VM {rng.choice(AXES)}N",
+            lambda: f"LM {''.join(rng.sample(AXES, n(1, 5)))}",
+            lambda: f"VP {n(-9999, 9999)},{n(-9999, 9999)}" + rng.choice(("", f"<{n(2, 50_000)}", f">{n(50_000)}")),
+            lambda: f"CR {n(10, 20_000)},{n(-360, 360)},{n(-720, 720)}",
+            lambda: f"LI {n(-999, 999)},{n(-999, 999)},{n(-999, 999)}"[: 5 * n(1, 4)],
+            lambda: f"CM {''.join(rng.sample(AXES, n(1, 4)))}",
+            lambda: f"CD {n(-99, 99)},{n(-99, 99)},{n(-99, 99)},{n(-99, 99)}" + rng.choice(("", "=1", "=4", "=7")),
+            lambda: f"CD {n(-99, 99)}",
+            lambda: "CD 0=0",
+            lambda: f"DT {n(-1, 6)}",
+            lambda: f"PV{rng.choice(AXES)}={n(-999, 999)},{n(-20_000, 20_000)},{2 * n(32, 200)}",
+            lambda: f"PV{rng.choice(AXES)}=0,0,{rng.choice((0, 0, -1))}",
+            lambda: f"BT {_pair(rng)}",
+            lambda: f"BT {rng.choice(AXES)}",
+            lambda: rng.choice(("VE", "LE", "CS", "CA S", "CA T")),
+            lambda: rng.choice(("BGS", "BGT", "BGST", "BGA", "BGB")),
+            lambda: rng.choice(("STS", "STT", "STA", "STB", "ST", "AB1")),
+            lambda: f"VS {n(2, 60_000)}",
+            lambda: f"VA {n(1024, 900_000)}",
+            lambda: f"VD {n(1024, 900_000)}",
+            lambda: f"VR {rng.choice((0, 0.5, 1, 2))}",
+            lambda: f"{rng.choice(('PR', 'JG'))}{rng.choice(AXES)}={n(-30_000, 30_000)}",
+            lambda: f"FL{rng.choice(AXES)}={n(0, 40_000)}",
+            lambda: f"BL{rng.choice(AXES)}={n(-40_000, 0)}",
+            lambda: rng.choice(("MOA", "SH", "MG _CM,_PVA,_BTA,_CSS,_AVS,_VMS,_LMT,_VPA,_TNS", "TS", "SC")),
+        )
+    )()
+
+
+def _check(bench: Bench) -> None:
+    """An axis is on a course exactly while that runs and has it as a member; at rest it stands on a whole count."""
+    core = bench.machine.unit.core
+    for axis in core.axes:
+        if axis.plane:
+            course = core.courses[axis.plane]
+            assert course.running
+            assert axis.index in course.members
+            assert axis.motion is None
+        if not axis.moving:
+            position, velocity = axis.timeline.at(bench.now)
+            assert (position % 1.0, velocity) == (0.0, 0.0)
+    for name, course in core.courses.items():
+        if course.running:
+            assert bench.now <= course.end
+            names = {core.axes[i].plane for i in course.members if i < len(core.axes)}
+            assert name in names or not names
+
+
+def _advance(bench: Bench, rng: Random) -> None:
+    """Let time pass in steps of about a millisecond, in which no axis goes farther than its speed takes it."""
+    span = rng.choice((0.0, 0.002, 0.02, 0.3))
+    before = [axis.timeline.at(bench.now)[0] for axis in bench.machine.unit.core.axes]
+    end = bench.now + span * rng.random()
+    while bench.now < end:
+        step = min(0.001 + 0.0005 * rng.random(), end - bench.now)
+        bench.at(bench.now + step)
+        after = [axis.timeline.at(bench.now)[0] for axis in bench.machine.unit.core.axes]
+        for old, new in zip(before, after, strict=True):
+            assert abs(new - old) <= FASTEST * step + 1.0
+        before = after
+
+
+@pytest.mark.parametrize("batch", range(4))
+def test_axes_and_courses_agree_whatever_is_said(campaign: Campaign, batch: int) -> None:
+    for case in range(campaign.size(ci=15, long=1500)):
+        rng = campaign.rng(1000 * batch + case)
+        bench = Bench(axes=4)
+        for _ in range(120):
+            bench.say(_said(rng))
+            _check(bench)
+            if rng.random() < 0.05:
+                bench.switch(rng.randrange(4), forward=rng.random() < 0.5, reverse=rng.random() < 0.8)
+                _check(bench)
+            _advance(bench, rng)
+            _check(bench)
+        bench.do("VR 1,1", "ST")
+        bench.at(bench.now + 1000.0)
+        _check(bench)
+        assert not any(axis.moving for axis in bench.machine.unit.core.axes)
