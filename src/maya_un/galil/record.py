@@ -7,6 +7,7 @@ layout is that of the DMC-40x0 family.
 from __future__ import annotations
 
 import struct
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from maya_un.errors import UnexpectedReply
@@ -202,11 +203,7 @@ def decode(data: bytes) -> DataRecord:
 
 def encode(record: DataRecord) -> bytes:
     """Return the bytes of a whole record, without prompt. Every field must lie in its place's range."""
-    count = len(record.axes)
-    head = _GENERAL.pack(
-        _PRESENT | _BLOCKS,
-        (1 << count) - 1,
-        record_length(count),
+    head = (
         record.sample,
         bytes(record.inputs),
         bytes(record.outputs),
@@ -219,15 +216,26 @@ def encode(record: DataRecord) -> bytes:
         *_plane_fields(record.s),
         *_plane_fields(record.t),
     )
-    return head + b"".join(map(_encode_axis, record.axes))
+    return assemble(head, [_axis_fields(axis) for axis in record.axes])
+
+
+def assemble(head: Sequence[int | bytes], axes: Sequence[Sequence[int]]) -> bytes:
+    """Return the bytes of a whole record from its bare fields: those of the head, then those of every axis.
+
+    They stand in the order of the wire, which is that of `DataRecord` (each plane as its four fields) and
+    `AxisRecord`; the banks of inputs and outputs are ten bytes each.
+    """
+    count = len(axes)
+    first = _GENERAL.pack(_PRESENT | _BLOCKS, (1 << count) - 1, record_length(count), *head)
+    return first + b"".join([_AXIS.pack(*fields) for fields in axes])
 
 
 def _plane_fields(plane: PlaneRecord) -> tuple[int, int, int, int]:
     return plane.segment, plane.status, plane.distance, plane.free
 
 
-def _encode_axis(axis: AxisRecord) -> bytes:
-    return _AXIS.pack(
+def _axis_fields(axis: AxisRecord) -> tuple[int, ...]:
+    return (
         axis.status,
         axis.switches,
         axis.stop_code,

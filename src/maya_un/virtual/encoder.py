@@ -46,20 +46,30 @@ class Encoder:
 
     def note(self, t: float) -> None:
         """Remember the following error at time `t` [s], which is the present."""
-        errors = self._errors
-        if len(errors) > 1 and t - errors[-2][0] < SPACING:
-            errors.pop()
-        errors.append((t, self._axis.timeline.at(t)[0] - self._plant.position(self._axis.index)))
-        while len(errors) > 2 and errors[1][0] <= t - WINDOW:
-            errors.popleft()
+        self._note(t, self._axis.timeline.at(t)[0] - self._plant.position(self._axis.index))
 
     def velocity(self, t: float) -> float:
         """Return TV at time `t` [s], the present: the mean over the last quarter of a second [counts/s]."""
-        self.note(t)
-        reference = self._axis.timeline.at
-        before = reference(t - WINDOW)[0] - self._error(t - WINDOW)
-        way = reference(t)[0] - self._errors[-1][1] - before
-        return way / WINDOW * (self.counts_per_step if self._axis.stepper else 1.0)
+        return self.reading(t, self._axis.timeline.at(t)[0])[1]
+
+    def reading(self, t: float, reference: float) -> tuple[int, float]:
+        """Return TP [counts] and TV [counts/s] at time `t` [s], the present, at which the reference is `reference`."""
+        axis = self._axis
+        here = self._plant.position(axis.index)
+        self._note(t, reference - here)
+        before = axis.timeline.at(t - WINDOW)[0] - self._error(t - WINDOW)
+        if axis.stepper:
+            scale = self.counts_per_step
+            return round(here * scale) + axis.encoder_offset, (here - before) / WINDOW * scale
+        return round(here) + axis.offset, (here - before) / WINDOW
+
+    def _note(self, t: float, error: float) -> None:
+        errors = self._errors
+        if len(errors) > 1 and t - errors[-2][0] < SPACING:
+            errors.pop()
+        errors.append((t, error))
+        while len(errors) > 2 and errors[1][0] <= t - WINDOW:
+            errors.popleft()
 
     def _error(self, t: float) -> float:
         before = self._errors[0]

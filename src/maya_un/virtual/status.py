@@ -2,16 +2,7 @@
 
 from __future__ import annotations
 
-from maya_un.galil.record import (
-    VELOCITY_SCALE,
-    VOLTS_SCALE,
-    AxisRecord,
-    DataRecord,
-    PlaneRecord,
-    Status,
-    Switch,
-    encode,
-)
+from maya_un.galil.record import VELOCITY_SCALE, VOLTS_SCALE, Status, assemble
 from maya_un.virtual import homing
 from maya_un.virtual.axis import Axis, Kind
 from maya_un.virtual.latch import input_of
@@ -30,6 +21,7 @@ _CONTOURING = 1 << 5
 _INPUT_ROUTINE = "ININT"
 _HEADER = 4
 _CONTOUR, _S, _T = slice(56, 62), slice(62, 72), slice(72, 82)
+_LEAST, _MOST = -(1 << 31), (1 << 31) - 1
 _FIRST_AXIS = _HEADER + GENERAL + COORDINATE
 
 _POSITION_ERROR, _IN_MOTION = 1 << 6, 1 << 7
@@ -66,14 +58,14 @@ def corner(unit: Unit, axis: Axis) -> int:
 
 def output_bank(unit: Unit, bank: int) -> int:
     """Return eight digital outputs as one number."""
-    return sum(on << bit for bit, on in enumerate(unit.outputs[8 * bank : 8 * bank + 8]))
+    return _number(unit.outputs[8 * bank : 8 * bank + 8])
 
 
 def input_bank(unit: Unit, bank: int) -> int:
     """Return eight digital inputs as one number: banks 0 and 1, or 10 and 11 of the auxiliary encoders' inputs."""
     levels = unit.inputs if bank < _AUXILIARY_BANK else [True] * (2 * len(unit.axes))
     first = 8 * (bank % _AUXILIARY_BANK)
-    return sum(level << bit for bit, level in enumerate(levels[first : first + 8]))
+    return _number(levels[first : first + 8])
 
 
 def program_byte(unit: Unit) -> int:
@@ -101,31 +93,12 @@ def address_bytes(host: str) -> tuple[int, int, int, int]:
     return (numbers[0], numbers[1], numbers[2], numbers[3]) if len(numbers) == len(parts) == 4 else (0, 0, 0, 0)
 
 
-def snapshot(unit: Unit) -> DataRecord:
-    """Return the data record of this instant."""
-    inputs = (255, 255 if len(unit.axes) > 4 else 0)
-    return DataRecord(
-        axes=tuple(_axis(unit, axis) for axis in unit.axes),
-        sample=unit.time & 0xFFFF,
-        inputs=inputs + (0,) * 8,
-        outputs=tuple(output_bank(unit, bank) for bank in range(10)),
-        handles=unit.handles.states(),
-        error_code=unit.error_code,
-        threads=unit.threads.mask,
-        amplifier_status=unit.core.amplifier_status,
-        contour_segment=unit.core.contour.count(unit.core.now),
-        contour_free=unit.core.contour.free(unit.core.now),
-        s=_plane(unit, unit.core.planes["S"]),
-        t=_plane(unit, unit.core.planes["T"]),
-    )
-
-
 def record(unit: Unit, blocks: str = "") -> bytes:
     """Return the data record's bytes; with `blocks` only those named (axes, S, T, I).
 
     In a partial record the contour words go with block I; the reference does not settle where they belong.
     """
-    whole = encode(snapshot(unit))
+    whole = assemble(_head(unit), [_axis(unit, axis) for axis in unit.axes])
     if not blocks:
         return whole
     parts: list[bytes] = []
@@ -143,30 +116,59 @@ def record(unit: Unit, blocks: str = "") -> bytes:
     return bytes((flags, present)) + (len(body) + _HEADER).to_bytes(2, "little") + body
 
 
-def _axis(unit: Unit, axis: Axis) -> AxisRecord:
+def _head(unit: Unit) -> list[int | bytes]:
+    """Return the fields of the record up to the first axis."""
+    core, now = unit.core, unit.core.now
+    banks = 1 if len(unit.outputs) <= 8 else 2
+    return [
+        unit.time & 0xFFFF,
+        bytes([input_bank(unit, bank) for bank in range(banks)]).ljust(10, b"\0"),
+        bytes([output_bank(unit, bank) for bank in range(banks)]).ljust(10, b"\0"),
+        *unit.handles.states(),
+        unit.error_code,
+        unit.threads.mask,
+        core.amplifier_status,
+        core.contour.count(now),
+        core.contour.free(now),
+        *_plane(core.planes["S"], now),
+        *_plane(core.planes["T"], now),
+    ]
+
+
+def _axis(unit: Unit, axis: Axis) -> tuple[int, ...]:
+    """Return the fields of an axis in the order of `AxisRecord`."""
     core = unit.core
-    return AxisRecord(
-        status=_status_word(unit, axis),
-        switches=Switch.FORWARD_INACTIVE * (not core.limit_active(axis, True))
-        | Switch.REVERSE_INACTIVE * (not core.limit_active(axis, False))
-        | Switch.HOME_INPUT * core.home_state(axis)
-        | Switch.STEPPER * axis.stepper
-        | Switch.LATCHED * axis.latch_tripped
-        | Switch.LATCH_INPUT * _latch_input(unit, axis),
-        stop_code=core.stop_code(axis),
-        reference=_long(axis.reference(core.now)),
-        position=_long(core.position(axis)),
-        error=_long(core.error(axis)),
-        auxiliary=_long(core.auxiliary(axis)),
-        velocity_raw=_long(round(VELOCITY_SCALE * core.velocity(axis))),
-        torque_raw=_long(round(VOLTS_SCALE * core.torque(axis))),
-        user=int(axis.registers["ZA"]),
+    place = axis.timeline.at(core.now)[0]
+    position, velocity = core.encoders[axis.index].reading(core.now, place)
+    reference, stepper = round(place) + axis.offset, axis.stepper
+    return (
+        _status_word(unit, axis),
+        _switches(unit, axis, stepper),
+        core.stop_code(axis),
+        _long(reference),
+        _long(position),
+        0 if stepper else _long(reference - position),
+        _long(reference if stepper else axis.auxiliary),
+        _long(round(VELOCITY_SCALE * velocity)) if velocity else 0,
+        round(VOLTS_SCALE * core.torque(axis)),
+        0,
+        0,
+        int(axis.registers["ZA"]),
     )
 
 
-def _latch_input(unit: Unit, axis: Axis) -> bool:
-    place = input_of(axis) - 1
-    return place < len(unit.inputs) and unit.inputs[place]
+def _switches(unit: Unit, axis: Axis, stepper: bool) -> int:
+    core, inputs = unit.core, unit.inputs
+    forward, reverse, home = core.plant.inputs(axis.index)
+    active, high, latch = core.cn[0] == 1, core.cn[1] == -1, input_of(axis) - 1
+    return (
+        axis.latch_tripped << 7
+        | (latch < len(inputs) and inputs[latch]) << 6
+        | (forward != active) << 3
+        | (reverse != active) << 2
+        | (home == high) << 1
+        | stepper
+    )
 
 
 def _status_word(unit: Unit, axis: Axis) -> int:
@@ -200,13 +202,13 @@ def _motion_bits(unit: Unit, axis: Axis) -> int:
     )
 
 
-def _plane(unit: Unit, plane: Plane) -> PlaneRecord:
-    now = unit.core.now
-    return PlaneRecord(
-        segment=plane.count(now) & 0xFFFF,
-        status=Status.MOVING | _phase(plane, now) if plane.running else 0,
-        distance=_long(round(plane.distance(now))),
-        free=plane.free(now),
+def _plane(plane: Plane, now: float) -> tuple[int, int, int, int]:
+    """Return the fields of a plane in the order of `PlaneRecord`."""
+    return (
+        plane.count(now) & 0xFFFF,
+        Status.MOVING | _phase(plane, now) if plane.running else 0,
+        _long(round(plane.distance(now))),
+        plane.free(now),
     )
 
 
@@ -219,6 +221,14 @@ def _phase(plane: Plane, now: float) -> int:
     )
 
 
+def _number(levels: list[bool]) -> int:
+    """Return bits, the lowest first, as one number."""
+    number = 0
+    for level in reversed(levels):
+        number = number << 1 | level
+    return number
+
+
 def _long(value: int) -> int:
     """Return a counter within the record's 32 bits."""
-    return max(-(1 << 31), min((1 << 31) - 1, value))
+    return value if _LEAST <= value <= _MOST else _LEAST if value < 0 else _MOST

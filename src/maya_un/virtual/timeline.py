@@ -118,9 +118,11 @@ class Timeline:
 
     def at(self, t: float) -> tuple[float, float]:
         """Return position [counts] and velocity [counts/s] at time `t` [s]; rest before the first piece."""
-        piece = self._pieces[self._index(t)]
+        piece = self._pieces[-1]  # mostly the present is in the last one, at rest or at speed
         if t < piece.t:
-            return piece.p, 0.0
+            piece = self._pieces[self._index(t)]
+            if t < piece.t:
+                return piece.p, 0.0
         return piece.at(t)
 
     def sample(self, ts: Floats) -> Floats:
