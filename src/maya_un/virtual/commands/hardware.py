@@ -6,6 +6,8 @@ the phase (BX, BZ) takes no time and moves nothing: the bench's motors have no p
 
 from __future__ import annotations
 
+import re
+
 from maya_un.galil.codes import ErrorCode
 from maya_un.virtual.arguments import QUERY, mask, split
 from maya_un.virtual.axis import Axis
@@ -17,6 +19,11 @@ from maya_un.virtual.registers import AXIS, POSITION, TM, When
 
 MOST_VOLTS = 4.998
 """The largest command of BX and BZ [V]."""
+
+LONGEST_TIME = 32767
+"""The longest time of BX and BZ [ms]."""
+
+_TIMES = re.compile("[<>]")
 
 
 def _sample_period(context: Context, text: str) -> Answer:
@@ -62,8 +69,15 @@ def _brushless(context: Context, text: str) -> Answer:
 
 
 def _find_phase(context: Context, text: str) -> Answer:
-    """BX, BZ: find the phase with so many volts; where they are negative, the motor is off afterwards."""
-    plain = text.partition("<")[0].partition(">")[0]
+    """BX, BZ: find the phase with so many volts; where they are negative, the motor is off afterwards.
+
+    Times behind `<` and `>` [ms], which may stand alone, are accepted: finding it takes none here.
+    """
+    plain, *times = _TIMES.split(text)
+    for time in times:
+        context.integer(time, 0, LONGEST_TIME)
+    if times and not plain.strip():
+        return None
     asked: list[float] = []
     changes: list[tuple[Axis, float]] = []
     for axis, argument in addressed(context, plain):
