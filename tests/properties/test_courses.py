@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from random import Random
 
 import pytest
@@ -19,38 +20,47 @@ def _pair(rng: Random) -> str:
 
 
 def _said(rng: Random) -> str:
-    """Return one command, sensible or not."""
-    n = rng.randrange
-    return rng.choice(
-        (
-            lambda: f"VM {_pair(rng)}",
-            lambda: f"VM {rng.choice(AXES)}N",
-            lambda: f"LM {''.join(rng.sample(AXES, n(1, 5)))}",
-            lambda: f"VP {n(-9999, 9999)},{n(-9999, 9999)}" + rng.choice(("", f"<{n(2, 50_000)}", f">{n(50_000)}")),
-            lambda: f"CR {n(10, 20_000)},{n(-360, 360)},{n(-720, 720)}",
-            lambda: f"LI {n(-999, 999)},{n(-999, 999)},{n(-999, 999)}"[: 5 * n(1, 4)],
-            lambda: f"CM {''.join(rng.sample(AXES, n(1, 4)))}",
-            lambda: f"CD {n(-99, 99)},{n(-99, 99)},{n(-99, 99)},{n(-99, 99)}" + rng.choice(("", "=1", "=4", "=7")),
-            lambda: f"CD {n(-99, 99)}",
-            lambda: "CD 0=0",
-            lambda: f"DT {n(-1, 6)}",
-            lambda: f"PV{rng.choice(AXES)}={n(-999, 999)},{n(-20_000, 20_000)},{2 * n(32, 200)}",
-            lambda: f"PV{rng.choice(AXES)}=0,0,{rng.choice((0, 0, -1))}",
-            lambda: f"BT {_pair(rng)}",
-            lambda: f"BT {rng.choice(AXES)}",
-            lambda: rng.choice(("VE", "LE", "CS", "CA S", "CA T")),
-            lambda: rng.choice(("BGS", "BGT", "BGST", "BGA", "BGB")),
-            lambda: rng.choice(("STS", "STT", "STA", "STB", "ST", "AB1")),
-            lambda: f"VS {n(2, 60_000)}",
-            lambda: f"VA {n(1024, 900_000)}",
-            lambda: f"VD {n(1024, 900_000)}",
-            lambda: f"VR {rng.choice((0, 0.5, 1, 2))}",
-            lambda: f"{rng.choice(('PR', 'JG'))}{rng.choice(AXES)}={n(-30_000, 30_000)}",
-            lambda: f"FL{rng.choice(AXES)}={n(0, 40_000)}",
-            lambda: f"BL{rng.choice(AXES)}={n(-40_000, 0)}",
-            lambda: rng.choice(("MOA", "SH", "MG _CM,_PVA,_BTA,_CSS,_AVS,_VMS,_LMT,_VPA,_TNS", "TS", "SC")),
-        )
-    )()
+    """Return one command, sensible or not; more segments and records than anything else."""
+    return rng.choice(_SEGMENTS if rng.random() < 0.5 else _OTHERS)(rng)
+
+
+_SEGMENTS: tuple[Callable[[Random], str], ...] = (
+    lambda rng: f"VP {rng.randint(-9999, 9999)},{rng.randint(-9999, 9999)}",
+    lambda rng: f"VP {rng.randint(-9999, 9999)},0<{rng.randint(2, 50_000)}>{rng.randint(0, 50_000)}",
+    lambda rng: f"CR {rng.randint(10, 20_000)},{rng.randint(-360, 360)},{rng.randint(-720, 720)}",
+    lambda rng: f"LI {rng.randint(-999, 999)},{rng.randint(-999, 999)}",
+    lambda rng: f"LI {rng.choice(AXES)}={rng.randint(-999, 999)}",
+    lambda rng: f"CD {rng.randint(-99, 99)},{rng.randint(-99, 99)}" + rng.choice(("", "=1", "=4", "=7")),
+    lambda rng: f"CD {rng.randint(-99, 99)}",
+    lambda rng: f"PV{rng.choice(AXES)}={rng.randint(-999, 999)},{rng.randint(-20_000, 20_000)},{rng.randint(64, 400)}",
+)
+
+_OTHERS: tuple[Callable[[Random], str], ...] = (
+    lambda rng: f"VM {_pair(rng)}",
+    lambda rng: f"VM {rng.choice(AXES)}N",
+    lambda rng: f"LM {_pair(rng)}",
+    lambda rng: "LM ABCD",
+    lambda rng: f"CM {_pair(rng)}",
+    lambda rng: "CM AB",
+    lambda rng: "CD 0=0",
+    lambda rng: f"DT {rng.randint(-1, 6)}",
+    lambda rng: f"PV{rng.choice(AXES)}=0,0,{rng.choice((0, 0, -1))}",
+    lambda rng: f"BT {_pair(rng)}",
+    lambda rng: f"BT {rng.choice(AXES)}",
+    lambda rng: rng.choice(("VE", "LE", "CS", "CA S", "CA T")),
+    lambda rng: rng.choice(("BGS", "BGT", "BGST", "BGA", "BGB")),
+    lambda rng: "BGS",
+    lambda rng: "BGT",
+    lambda rng: rng.choice(("STS", "STT", "STA", "STB", "ST", "AB1", "MOA", "MOB")),
+    lambda rng: f"VS {rng.randint(2, 60_000)}",
+    lambda rng: f"VA {rng.randint(1024, 900_000)}",
+    lambda rng: f"VD {rng.randint(1024, 900_000)}",
+    lambda rng: f"VR {rng.choice((0, 0.5, 1, 2))}",
+    lambda rng: f"{rng.choice(('PR', 'JG'))}{rng.choice(AXES)}={rng.randint(-30_000, 30_000)}",
+    lambda rng: f"FL{rng.choice(AXES)}={rng.randint(-5000, 40_000)}",
+    lambda rng: f"BL{rng.choice(AXES)}={rng.randint(-40_000, 5000)}",
+    lambda rng: rng.choice(("SH", "MG _CM,_PVA,_BTA,_CSS,_AVS,_VMS,_LMT,_VPA,_TNS", "TS", "SC")),
+)
 
 
 def _check(bench: Bench) -> None:
