@@ -26,6 +26,7 @@ IO_MODULES = {
     "maya_un.virtual.control",
     "maya_un.virtual.dialing",
     "maya_un.virtual.link",
+    "maya_un.virtual.listening",
     "maya_un.virtual.server",
     "maya_un.virtual.udp",
 }

@@ -13,7 +13,8 @@ from math import inf
 from typing import Literal
 
 from maya_un.virtual.axis import LETTERS
-from maya_un.virtual.faults import Injection, Value
+from maya_un.virtual.faults import Value
+from maya_un.virtual.injection import Injection
 from maya_un.virtual.server import VirtualController
 
 OVERCURRENT = 1 << 24

@@ -18,7 +18,7 @@ from math import isfinite
 from typing import Any, cast
 
 from maya_un.errors import InvalidRequest, MayaError
-from maya_un.virtual.faults import Faults, Injection
+from maya_un.virtual.injection import Faults, Injection
 
 HOST = "127.0.0.1"
 """Where the door is, and nowhere else."""

@@ -1,4 +1,4 @@
-"""Faults on demand: one table of what can be made to go wrong, and what is going wrong now.
+"""Faults on demand: the table of what can be made to go wrong with a virtual controller.
 
 `TABLE` is what the command line, the helpers for tests and the documentation show.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from math import inf, isfinite
+from math import isfinite
 from typing import NamedTuple, Protocol, TypeAlias
 
 from maya_un.errors import InvalidValue, UnknownName
@@ -144,77 +144,6 @@ class Fault(NamedTuple):
             if name not in known:
                 raise UnknownName(name=name, known=", ".join(sorted(known)) or "no parameters")
         return {p.name: p.read(given.get(p.name, p.default)) for p in self.parameters}
-
-
-class Injection(NamedTuple):
-    """A fault that lasts; `until` is the loop's time of its end [s], None for until cleared."""
-
-    fault: Fault
-    values: Mapping[str, Value]
-    until: float | None
-
-    @property
-    def key(self) -> tuple[Value, ...]:
-        """What tells it from others that may stand beside it."""
-        return (self.fault.name, *(self.values[p.name] for p in self.fault.parameters if p.selects))
-
-
-class Faults:
-    """What is going wrong with one controller. Times are those of its loop."""
-
-    def __init__(self, victim: Victim) -> None:
-        self._victim = victim
-        self._active: dict[tuple[Value, ...], Injection] = {}
-        self._timers: dict[tuple[Value, ...], Timer] = {}
-
-    @property
-    def active(self) -> list[Injection]:
-        """The faults that last, oldest first."""
-        return list(self._active.values())
-
-    def inject(self, name: str, values: Values | None = None, *, seconds: float | None = None) -> Injection:
-        """Begin a fault; it ends by itself after `seconds` (infinity: never), or by `clear`.
-
-        One like it that stands is replaced. Raises `UnknownName` and `InvalidValue`.
-        """
-        fault = find(name)
-        chosen = fault.read(values or {})
-        lasts = seconds
-        if lasts is None and fault.duration:
-            lasts = float(chosen[fault.duration])
-        lasts = None if lasts == inf else lasts
-        injection = Injection(fault, chosen, None if lasts is None else self._victim.time() + lasts)
-        self.end(injection)
-        fault.begin(self._victim, chosen)
-        if fault.end is not None:
-            self._active[injection.key] = injection
-            if lasts is not None:
-                self._timers[injection.key] = self._victim.later(lasts, partial(self.end, injection))
-        self._victim.look()
-        return injection
-
-    def end(self, injection: Injection) -> None:
-        """End a fault, or what stands in its place; again is harmless."""
-        timer = self._timers.pop(injection.key, None)
-        if timer is not None:
-            timer.cancel()
-        standing = self._active.pop(injection.key, None)
-        if standing is not None and standing.fault.end is not None:
-            standing.fault.end(self._victim, standing.values)
-            self._victim.look()
-
-    def clear(self, name: str | None = None) -> None:
-        """End all faults, or all of one name; raises `UnknownName`."""
-        fault = None if name is None else find(name)
-        for injection in self.active:
-            if fault is None or injection.fault is fault:
-                self.end(injection)
-
-    def close(self) -> None:
-        """Let no fault end by itself any more."""
-        for timer in self._timers.values():
-            timer.cancel()
-        self._timers.clear()
 
 
 def find(name: str) -> Fault:

@@ -10,22 +10,19 @@ import asyncio
 from collections.abc import Callable, Coroutine
 from math import inf, nextafter
 
-from maya_un.errors import AddressInUse
 from maya_un.galil.transport import LoopbackDatagrams, LoopbackTransport, datagram_pair, loopback_pair
 from maya_un.virtual.dialing import dial
 from maya_un.virtual.disturbance import Disturbance
-from maya_un.virtual.faults import Faults
 from maya_un.virtual.handles import Handle, Kind
-from maya_un.virtual.link import Link, LoopbackLink, TcpLink
+from maya_un.virtual.injection import Faults
+from maya_un.virtual.link import Link, LoopbackLink
+from maya_un.virtual.listening import Door, listen
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.network import RETRIES
-from maya_un.virtual.udp import LoopbackPort, UdpPort
+from maya_un.virtual.udp import LoopbackPort
 
 TICK = 1.0 / 256.0
 """Where a program runs, its messages are sent this often [s]; what it does is timed to the sample all the same."""
-
-_ATTEMPTS = 20
-"""How many ports are tried for one that is free for TCP and UDP both."""
 
 Tap = Callable[[str, str, bytes], None]
 """Wire log: handle letter, "rx" or "tx" as the controller sees it, bytes."""
@@ -45,8 +42,8 @@ class VirtualController:
         self._links: dict[Handle, Link] = {}
         self._orphans: dict[Handle, Link] = {}
         self._due: dict[Link, float] = {}
-        self._servers: list[asyncio.Server] = []
-        self._ports: list[UdpPort | LoopbackPort] = []
+        self._doors: list[Door] = []
+        self._ports: list[LoopbackPort] = []
         self._tasks: set[asyncio.Task[None]] = set()
         self._dials: dict[Handle, asyncio.Task[None]] = {}
         self._timer: asyncio.TimerHandle | None = None
@@ -89,29 +86,9 @@ class VirtualController:
 
         May be called again for further ports of the same machine. Raises `AddressInUse`.
         """
-        for attempt in range(_ATTEMPTS):
-            try:
-                return await self._listen(host, port, udp)
-            except OSError as error:
-                if port or attempt == _ATTEMPTS - 1:
-                    raise AddressInUse(address=f"{host}:{port}") from error
-        raise AssertionError
-
-    async def _listen(self, host: str, port: int, udp: bool) -> tuple[str, int]:
-        server = await self._loop.create_server(lambda: TcpLink(self), host, port)
-        name = server.sockets[0].getsockname()
-        if udp:
-            try:
-                _, port_protocol = await self._loop.create_datagram_endpoint(
-                    lambda: UdpPort(self), local_addr=(name[0], name[1])
-                )
-            except OSError:
-                server.close()
-                await server.wait_closed()
-                raise
-            self._ports.append(port_protocol)
-        self._servers.append(server)
-        return name[0], name[1]
+        door = await listen(self, host, port, udp=udp)
+        self._doors.append(door)
+        return door.address
 
     def loopback(self) -> LoopbackTransport:
         """Return the host's end of a new connection in memory; one that is refused is at its end at once."""
@@ -176,8 +153,9 @@ class VirtualController:
 
     def reset(self) -> None:
         """Let the controller reset itself as a dip of its supply does: like RS, and every connection dies unsaid."""
-        self.power(False)
-        self.power(True)
+        if not self._off:
+            self.power(False)
+            self.power(True)
 
     def power(self, on: bool) -> None:
         """Switch the controller's supply; while it is off, nobody can connect."""
@@ -194,9 +172,9 @@ class VirtualController:
         self.faults.close()
         if self._timer is not None:
             self._timer.cancel()
-        servers, self._servers = self._servers, []
-        for server in servers:
-            server.close()
+        doors, self._doors = self._doors, []
+        for door in doors:
+            door.close()
         for task in self._dials.values():
             task.cancel()
         for handle, link in list(self._links.items()):
@@ -208,8 +186,8 @@ class VirtualController:
             port.close()
         if self._tasks:
             await asyncio.wait(self._tasks)
-        for server in servers:
-            await server.wait_closed()
+        for door in doors:
+            await door.server.wait_closed()
 
     def accept(self, link: Link, peer: tuple[str, int], kind: Kind, port: int) -> Handle | None:
         """Give a new connection a handle, None where none is free or connections are refused."""
