@@ -368,3 +368,30 @@ async def test_closing_ends_nothing_later() -> None:
     await virtual.close()
     await elapse(20.0)
     assert [one.fault.name for one in virtual.faults.active] == ["abort_input"]
+
+
+async def test_a_reset_in_an_outage_changes_nothing() -> None:
+    virtual = made()
+    virtual.faults.inject("power_cycle", {"outage": 2.0})
+    virtual.faults.inject("reset")
+    assert await virtual.loopback().read() == b""
+    await elapse(2.5)
+    virtual.loopback()
+    assert virtual.connections == "A"
+    await virtual.close()
+
+
+async def test_a_burned_program_starts_again_after_an_outage() -> None:
+    virtual = made()
+    host = virtual.loopback()
+    host.write(b"DL\r#AUTO\rup=TIME\rWT 500\rup=TIME\rEN\r\\BP\r")
+    assert await heard(host) == b":::"
+    virtual.faults.inject("power_cycle", {"outage": 10.0})
+    await elapse(10.25)
+    again = virtual.loopback()
+    again.write(b"MG up<10\r")
+    assert await heard(again) == b" 1.0000\r\n:"
+    await elapse(0.5)
+    again.write(b"MG (up>500)&(up<530)\r")
+    assert await heard(again) == b" 1.0000\r\n:"
+    await virtual.close()
