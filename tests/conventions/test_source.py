@@ -21,6 +21,7 @@ IO_MODULES = {
     "maya_un.galil.gclib.api",
     "maya_un.galil.gclib.connection",
     "maya_un.galil.gclib.session",
+    "maya_un.galil.gclib.shim.gclib",
     "maya_un.galil.stream",
     "maya_un.galil.transport",
     "maya_un.virtual.control",

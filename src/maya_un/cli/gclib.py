@@ -28,9 +28,11 @@ def install(settings: Settings, *, force: bool, site: Path | None = None) -> int
     """
     place = _place(site)
     if _package(place).exists():
-        raise FileNotOurs(path=str(_package(place)), remedy="Remove that package first, with the tool that installed it.")
+        raise FileNotOurs(
+            path=str(_package(place)), remedy="remove that package first, with the tool that installed it"
+        )
     if place.exists() and not _ours(place) and not force:
-        raise FileNotOurs(path=str(place), remedy="With --force it is replaced.")
+        raise FileNotOurs(path=str(place), remedy="with --force it is replaced")
     try:
         place.write_text(_text(), encoding="utf-8")
     except OSError as error:
@@ -44,7 +46,7 @@ def uninstall(settings: Settings, *, site: Path | None = None) -> int:
     if not place.exists():
         return output.answer({"path": None}, "There is no gclib here.", settings)
     if not _ours(place):
-        raise FileNotOurs(path=str(place), remedy="It is left alone.")
+        raise FileNotOurs(path=str(place), remedy="it is left alone")
     try:
         place.unlink()
     except OSError as error:

@@ -130,7 +130,7 @@ class RecordStream:
         self._endpoint: Datagrams | None = None
         self._place: int | None = None
         self._task: asyncio.Task[None] | None = None
-        self._fresh: asyncio.Future[None] = self._loop.create_future()
+        self._waiters: list[asyncio.Future[None]] = []
         self._error: MachineError | None = None
         self._ended = False
         self.latest: RawRecord | None = None
@@ -168,13 +168,18 @@ class RecordStream:
         seen = 0
         while True:
             while self.received == seen and not self._ended:
-                await asyncio.shield(self._fresh)
+                await self._next()
             if self.received == seen or self.latest is None:
                 break
             seen = self.received
             yield self.latest
         if self._error is not None:
             raise type(self._error)(**self._error.details)
+
+    async def _next(self) -> None:
+        waiter = self._loop.create_future()
+        self._waiters.append(waiter)
+        await waiter
 
     async def close(self) -> None:
         """End the stream on both sides; again is harmless."""
@@ -273,8 +278,10 @@ class RecordStream:
         self._wake()
 
     def _wake(self) -> None:
-        self._fresh.set_result(None)
-        self._fresh = self._loop.create_future()
+        waiters, self._waiters = self._waiters, []
+        for waiter in waiters:
+            if not waiter.done():
+                waiter.set_result(None)
 
     def _end(self, error: MachineError | None) -> None:
         if not self._ended:

@@ -68,6 +68,6 @@ SENTENCES: dict[int, str] = {
     5002: "{path} cannot be written: {reason}.",
     5003: "{address} is in use already. Choose another port, or stop what listens there.",
     5004: "`maya up` runs already (process {pid}). Use it, or end it first.",
-    5005: "{path} is somebody else's. {remedy}",
+    5005: "{path} is somebody else's: {remedy}.",
     5999: "Something went wrong inside ({reason}). This is a defect of ours; please report it with the log.",
 }

@@ -68,6 +68,6 @@ SENTENCES: dict[int, str] = {
     5002: "No se puede escribir {path}: {reason}.",
     5003: "{address} ya está en uso. Elija otro puerto o cierre lo que escucha allí.",
     5004: "`maya up` ya está en marcha (proceso {pid}). Úselo o ciérrelo antes.",
-    5005: "{path} es de otros. {remedy}",
+    5005: "{path} es de otros: {remedy}.",
     5999: "Algo falló por dentro ({reason}). Es un defecto nuestro; repórtelo con el registro.",
 }

@@ -1,4 +1,4 @@
-"""The two transports. TCP runs in the ordinary loop: real sockets do not belong in virtual time."""
+"""The transports. TCP and UDP run in the ordinary loop: real sockets do not belong in virtual time."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 
 from maya_un.errors import ConnectFailed, LinkLost
 from maya_un.galil.driver import Driver
-from maya_un.galil.transport import TcpTransport, loopback_pair
+from maya_un.galil.transport import TcpTransport, UdpTransport, datagram_pair, loopback_pair
 from tests.virtual_time import elapse
 
 
@@ -134,3 +134,76 @@ def test_tcp_gives_up_in_time() -> None:
                     await TcpTransport.connect(*address, timeout=0.05)
 
             asyncio.run(fill())
+
+
+async def test_datagrams_in_memory_keep_their_bounds() -> None:
+    host, controller = datagram_pair("twin")
+    reading = asyncio.create_task(controller.read())
+    await elapse(0.1)
+    host.write(b"WH\r")
+    host.write(b"TP\r")
+    controller.write(b"IHB\r\n:")
+    assert (await reading, await controller.read(), await host.read()) == (b"WH\r", b"TP\r", b"IHB\r\n:")
+    assert host.peer == "twin"
+
+
+async def test_datagrams_into_a_blocked_way_are_lost() -> None:
+    host, controller = datagram_pair()
+    host.blocked = True
+    host.write(b"lost")
+    host.blocked = False
+    host.write(b"here")
+    assert await controller.read() == b"here"
+
+
+async def test_datagrams_end_on_one_side_only() -> None:
+    host, controller = datagram_pair()
+    controller.write(b"last")
+    await host.close()
+    await host.close()
+    controller.write(b"too late")
+    assert (await host.read(), await host.read()) == (b"last", b"")
+
+
+async def test_of_datagrams_that_nobody_reads_the_newest_are_kept() -> None:
+    host, controller = datagram_pair()
+    for number in range(300):
+        controller.write(b"%d" % number)
+    assert await host.read() == b"44"
+
+
+def test_udp_carries_both_ways() -> None:
+    async def main() -> None:
+        with socket.socket(type=socket.SOCK_DGRAM) as box:
+            box.bind(("127.0.0.1", 0))
+            host, port = box.getsockname()
+            transport = await UdpTransport.connect(host, port)
+            assert transport.peer == f"{host}:{port}"
+            transport.write(b"WH\r")
+            data, sender = await asyncio.to_thread(box.recvfrom, 100)
+            box.sendto(b"IHB\r\n:", sender)
+            assert (data, await transport.read()) == (b"WH\r", b"IHB\r\n:")
+            await transport.close()
+            transport.write(b"too late")
+            assert await transport.read() == b""
+
+    asyncio.run(main())
+
+
+def test_udp_to_a_closed_port_is_found_out() -> None:
+    async def main() -> None:
+        with socket.socket(type=socket.SOCK_DGRAM) as unused:
+            unused.bind(("127.0.0.1", 0))
+            host, port = unused.getsockname()
+        transport = await UdpTransport.connect(host, port)
+        transport.write(b"WH\r")
+        with pytest.raises(LinkLost, match="refused"):
+            await transport.read()
+        await transport.close()
+
+    asyncio.run(main())
+
+
+def test_udp_takes_an_impossible_address_for_a_failed_connection() -> None:
+    with pytest.raises(ConnectFailed):
+        asyncio.run(UdpTransport.connect("a" * 70, 23))
