@@ -7,6 +7,7 @@ is over.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from bisect import bisect_right
 from collections.abc import Sequence
 from math import inf
@@ -38,7 +39,7 @@ class Laid(NamedTuple):
     record: Record
 
 
-class Feed:
+class Feed(ABC):
     """Records under way and waiting; `letter` is what an axis on it has for `Axis.plane`.
 
     `paused` holds the axes at the end of the record under way. Subclasses say what a record looks like.
@@ -155,8 +156,9 @@ class Feed:
     def _duration(self, record: Record) -> float:
         return record.duration or 0.0
 
+    @abstractmethod
     def _shape(self, laid: Laid, place: int) -> list[Piece]:
-        raise NotImplementedError
+        """Return what one member does in a record."""
 
     def _lay(self, record: Record, start: float) -> None:
         duration = self._duration(record)
@@ -174,10 +176,9 @@ class Feed:
         back = self._laid[kept:]
         if not back:
             return inf
-        self._waiting[:0] = [laid.record for laid in back]
-        if self._closed:
-            self._waiting.append(Record(back[0].record.deltas, 0.0, 0.0))
-            self._closed = False
+        end = [Record(back[0].record.deltas, 0.0, 0.0)] * self._closed
+        self._waiting[:0] = [laid.record for laid in back] + end
+        self._closed = False
         del self._laid[kept:]
         self._fresh = kept
         _, _, self._places, self._speed, _ = back[0]

@@ -37,6 +37,12 @@ class Pvt(Feed):
         super().reset()
         self.samples = 0
 
+    def heading(self, place: int) -> int:
+        """Return the direction in which the axis will begin to move: 1, -1, or 0."""
+        first = self._waiting[0]
+        way = 3.0 * first.deltas[place] - first.speed * self._duration(first) or first.deltas[place]
+        return (way > 0.0) - (way < 0.0)
+
     def _shape(self, laid: Laid, place: int) -> list[Piece]:
         duration = laid.end - laid.start
         way, v, w = laid.record.deltas[place], laid.speed, laid.record.speed

@@ -286,3 +286,20 @@ def test_sums_are_exact_at_the_end_of_every_record(records: list[tuple[int, int,
         assert (x, y, z) == pytest.approx((a, 0.0, c), abs=1e-6)
     assert bench.at(end).positions() == [sums[0], 0, sums[1]]
     assert bench.value("_SCA") == 51.0
+
+
+def test_a_pause_keeps_the_end_before_what_came_after_it() -> None:
+    bench = contouring("32", "64", "0=0", "999", axes="A")
+    bench.at(0.5 / 32).do("DT -1")
+    bench.at(1.0).do("DT 5")
+    bench.at(2.0)
+    assert (bench.positions()[0], bench.value("_SCA")) == (96, 51.0)
+
+
+@pytest.mark.parametrize("wait", ["AMA", "MCA"])
+def test_a_program_waits_for_the_end_of_a_contour(wait: str) -> None:
+    bench = Bench()
+    bench.raw(f"DL\r#GO\rCM A;DT 5;CD 32;CD 32;CD 0=0\r{wait};x=TIME\rEN\r\\")
+    bench.do("XQ #GO")
+    bench.at(1.0)
+    assert bench.value("x") == pytest.approx(2 * 32, abs=8)

@@ -231,3 +231,13 @@ def test_a_slower_sample_makes_records_longer() -> None:
     bench.do("TM 2000", "PVA=1024,0,512", "PVA=0,0,0", "BTA")
     assert bench.at(0.999).value("_BGA") == 1.0
     assert bench.at(1.0).value("_BGA") == 0.0
+
+
+def test_the_limit_in_the_way_is_the_one_of_the_first_instant() -> None:
+    # 100 counts ahead in a second, but with 1000 counts/s there: the cubic begins backwards.
+    bench = Bench()
+    bench.do("PVA=100,1000,1024", "PVA=0,0,0")
+    bench.switch(0, reverse=False)
+    assert bench.code("BTA") == ErrorCode.BEGIN_AT_LIMIT
+    bench.switch(0, forward=False)
+    bench.do("BTA")
