@@ -1,8 +1,7 @@
 """A coordinate system (S or T): its buffer of segments, its rates, and the sequence it runs.
 
-The path is a `Route`, its speeds come from `path`. A segment that is appended on the way changes the plan only from
-where it can matter: from its own start, or from the segment in which braking for it begins. Long arcs are worked out
-as the sequence gets there.
+The path is a `Route`, its speeds come from `path`, and `Schedule` keeps them. A segment that is appended on the way
+changes the plan only from where it can matter: from its own start, or from the segment in which braking for it begins.
 
 What the manual leaves open is settled here: a stop, or a limit, empties the buffer, so that a later BG never resumes
 what somebody stopped; a tangent axis (TN) turns within arcs and jumps at corners, by the shorter way round.
@@ -10,16 +9,16 @@ what somebody stopped; a tangent axis (TN) turns within arcs and jumps at corner
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
-from math import inf, sqrt
+from math import inf
 
 from maya_un.galil.codes import ErrorCode, StopCode
 from maya_un.virtual import path
 from maya_un.virtual.arc import TANGENT
-from maya_un.virtual.path import Leg, Path, Segment, Stretch
+from maya_un.virtual.path import Leg, Segment, Stretch
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.route import Member, Route
+from maya_un.virtual.schedule import Schedule
 from maya_un.virtual.timeline import Piece
 
 CAPACITY = 511
@@ -27,9 +26,6 @@ CAPACITY = 511
 
 LINEAR, VECTOR = "LM", "VM"
 """What kind of sequence a plane is set up for."""
-
-AHEAD = 5000
-"""About how many pieces of a timeline are worked out at a time."""
 
 _SHORTEST = 1e-6
 _LONGEST_SEQUENCE = 2_147_483_647
@@ -60,18 +56,18 @@ class Plane:
         self._parts: tuple[Member, ...] = ()
         self._result = StopCode.SEQUENCE_DONE
         self._whole = False
-        self._adopt(0.0)
+        self._schedule = Schedule(0.0)
         self.clear()
 
     @property
     def end(self) -> float:
         """When the running sequence ends [s]; infinite where it does not."""
-        return self._end
+        return self._schedule.end
 
     @property
     def horizon(self) -> float:
         """When the next part of the timelines is to be asked for [s]; infinite where all of it is known."""
-        return self._horizon
+        return self._schedule.horizon
 
     @property
     def segments(self) -> list[Segment]:
@@ -158,7 +154,7 @@ class Plane:
             for one, place, offset in zip(self._coordinates, places, offsets, strict=True)
         )
         self._bounds.clear()
-        self._adopt(t)
+        self._schedule = Schedule(t)
         self._bound()
         self._plan(Stretch(t, self._route.first, 0.0, 0.0, 0.0))
         self.stale = self._whole = False
@@ -168,7 +164,8 @@ class Plane:
 
         What is new behind the part that is worked out waits for its turn.
         """
-        whole = self._whole or self._end == inf
+        schedule = self._schedule
+        whole = self._whole or schedule.end == inf
         changed = self.stale
         self.stale = self._whole = False
         if not self.running or (self.stopping and changed):
@@ -176,20 +173,21 @@ class Plane:
         state = self._drop(t)
         if changed:
             first = self._bound()
-            start = state if whole or first <= state.segment else self._entry(first)
-            reach, horizon = self._reach, self._horizon
+            start = state if whole or first <= state.segment else schedule.entry(first)
+            reach, horizon = schedule.reach, schedule.horizon
             self._plan(start)
             if start.t < reach:
                 return start.t
-            self._reach, self._horizon = reach, horizon
-        return self._extend() if t >= self._horizon else inf
+            schedule.reach, schedule.horizon = reach, horizon
+        return schedule.extend(self._route) if t >= schedule.horizon else inf
 
     def brake(self, t: float) -> bool:
         """Stop along the path at VD; what is left of the sequence is forgotten when it rests."""
         state = self._drop(t)
         self.stopping, self.stale = True, False
         self._result = StopCode.STOPPED
-        self._splice(path.brake(self.segments, state, self.registers["VD"], self._route.first), t)
+        way = path.brake(self.segments, state, self.registers["VD"], self._route.first)
+        self._schedule.splice(way, t, self._route)
         return True
 
     def finish(self, t: float) -> StopCode:
@@ -203,20 +201,15 @@ class Plane:
         self.running = self.stopping = self.ended = self.stale = self._whole = False
         self._route.drop(self._route.first + len(self.segments))
         self._bounds = []
-        self._adopt(t)
+        self._schedule = Schedule(t)
         return result
 
     def pieces(self, place: int) -> tuple[list[Piece], float]:
         """Return the newest part of one member's timeline, and its largest speed [counts/s]."""
         member = self._parts[place]
-        spans = [
-            (self._stretches[index], min(self._until(index), self._reach))
-            for index in range(self._fresh, len(self._stretches))
-            if self._stretches[index].t < self._reach
-        ]
-        pieces, peak = member.pieces(self._route, spans)
-        if self._end < inf and self._end <= self._reach:
-            pieces.append(Piece(self._end, self._rest(member), 0.0, 0.0))
+        pieces, peak = member.pieces(self._route, self._schedule.fresh())
+        if self.end < inf and self.end <= self._schedule.reach:
+            pieces.append(Piece(self.end, self._rest(member), 0.0, 0.0))
         return pieces, peak
 
     def heading(self, place: int) -> int:
@@ -233,8 +226,8 @@ class Plane:
     def slewing(self, t: float) -> tuple[bool, bool]:
         """Tell whether the sequence keeps its speed at time `t`, and whether it is in its last deceleration."""
         state = self.state(t)
-        last = bool(self._times) and t >= self._times[-1]
-        return state.a == 0.0, self.ended and not self.stopping and last and state.a < 0.0
+        final = self.ended and not self.stopping and self._schedule.last(t) and state.a < 0.0
+        return state.a == 0.0, final
 
     def count(self, t: float) -> int:
         """Return the number of the segment under way, from 0, or of those done (`_CS`)."""
@@ -252,24 +245,11 @@ class Plane:
 
         A sequence that is shorter, or rests before, is there at its end.
         """
-        if self.distance(t) >= distance:
-            return t
-        for index in range(self._index(t), len(self._stretches)):
-            at, number, s, v, a = self._stretches[index]
-            rest = distance - self._route.at(number)[1].way - s
-            square = v * v + 2.0 * a * rest
-            if square >= 0.0 and v + sqrt(square) > 0.0:
-                there = at + 2.0 * rest / (v + sqrt(square))
-                if there <= self._until(index):
-                    return max(t, there)
-        return self._end
+        return t if self.distance(t) >= distance else self._schedule.reaches(distance, t, self._route)
 
     def steady(self, t: float) -> float:
         """Return when the acceleration under way at time `t` ends (AS) [s]."""
-        index = self._index(t)
-        while index < len(self._stretches) and self._stretches[index].a > 0.0:
-            index += 1
-        return max(t, self._times[index] if index < len(self._times) else self._end)
+        return self._schedule.steady(t)
 
     def corner(self, axis: int, t: float) -> int:
         """Return where a member was at the start of the segment under way [motor counts] (`_VP`)."""
@@ -278,9 +258,7 @@ class Plane:
 
     def state(self, t: float) -> Stretch:
         """Return where on the path the sequence is at time `t`."""
-        at, segment, s, v, a = self._stretches[self._index(t)]
-        span = min(t, self._end) - at
-        return Stretch(t, segment, s + (v + 0.5 * a * span) * span, max(0.0, v + a * span), a)
+        return self._schedule.state(t)
 
     def _factor(self, coordinate: int) -> float:
         """Return the motor counts of a unit of a coordinate."""
@@ -292,16 +270,9 @@ class Plane:
         """Bring the speeds at the segments' ends up to date; return the number of the first that changed."""
         return self._route.first + path.bound(self.segments, self._bounds, self.registers["VD"], self.ended)
 
-    def _entry(self, number: int) -> Stretch:
-        """Return the state at the start of a segment that is still to come, or to be appended to the path."""
-        index = bisect_left(self._stretches, number, key=lambda stretch: stretch.segment)
-        if index == len(self._stretches):
-            return Stretch(self._end, number, 0.0, self._exit, 0.0)
-        return self._stretches[index]
-
     def _plan(self, start: Stretch) -> None:
         rates = path.Rates(self.registers["VA"], self.registers["VD"])
-        self._splice(path.walk(self._legs(start.segment), start, rates), start.t)
+        self._schedule.splice(path.walk(self._legs(start.segment), start, rates), start.t, self._route)
 
     def _legs(self, number: int) -> Iterator[Leg]:
         ratio, usual, first = self.registers["VR"], self.registers["VS"], self._route.first
@@ -315,66 +286,16 @@ class Plane:
             return usual
         return self.registers["VV"] if speed < 0.0 else speed
 
-    def _adopt(self, t: float) -> None:
-        """Have no plan, at time `t`."""
-        self._stretches: list[Stretch] = []
-        self._times: list[float] = []
-        self._end, self._exit, self._fresh = t, 0.0, 0
-        self._reach = self._horizon = inf
-
-    def _splice(self, new: Path, t: float) -> None:
-        """Let a new path replace the old one from time `t` on."""
-        self._fresh = bisect_left(self._times, t)
-        self._stretches[self._fresh :] = new.stretches
-        self._times[self._fresh :] = [stretch.t for stretch in new.stretches]
-        self._end, self._exit = new.end, new.speed
-        self._look_ahead(t)
-
-    def _look_ahead(self, t: float) -> None:
-        """Choose how far from `t` on the timelines are worked out now."""
-        self._reach = self._horizon = inf
-        left = float(AHEAD)
-        for index in range(self._fresh, len(self._stretches)):
-            at, number, _, v, a = self._stretches[index]
-            arc = self._route.at(number)[0].arc
-            span = self._until(index) - at
-            count = arc.quadratics(v, a, span) if arc else 1.0
-            if count > left and span < inf:
-                self._reach = at + span * min(1.0, max(left, 100.0) / count)
-                self._horizon = t + 0.75 * (self._reach - t)
-                return
-            left -= count
-
-    def _extend(self) -> float:
-        """Work the timelines out farther; return from when on."""
-        t = self._reach
-        index = self._index(t)
-        if self._times[index] < t:
-            index += 1
-            self._stretches.insert(index, self.state(t))
-            self._times.insert(index, t)
-        self._fresh = index
-        self._look_ahead(t)
-        return t
-
     def _drop(self, t: float) -> Stretch:
         """Forget what is done at time `t`; return the state then."""
         state = self.state(t)
         del self._bounds[: self._route.drop(state.segment)]
-        kept = self._index(t)
-        del self._stretches[:kept], self._times[:kept]
+        self._schedule.drop(t)
         return state
-
-    def _index(self, t: float) -> int:
-        return max(0, bisect_right(self._times, t) - 1)
-
-    def _until(self, index: int) -> float:
-        """Return when a stretch ends [s]."""
-        return self._times[index + 1] if index + 1 < len(self._times) else self._end
 
     def _rest(self, member: Member) -> int:
         """Return the whole count at which a member rests."""
         if self.stopping:
-            state = self.state(self._end)
+            state = self.state(self.end)
             return round(member.position(self._route.coordinate(member.coordinate, state.segment, state.s)))
         return round(member.position(self._route.end(member.coordinate)))
