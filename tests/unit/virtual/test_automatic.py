@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from maya_un.virtual.machine import VirtualDmc
+from maya_un.virtual.memory import ChecksumError
 from maya_un.virtual.plant import BenchPlant
 from tests.unit.virtual.programs import ProgramBench
 
@@ -241,6 +242,15 @@ def test_auto_runs_at_power_up_and_at_every_reset() -> None:
     machine.power_on()
     machine.advance(3.0)
     assert machine.unit.threads.mask == 1
+
+
+def test_autoerr_runs_in_its_place_where_burned_memory_is_damaged() -> None:
+    machine = VirtualDmc(BenchPlant())
+    machine.unit.memory.contents.program = "#AUTO;n=1;EN\r\n#AUTOERR;n=_TC;EN\r\n"
+    machine.unit.memory.errors = ChecksumError.PARAMETERS
+    machine.power_on()
+    machine.advance(1.0)
+    assert machine.unit.variables["n"] == 14 * 65536
 
 
 def test_auto_of_a_program_that_was_burned_and_reset() -> None:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from random import Random
+
 import pytest
 
 from maya_un.galil.codes import ErrorCode
+from maya_un.galil.commands import FORMS
 from maya_un.virtual.runner import LEISURE
+from tests.campaign import Campaign
 from tests.unit.virtual.programs import SAMPLE, ProgramBench
 
 RUNAWAY = "#A;n=n+1;JP #A"
@@ -275,3 +279,97 @@ def test_a_program_that_sleeps_and_looks_costs_next_to_nothing(monkeypatch: pyte
     assert bench.value("out") == 0.0
     assert bench.state(7) == 2
     assert steps < 400
+
+
+STATEMENTS = (
+    "n=n+1",
+    "m=n*3%17",
+    "t=TIME",
+    "p=_TPA+_RPB",
+    "b=_BGA+@OUT[1]",
+    "a[n%4]=m",
+    "IF (n%3=0);m=m+a[0];ELSE;m=m-1;ENDIF",
+    "IF (_BGA=1);k=k+1;ENDIF",
+    "JS #S(n,&m)",
+    "WT 4,1",
+    "WT 30",
+    "AT -20,1",
+    "SB 1",
+    "CB 1",
+    "PRA=n;BGA",
+    "JGB=500-n;BGB",
+    "STB",
+    "AMA",
+    "ADA=5",
+    "MG n,m",
+    "nope!",
+)
+VARIABLES = ("n", "m", "t", "p", "b", "k", "a[0]", "a[1]", "a[2]", "a[3]")
+
+
+def random_program(rng: Random) -> str:
+    """Return loops for three threads, each of a few statements, with a subroutine they share."""
+    loops = [f"#T{thread}\n" + "\n".join(rng.choices(STATEMENTS, k=rng.randint(1, 6))) for thread in range(3)]
+    body = "\n".join(f"{loop}\nJP #T{thread},n<200\nEN" for thread, loop in enumerate(loops))
+    return f"{body}\n#S;^b=^b+^a%5;EN ,,^a\n#CMDERR;k=k+_ED1;EN 1"
+
+
+def test_statements_do_the_same_whether_they_are_hurried_through_or_looked_at_one_by_one(campaign: Campaign) -> None:
+    for case in range(campaign.size(ci=25, long=500)):
+        rng = campaign.rng(case)
+        program = random_program(rng)
+        results: list[list[float]] = []
+        for trace in (0, 1):
+            bench = ProgramBench(program)
+            bench.do("DM a[4]", "n=0;m=0;t=0;p=0;b=0;k=0;a[0]=0;a[1]=0;a[2]=0;a[3]=0", f"TR {trace}")
+            bench.do("XQ #T0,0", "XQ #T1,1", "XQ #T2,5")
+            results.append([])
+            for moment in (0.1, 0.35, 1.0):
+                bench.at(moment)
+                operands = (*VARIABLES, "_TPA", "_TPB", "_OP0", "_NO", "_XQ0", "_XQ1", "_XQ5", "TIME", "_TC")
+                results[-1] += [bench.value(operand) for operand in operands]
+        assert results[0] == results[1], program
+
+
+WORDS = tuple(sorted(FORMS))
+TAILS = (
+    "",
+    "A",
+    "S",
+    "1",
+    "1,2",
+    "A=1",
+    "?",
+    "=",
+    "-1",
+    "#A,1",
+    "a[]",
+    "~a",
+    "^a=1",
+    '"x"',
+    ",,1",
+    "T=>-3",
+    "n,1",
+    "[",
+)
+
+
+def test_no_program_makes_it_raise(campaign: Campaign) -> None:
+    for case in range(campaign.size(ci=60, long=3000)):
+        rng = campaign.rng(case)
+        lines = ["#A"]
+        for _ in range(rng.randint(1, 12)):
+            parts = [f"{rng.choice(WORDS)} {rng.choice(TAILS)}" for _ in range(rng.randint(1, 3))]
+            lines.append(";".join(parts)[:80])
+        for label in rng.sample(["#LIMSWI", "#CMDERR", "#POSERR", "#ININT", "#MCTIME"], 2):
+            lines.insert(rng.randrange(len(lines) + 1), label)
+        bench = ProgramBench()
+        bench.raw("DL\r" + "".join(f"{line}\r" for line in lines) + "\\DM a[9];n=1;~a=1\r")
+        assert bench.program() == lines
+        for thread in range(8):
+            bench.raw(f"XQ {rng.randrange(len(lines))},{thread}\r")
+        bench.at(0.2)
+        bench.switch(0, forward=False)
+        bench.machine.look()
+        bench.at(0.4)
+        assert bench.machine.now == 0.4
