@@ -48,6 +48,10 @@ class Datagrams(Protocol):
         """Return the next datagram, or `b""` at the end; raises `LinkLost` where the other side is found absent."""
         ...
 
+    def deliver(self, taker: Callable[[bytes], None]) -> None:
+        """Hand datagrams to `taker` as they come, from now on; `read` then only tells the end."""
+        ...
+
     def write(self, data: bytes) -> None:
         """Send one datagram; nobody learns whether it arrives."""
         ...
@@ -237,10 +241,14 @@ class _Letterbox:
     def __init__(self) -> None:
         self._waiting: deque[bytes] = deque(maxlen=_MOST_WAITING)
         self._waiter: asyncio.Future[None] | None = None
+        self.taker: Callable[[bytes], None] | None = None
         self.ended = False
         self.error: Exception | None = None
 
     def put(self, data: bytes) -> None:
+        if self.taker is not None:
+            self.taker(data)
+            return
         self._waiting.append(data)
         self._wake()
 
@@ -308,6 +316,10 @@ class UdpTransport:
             raise LinkLost(address=self._peer, reason=_reason(self._letterbox.error)) from self._letterbox.error
         return data
 
+    def deliver(self, taker: Callable[[bytes], None]) -> None:
+        """Hand datagrams to `taker` as they come, from now on; `read` then only tells the end."""
+        self._letterbox.taker = taker
+
     def write(self, data: bytes) -> None:
         """Send one datagram; after `close` it goes nowhere."""
         if not self._socket.is_closing():
@@ -340,6 +352,10 @@ class LoopbackDatagrams:
     async def read(self) -> bytes:
         """Return the next datagram, or `b""` after `close`."""
         return await self._letterbox.get()
+
+    def deliver(self, taker: Callable[[bytes], None]) -> None:
+        """Hand datagrams to `taker` as they come, from now on; `read` then only tells the end."""
+        self._letterbox.taker = taker
 
     def write(self, data: bytes) -> None:
         """Send one datagram; while this end is `blocked`, or after the other has closed, it goes nowhere."""

@@ -165,6 +165,17 @@ async def test_datagrams_end_on_one_side_only() -> None:
     assert (await host.read(), await host.read()) == (b"last", b"")
 
 
+async def test_datagrams_are_handed_over_as_they_come() -> None:
+    host, controller = datagram_pair()
+    came: list[bytes] = []
+    host.deliver(came.append)
+    controller.write(b"one")
+    controller.write(b"two")
+    assert came == [b"one", b"two"]
+    await host.close()
+    assert await host.read() == b""
+
+
 async def test_of_datagrams_that_nobody_reads_the_newest_are_kept() -> None:
     host, controller = datagram_pair()
     for number in range(300):
