@@ -9,11 +9,13 @@ from maya_un.galil.codes import ErrorCode
 from maya_un.virtual.arguments import axes_and_planes, by_axis, mask, split
 from maya_un.virtual.arithmetic import ONE
 from maya_un.virtual.axis import Axis
+from maya_un.virtual.commands.setting import addressed, named
 from maya_un.virtual.context import Context
 from maya_un.virtual.expressions import Value, compiled
 from maya_un.virtual.plane import Plane
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.thread import Thread
+from maya_un.virtual.unit import SAMPLES
 from maya_un.virtual.waits import Arrived, AtSpeed, Delay, Ended, Gone, Level, Passed, Travelled
 
 Operation = Callable[[Context, Thread], None]
@@ -22,8 +24,6 @@ TIMED = frozenset({"AT", "WT"})
 """Those that a thread settles without a look at the machine."""
 
 _PLANES = "ST"
-_SAMPLES = 1024
-"""Samples in a second at TM 1000."""
 _LONGEST = (1 << 31) - 2
 _SOON = 1e-6
 _DELAY = Delay()
@@ -31,7 +31,7 @@ _DELAY = Delay()
 
 def _samples(context: Context, milliseconds: int) -> int:
     """Return the samples that last at least so many milliseconds."""
-    return -(-milliseconds * _SAMPLES // context.core.period)
+    return -(-milliseconds * SAMPLES // context.core.period)
 
 
 def _span(context: Context, value: Value, unit: Value) -> int:
@@ -106,11 +106,13 @@ def _input(text: str) -> Operation:
 
 
 def _axes_and_planes(context: Context, text: str) -> tuple[list[Axis], list[Plane]]:
-    """Return the axes and planes that a mask names, all of them for an empty one."""
+    """Return the axes, virtual ones among them, and planes that a mask names, all of them for an empty one."""
+    text, virtual = named(context, text)
     places, letters = axes_and_planes(text, context.unit.letters)
-    if not places and not letters:
+    if not places and not letters and not virtual:
         places, letters = mask("", context.unit.letters), list(_PLANES)
-    return context.axes(places), [context.core.planes[letter] for letter in letters]
+        virtual = list(context.core.virtual.values())
+    return [*context.axes(places), *virtual], [context.core.planes[letter] for letter in letters]
 
 
 def _after_motion(text: str) -> Operation:
@@ -136,11 +138,11 @@ def _motion_complete(text: str) -> Operation:
 
 def _one_axis(context: Context, text: str) -> tuple[Axis, int]:
     """Return the one axis that a place or distance is given for; raises `Refused` for several."""
-    given = by_axis(text, context.unit.letters)
+    given = addressed(context, text)
     if len(given) != 1:
         raise Refused(ErrorCode.OPERAND_ERROR)
-    place, argument = given[0]
-    return context.unit.axes[place], context.integer(argument, -(1 << 31), (1 << 31) - 1)
+    axis, argument = given[0]
+    return axis, context.integer(argument, -(1 << 31), (1 << 31) - 1)
 
 
 def _position(rising: bool | None, text: str) -> Operation:
@@ -148,6 +150,8 @@ def _position(rising: bool | None, text: str) -> Operation:
 
     def act(context: Context, thread: Thread) -> None:
         axis, position = _one_axis(context, text)
+        if axis.virtual:
+            raise Refused(ErrorCode.INVALID_AXIS)
         thread.waiting = Passed(context.unit, axis, position - axis.offset, rising)
 
     return act

@@ -74,6 +74,10 @@ def test_times_and_what_is_so_already(statement: str, samples: int) -> None:
         ("PRA=-20480;BGA;APA=-10240", 1.5),
         ("PRA=20480;BGA;MRA=-15360;MG 1", None),
         ("JGA=10240;BGA;ASA", 1.0),
+        ("SPN=10240;ACN=10240;DCN=10240;PRN=20480;BGN;AMN", 3.0),
+        ("SPN=10240;ACN=10240;DCN=10240;PRN=20480;BGN;AM", 3.0),
+        ("SPM=10240;ACM=10240;DCM=10240;PRM=20480;BGM;ADM=10240", 1.5),
+        ("SPM=10240;ACM=10240;DCM=10240;PRM=20480;BGM;ASM", 1.0),
         ("JGA=10240;BGA;ASA;JGA=5120;ASA", 1.5),
         ("JGA=10240;BGA;ADA=25600;STA;AMA", 4.0),
         ("PRA=20480;BGA;WT 1500;STA;AMA", 2.5),
@@ -216,7 +220,7 @@ def test_a_distance_is_met_where_the_reference_is(distance: int, mark: int, spee
         assert went >= min(mark, abs(distance))
 
 
-@pytest.mark.parametrize("statement", ["AD 1,2", "AV 1,2", "ADA=?", "AV -1", "AMQ", "MC S", "AS R"])
+@pytest.mark.parametrize("statement", ["AD 1,2", "AV 1,2", "ADA=?", "AV -1", "AMQ", "MC S", "AS R", "APN=5"])
 def test_misuse_ends_the_thread(statement: str) -> None:
     bench = ProgramBench()
     assert bench.run(0.1, f"{statement};MG 1;EN") == [f"?0 {statement}"]
