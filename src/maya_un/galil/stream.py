@@ -119,9 +119,9 @@ class RecordStream:
     """A stream of records; made by `Driver.stream`, ended by `close`.
 
     `latest` is the newest record; iterating yields it and every newer one, and a slow reader skips to the newest. Where
-    the link is lost, iterating raises that loss; after `close` it ends. `way` is how they come and `reason` why they
-    are polled; a stream that fell back to polling stays with it. `lost` counts the records that were sent and did not
-    arrive, `received` those that did.
+    the link is lost, iterating raises that loss, and where the driver was closed before the stream, `NotConnected`;
+    after `close` it ends. `way` is how records come and `reason` why they are polled; a stream that fell back to
+    polling stays with it. `lost` counts the records that were sent and did not arrive, `received` those that did.
     """
 
     def __init__(self, link: Link, period: int) -> None:
@@ -134,7 +134,7 @@ class RecordStream:
         self._place: int | None = None
         self._task: asyncio.Task[None] | None = None
         self._waiters: list[asyncio.Future[None]] = []
-        self._error: MachineError | None = None
+        self._error: MayaError | None = None
         self._ended = False
         self.latest: RawRecord | None = None
         self.received = 0
@@ -232,7 +232,7 @@ class RecordStream:
                 self.way = Way.POLLED
                 await self._give_back()
             await self._poll()
-        except MachineError as error:
+        except MayaError as error:
             self._end(error)
 
     async def _receive(self, endpoint: Datagrams) -> str:
@@ -293,7 +293,7 @@ class RecordStream:
             if not waiter.done():
                 waiter.set_result(None)
 
-    def _end(self, error: MachineError | None) -> None:
+    def _end(self, error: MayaError | None) -> None:
         if not self._ended:
             self._ended, self._error = True, error
             self._wake()

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import pytest
 
-from maya_un.errors import ConnectFailed, InvalidValue, LinkLost, UnexpectedReply
+from maya_un.errors import ConnectFailed, InvalidValue, LinkLost, NotConnected, UnexpectedReply
 from maya_un.galil.driver import Driver
 from maya_un.galil.record import AxisRecord, DataRecord, encode
 from maya_un.galil.stream import Gaps, RawRecord, RecordStream, Way, period_of
@@ -286,6 +286,17 @@ async def test_a_lost_link_ends_the_stream_with_its_reason(by_udp: bool) -> None
             async for _ in stream:
                 pass
         with pytest.raises(LinkLost):
+            async for _ in stream:
+                pass
+        await stream.close()
+
+
+async def test_a_driver_closed_before_its_stream_is_told() -> None:
+    async with lab() as laboratory:
+        stream = await laboratory.driver.stream(51.2)
+        await elapse(0.5)
+        await laboratory.driver.close()
+        with pytest.raises(NotConnected):
             async for _ in stream:
                 pass
         await stream.close()
