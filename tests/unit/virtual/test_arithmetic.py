@@ -33,6 +33,11 @@ def test_results_at_the_ends_of_the_range(a: int, operator: str, b: int, value: 
     assert OPERATORS[operator](a, b) == value
 
 
+def test_what_has_no_positive_counterpart_keeps_its_sign() -> None:
+    assert FUNCTIONS["ABS"](SMALLEST) == SMALLEST
+    assert FUNCTIONS["RND"](LARGEST) == SMALLEST
+
+
 @given(raws, raws.filter(bool))
 def test_quotient_and_remainder_belong_together(a: int, b: int) -> None:
     remainder = OPERATORS["%"](a, b)
