@@ -114,7 +114,11 @@ class VirtualDmc:
         while core.now < now:
             if self._runner.hurries:
                 self._runner.hurry(self._quiet_until(now))
-            core.step(min([now, *(activity.next_event() for activity in self._activities)]))
+            event = min([activity.next_event() for activity in self._activities])
+            if event > now and core.rests(now):
+                core.coast(now)
+                return
+            core.step(min(now, event))
             self._look()
 
     def next_event(self, until: float) -> float | None:

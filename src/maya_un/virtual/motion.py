@@ -73,6 +73,7 @@ class MotionCore:
         self.amplifier_status = 0
         self.happened: list[tuple[Happening, Axis]] = []
         self.errors_matter = False
+        self._coasted = False
 
     def advance(self, now: float) -> None:
         """Bring everything to time `now` [s]; an earlier time changes nothing."""
@@ -82,20 +83,34 @@ class MotionCore:
     def step(self, now: float) -> None:
         """Advance to the next event, at most to time `now` [s], and see to it."""
         self.refresh()
+        if self._coasted:
+            self._coasted = False
+            self._note()  # what begins to move now begins with the error it has at rest
         t = min(now, max(self._own_event(), nextafter(self.now, inf)))
         event = self.plant.next_event(t)
         if event is not None and event < t:
             t = event
         self.plant.advance(t)
         self.now = t
-        for encoder in self.encoders:
-            encoder.note(t)
+        self._note()
         self.look()
 
     def coast(self, t: float) -> None:
         """Go to a time [s] before the next event, where there is nothing to see to."""
         self.plant.advance(t)
         self.now = t
+        self._coasted = True
+
+    def rests(self, until: float) -> bool:
+        """Tell whether no axis moves and nothing happens by itself up to a time [s]."""
+        for axis in self.axes:
+            if axis.moving or axis.bound:
+                return False
+        return self.next_event(until) is None
+
+    def _note(self) -> None:
+        for encoder in self.encoders:
+            encoder.note(self.now)
 
     def next_event(self, until: float) -> float | None:
         """Return the earliest time in (now, until] at which something happens by itself, None where nothing does."""

@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 TABLE = Path(__file__).parent / "table"
 _SHARED = "shared.json"
-_KEYS = set("name steps source certainty axes demands setup restore keep whole udp".split())
+_KEYS = {"name", "steps", "source", "certainty", "axes", "demands", "setup", "restore", "keep", "whole", "udp"}
 
 Certainty = Literal["two", "one", "inferred"]
 
