@@ -10,10 +10,11 @@ import pytest
 
 from maya_un.errors import AddressInUse, CommandRejected, LinkLost
 from maya_un.galil.driver import Driver
+from maya_un.galil.record import decode
 from maya_un.loops import run
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.plant import BenchPlant
-from maya_un.virtual.server import VirtualController
+from maya_un.virtual.server import TICK, VirtualController
 from tests.virtual_time import elapse
 
 
@@ -186,3 +187,28 @@ def test_a_taken_port_is_said_to_be_in_use() -> None:
             await made().serve("127.0.0.1", taken.getsockname()[1])
 
     run(main())
+
+
+async def test_records_go_out_within_ten_milliseconds_and_never_drift() -> None:
+    virtual = made()
+    host = virtual.loopback_datagrams()
+    late: list[float] = []
+    loop = asyncio.get_running_loop()
+
+    def note(_: str, direction: str, data: bytes) -> None:
+        if direction == "tx" and len(data) == 190:
+            late.append(loop.time() % 64.0 - decode(data).sample / 1024.0)
+
+    virtual.tap = note
+    host.write(b"DR 8,0\r")
+    await elapse(0.0)
+    asker = virtual.loopback()
+    for _ in range(60):
+        await elapse(1.0)
+        asker.write(b"TP\r")
+    assert len(late) == 60 * 128
+    assert -1e-9 < min(late)
+    assert max(late) <= 0.010
+    assert max(late[-128:]) <= TICK
+    await host.close()
+    await virtual.close()
