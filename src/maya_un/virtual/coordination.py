@@ -6,8 +6,9 @@ axes leave it and brake each at its DC (SD at a limit), and what is left in the 
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Mapping
-from math import inf
+from math import inf, nextafter
 
 from maya_un.galil.codes import StopCode
 from maya_un.virtual import limits, profile
@@ -54,8 +55,8 @@ def follow(axes: Mapping[int, Axis], course: Course, now: float, start: float) -
         if axis.plane != course.letter:
             continue
         pieces, peak = course.pieces(place)
-        kept = [turn for turn in axis.turns if turn < start]
-        before = axis.timeline.at(start)[1] if start > now else 0.0
+        kept = axis.turns[: bisect_left(axis.turns, start)]
+        before = axis.timeline.at(nextafter(start, -inf))[1] if start > now else 0.0
         axis.peak = max(axis.peak, peak) if start > now else peak
         axis.turns = kept + [turn for turn in _turns(pieces, before) if turn > now]
         axis.timeline.plan(start, pieces)

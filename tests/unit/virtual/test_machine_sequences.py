@@ -232,3 +232,14 @@ def test_count_and_distance_along_the_way() -> None:
     assert bench.record().s.distance == 15_360
     bench.at(9.0)
     assert (bench.value("_CSS"), bench.value("_AVS")) == (3.0, 30_720.0)
+
+
+def test_segments_that_go_on_in_the_same_direction_turn_nothing_round() -> None:
+    bench = sequence("10240", "10240", closed=False).at(1.2)
+    for _ in range(5):
+        bench.do("LI 5000")
+        bench.at(bench.now + 0.01)
+    assert bench.axis(0).turns == []
+    bench.do("LI -5000", "LI 5000")
+    bench.at(bench.now + 0.01)
+    assert len(bench.axis(0).turns) == 2
