@@ -20,7 +20,7 @@ _KINDS = {"QR": Kind.RECORD, "UL": Kind.LISTING, "QU": Kind.LISTING}
 
 
 class Conversation:
-    """What was asked and answered on one handle. Downloads are not understood; `until` them everything is."""
+    """What was asked and answered on one handle, as far as the first download (DL, QD), which this does not follow."""
 
     def __init__(self) -> None:
         self._lines = LineSplitter()

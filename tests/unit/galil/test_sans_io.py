@@ -8,7 +8,7 @@ import sys
 import pytest
 
 
-@pytest.mark.parametrize("module", ["codes", "numbers", "commands", "framing", "record"])
+@pytest.mark.parametrize("module", ["arrays", "burned", "codes", "commands", "framing", "numbers", "program", "record"])
 def test_a_protocol_module_brings_no_io(module: str) -> None:
     code = f"import maya_un.galil.{module}, sys; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
