@@ -82,6 +82,14 @@ def test_an_endless_line_is_not_kept() -> None:
     assert splitter.feed(b"\r") == [TOO_LONG]
 
 
+@pytest.mark.parametrize("end", ["\\", "\x04", "\x11", "\x1a"])
+def test_what_ends_a_program_reads_as_a_backslash(end: str) -> None:
+    splitter = LineSplitter()
+    splitter.program = True
+    assert splitter.feed(f"#A;BGA\rEN{end}WH\r".encode()) == ["#A;BGA", "EN", "\\", "WH"]
+    assert not splitter.program
+
+
 def test_a_program_is_taken_by_lines_until_its_backslash() -> None:
     splitter = LineSplitter()
     taken: list[str] = []
