@@ -138,3 +138,16 @@ class Axis:
         """Return the direction in which the reference moves just after time `t`: 1, -1, or 0 at rest."""
         velocity = self.timeline.at(t + 1e-6)[1]
         return (velocity > 0.0) - (velocity < 0.0)
+
+    def direction(self, t: float, home: bool) -> int:
+        """Return where the motion set up would go at time `t`: 1, -1, or 0; `home` is the home input (`_HM`)."""
+        match self.kind:
+            case Kind.ABSOLUTE:
+                way = self.destination - self.reference(t)
+            case Kind.RELATIVE:
+                way = self.distance
+            case Kind.FIND_EDGE | Kind.HOME:
+                way = -1 if home else 1
+            case Kind.JOG | Kind.FIND_INDEX:
+                way = self.jog_speed
+        return (way > 0) - (way < 0)

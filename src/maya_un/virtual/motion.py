@@ -16,7 +16,7 @@ from enum import Enum
 from math import inf, nextafter
 
 from maya_un.galil.codes import ErrorCode, StopCode
-from maya_un.virtual import coordination, homing, limits, profile, registers, smoothing
+from maya_un.virtual import coordination, homing, lagging, limits, profile, registers, smoothing
 from maya_un.virtual.axis import LETTERS, VIRTUAL, Axis, Kind, Motion
 from maya_un.virtual.contour import Contour
 from maya_un.virtual.course import Course
@@ -248,7 +248,7 @@ class MotionCore:
     def begin(self, axes: Sequence[Axis]) -> None:
         """Begin the motions set up for `axes` (BG): all of them or, where one may not, none."""
         for axis in axes:
-            self._may_begin(axis, self._direction(axis))
+            self._may_begin(axis, axis.direction(self.now, not axis.virtual and self.home_state(axis)))
         for axis in axes:
             self._start(axis)
         self.look()
@@ -375,7 +375,7 @@ class MotionCore:
             self.begin([axis])
         elif motion.kind is Kind.JOG:
             p, v = axis.timeline.at(self.now)
-            self._adopt(axis, motion, self._jog(axis, motion, p + distance, v))
+            self._adopt(axis, motion, self._wanted(axis, motion, p + distance, v))
         elif motion.stopping or distance * axis.heading(self.now) < 0:
             raise Refused(ErrorCode.IP_WRONG_SIGN)
         else:
@@ -423,21 +423,12 @@ class MotionCore:
                 t = min(t, axis.soft_limit)
             if axis.turns:
                 t = min(t, axis.turns[0])
-            if self._error_near(axis):
+            if (self.errors_matter or int(axis.registers["OE"]) & _ON_ERROR) and lagging.near_limit(axis):
                 t = min(t, self.now + ERROR_LOOK)
         for course in self.courses.values():
             if course.running:
                 t = min(t, course.end, course.horizon)
         return t
-
-    def _error_near(self, axis: Axis) -> bool:
-        """Tell whether the speed of the plan could bring the following error to ER, by what was seen so far."""
-        limit = axis.registers["ER"]
-        if not axis.on or limit < 0 or not (self.errors_matter or int(axis.registers["OE"]) & _ON_ERROR):
-            return False
-        if axis.error_gain is None:
-            return axis.peak > 0.0
-        return axis.error_gain * axis.peak * 1.25 >= limit
 
     def _look_at_motion(self, axis: Axis, motion: Motion) -> None:
         if self.now >= motion.profile.end:
@@ -480,13 +471,7 @@ class MotionCore:
         if beyond and oe & _ON_ERROR:
             self.fault(axis, StopCode.OFF_ON_ERROR)
         elif axis.moving and not beyond and (oe & _ON_ERROR or self.errors_matter):
-            self._learn(axis, error)
-
-    def _learn(self, axis: Axis, error: float) -> None:
-        """Note how much error a unit of speed causes, where the axis runs with its reference."""
-        wanted, actual = axis.timeline.at(self.now)[1], self.plant.velocity(axis.index)
-        if wanted * actual > 0.0 and 0.8 * abs(wanted) <= abs(actual) <= 1.25 * abs(wanted):
-            axis.error_gain = error / abs(actual)
+            lagging.learn(axis, error, axis.timeline.at(self.now)[1], self.plant.velocity(axis.index))
 
     def _limit_stop(self, axis: Axis, code: StopCode) -> None:
         """Stop at a limit: an axis by itself at SD, a sequence along its path at VD, a contour with all its axes."""
@@ -545,39 +530,29 @@ class MotionCore:
         if beyond or (limits.enabled(axis, direction) and self.limit_active(axis, direction > 0)):
             raise Refused(ErrorCode.BEGIN_AT_LIMIT)
 
-    def _direction(self, axis: Axis) -> int:
-        match axis.kind:
-            case Kind.ABSOLUTE:
-                way = axis.destination - axis.reference(self.now)
-            case Kind.RELATIVE:
-                way = axis.distance
-            case Kind.FIND_EDGE | Kind.HOME:
-                way = -1 if self.home_state(axis) else 1
-            case Kind.JOG | Kind.FIND_INDEX:
-                way = axis.jog_speed
-        return (way > 0) - (way < 0)
-
     def _start(self, axis: Axis) -> None:
         t, (p, _) = self.now, axis.timeline.at(self.now)
         if axis.kind in homing.KINDS:
             level = self.plant.inputs(axis.index)[2]
-            motion = homing.start(axis, t, self._direction(axis) or 1, level)
+            motion = homing.start(
+                axis, t, axis.direction(self.now, not axis.virtual and self.home_state(axis)) or 1, level
+            )
         elif axis.kind is Kind.JOG:
             motion = Motion(Kind.JOG, _nothing(t), speed=axis.jog_speed)
-            motion.profile = self._jog(axis, motion, p, 0.0)
+            motion.profile = self._wanted(axis, motion, p, 0.0)
         else:
             absolute = axis.kind is Kind.ABSOLUTE
             target = axis.destination - axis.offset if absolute else round(p) + axis.distance
             motion = Motion(axis.kind, _nothing(t), target=target)
-            motion.profile = self._move(axis, motion, p, 0.0)
+            motion.profile = self._wanted(axis, motion, p, 0.0)
         axis.motion = motion
         axis.stop_code = StopCode.RUNNING
         self._adopt(axis, motion, motion.profile)
 
-    def _jog(self, axis: Axis, motion: Motion, p: float, v: float) -> Profile:
-        return smoothing.jog(axis, self.now, p, v, motion.speed, self.sample)
-
-    def _move(self, axis: Axis, motion: Motion, p: float, v: float) -> Profile:
+    def _wanted(self, axis: Axis, motion: Motion, p: float, v: float) -> Profile:
+        """Return the profile of a jog, or of a move to a place, from a state."""
+        if motion.kind is Kind.JOG:
+            return smoothing.jog(axis, self.now, p, v, motion.speed, self.sample)
         return smoothing.move(axis, self.now, p, v, motion.target, self.sample)
 
     def _replan(self, axis: Axis, motion: Motion) -> None:
@@ -585,10 +560,8 @@ class MotionCore:
         if motion.stopping:
             rate = "SD" if motion.result in limits.CODES else "DC"
             way = smoothing.stop(axis, self.now, p, v, axis.registers[rate], self.sample)
-        elif motion.kind is Kind.JOG:
-            way = self._jog(axis, motion, p, v)
         else:
-            way = self._move(axis, motion, p, v)
+            way = self._wanted(axis, motion, p, v)
         self._adopt(axis, motion, way)
 
     def _brake(self, axis: Axis, motion: Motion, rate: float, code: StopCode) -> None:
