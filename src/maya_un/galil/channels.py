@@ -40,23 +40,33 @@ _FROM_AXIS: MappingProxyType[str, Callable[[AxisRecord], float]] = MappingProxyT
     }
 )
 
-_OPERANDS = {
-    "counts": "TP RP TE TD PA PR DP DE RL ER FL BL IP LE AV VP",
-    "counts/s": "TV SP JG HV VS VV VM",
-    "counts/s²": "AC DC SD VA VD",
-    "V": "TT TL TK OF IL",
-}
-_UNITS = MappingProxyType({name: meant for meant, names in _OPERANDS.items() for name in names.split()})
+_KINDS = (
+    ("position", "counts", "TP RP TD PA PR DP DE RL FL BL IP LE AV VP"),
+    ("following error", "counts", "TE ER"),
+    ("velocity", "counts/s", "TV SP JG HV VS VV VM"),
+    ("acceleration", "counts/s²", "AC DC SD VA VD"),
+    ("motor command", "V", "TT TL TK OF IL"),
+)
+_KIND = MappingProxyType({name: (what, meant) for what, meant, names in _KINDS for name in names.split()})
 
 
 def unit(channel: str) -> str:
     """Return the unit of a channel, empty for a plain number and for expressions, whose unit nobody knows."""
+    return _kind(channel)[1]
+
+
+def quantity(channel: str) -> str:
+    """Return what a channel is, `position` or the like; `value` where nobody knows."""
+    return _kind(channel)[0]
+
+
+def _kind(channel: str) -> tuple[str, str]:
     if channel == "TIME":
-        return "samples"
+        return "time of the controller", "samples"
     if re.fullmatch(r"@AN\[.*\]", channel):
-        return "V"
+        return "analog input", "V"
     found = re.fullmatch(r"_([A-Z]{2})\w?", channel)
-    return _UNITS.get(found[1], "") if found is not None else ""
+    return _KIND.get(found[1], ("value", "")) if found is not None else ("value", "")
 
 
 def reading(channel: str, axes: int) -> Reading | None:

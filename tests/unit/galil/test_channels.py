@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from maya_un.galil.channels import Clock, columns, reading, unit
+from maya_un.galil.channels import Clock, columns, quantity, reading, unit
 from maya_un.galil.record import AxisRecord, DataRecord, Status, Switch
 
 B = AxisRecord(
@@ -72,6 +72,20 @@ def test_what_a_record_lacks_is_asked_for(channel: str) -> None:
 )
 def test_units(channel: str, meant: str) -> None:
     assert unit(channel) == meant
+
+
+@pytest.mark.parametrize(
+    ("channel", "meant"),
+    [
+        ("_TPA", "position"),
+        ("_TEA", "following error"),
+        ("_TTB", "motor command"),
+        ("@AN[1]", "analog input"),
+        ("x", "value"),
+    ],
+)
+def test_quantities(channel: str, meant: str) -> None:
+    assert quantity(channel) == meant
 
 
 def test_nobody_says_what_to_watch() -> None:

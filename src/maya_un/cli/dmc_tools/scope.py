@@ -14,7 +14,7 @@ from maya_un.cli.dmc_tools.sampling import Sample, Sampler, samples, ticks
 from maya_un.cli.dmc_tools.watch import require_rate
 from maya_un.cli.settings import Settings
 from maya_un.errors import FileUnwritable, InvalidValue
-from maya_un.galil.channels import unit
+from maya_un.galil.channels import quantity, unit
 from maya_un.galil.driver import Driver
 
 if TYPE_CHECKING:
@@ -134,18 +134,19 @@ def as_csv(recording: Recording) -> str:
 
 
 def as_png(recording: Recording) -> bytes:
-    """Return a recording as a picture: one plot above the other for every unit, over the same time."""
+    """Return a recording as a picture: one plot above the other for every quantity, over the same time."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    groups = _by_unit(recording.channels)
+    groups = _by_quantity(recording.channels)
     figure = Figure(figsize=(10.0, 1.0 + 2.4 * len(groups)), dpi=110, facecolor="white", layout="constrained")
     FigureCanvasAgg(figure)
     plots = figure.subplots(len(groups), 1, sharex=True, squeeze=False)[:, 0]
-    for plot, (meant, places) in zip(plots, groups.items(), strict=True):
+    for plot, (label, places) in zip(plots, groups.items(), strict=True):
         lines = [_drawn(plot, recording, place) for place in places]
-        plot.legend(lines, [recording.channels[place] for place in places], loc="upper right", fontsize=11)
-        plot.set_ylabel(meant or "value", fontsize=12)
+        names = [recording.channels[place] for place in places]
+        plot.legend(lines, names, loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=11)
+        plot.set_ylabel(label, fontsize=12)
         plot.grid(color="#dddddd", linewidth=0.8)
         plot.tick_params(labelsize=11)
     plots[-1].set_xlabel("time [s]", fontsize=12)
@@ -161,8 +162,9 @@ def _drawn(plot: Axes, recording: Recording, place: int) -> Line2D:
     return line
 
 
-def _by_unit(channels: tuple[str, ...]) -> dict[str, list[int]]:
+def _by_quantity(channels: tuple[str, ...]) -> dict[str, list[int]]:
     groups: dict[str, list[int]] = {}
     for place, channel in enumerate(channels):
-        groups.setdefault(unit(channel), []).append(place)
+        label = f"{quantity(channel)}\n[{unit(channel)}]" if unit(channel) else quantity(channel)
+        groups.setdefault(label, []).append(place)
     return groups

@@ -28,8 +28,8 @@ def test_a_table_has_units_in_its_titles() -> None:
     )
 
 
-def test_a_picture_has_a_plot_for_every_unit() -> None:
-    one = scope.as_png(Recording(("_TPA", "_TEA"), RECORDING.samples[:0]))
+def test_a_picture_has_a_plot_for_every_quantity() -> None:
+    one = scope.as_png(Recording(("_TPA", "_RPA"), RECORDING.samples[:0]))
     three = scope.as_png(RECORDING)
     assert three.startswith(b"\x89PNG\r\n")
     heights = [struct.unpack(">I", picture[20:24])[0] for picture in (one, three)]

@@ -15,6 +15,7 @@ WORDS = {
     ":upload": "FILE: keep the controller's program",
     ":download": "FILE: replace the controller's program",
     ":scope": "CHANNELS [--rate N] [--for S] [--trigger EXPR] [--csv FILE] [--png FILE]",
+    ":wait": "SECONDS: let the next lines wait",
     ":stop": "stop what moves (F12)",
     ":messages": "have messages of programs come here",
     ":panel": "show or hide the axes (F2)",

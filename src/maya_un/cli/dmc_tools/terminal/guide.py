@@ -33,6 +33,7 @@ shown with its code and words, for which the terminal asks (TC1).
   :upload [FILE]  :download FILE   the program, to a file or to the controller
   :scope _TPA,_TEA [--rate 50] [--for 5] [--trigger EXPR] --csv FILE --png FILE
   :messages                        have messages of programs come here
+  :wait SECONDS                    let the next lines wait
   :stop  :panel  :reconnect  :help  :quit
 
 F12 stops all motion: the sequences on their paths, then every other axis that

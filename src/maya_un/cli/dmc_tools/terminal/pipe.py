@@ -56,7 +56,8 @@ async def converse(dial: Dial, place: str, lines: TextIO) -> int:
         work = asyncio.create_task(session.work(carry_out))
         while (line := await asyncio.to_thread(lines.readline)) and line.strip() not in QUIT:
             session.enter(line)
-            await session.settled()
+            await session.answered()
+        await session.settled()
     finally:
         if work is not None:
             work.cancel()

@@ -210,9 +210,13 @@ class Session:
         self._beside.add(task)
         task.add_done_callback(self._beside.discard)
 
+    async def answered(self) -> None:
+        """Wait until every line has been carried out; what they began beside them may go on."""
+        await self._lines.join()
+
     async def settled(self) -> None:
         """Wait until every line has been carried out, and what was begun beside them is done."""
-        await self._lines.join()
+        await self.answered()
         while self._beside:
             await asyncio.wait(set(self._beside))
 

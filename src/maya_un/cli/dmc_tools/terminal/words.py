@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import re
 import shlex
 from collections.abc import Awaitable, Callable
@@ -12,7 +13,7 @@ from maya_un.cli.dmc_tools.sampling import Sample
 from maya_un.cli.dmc_tools.terminal import guide
 from maya_un.cli.dmc_tools.terminal.completion import WORDS
 from maya_un.cli.dmc_tools.terminal.session import Session
-from maya_un.errors import InvalidCommandLine, MachineError, MayaError, UnknownName
+from maya_un.errors import InvalidCommandLine, InvalidValue, MachineError, MayaError, UnknownName
 
 _HELP = re.compile(r"help(?:\s+(\S+))?|\?\s*(\S*)")
 
@@ -115,6 +116,16 @@ def scope_request(text: str) -> scope.Request:
     )
 
 
+async def _wait(_: Session, seconds: str) -> None:
+    try:
+        wanted = float(seconds)
+    except ValueError:
+        wanted = -1.0
+    if not 0.0 <= wanted <= 3600.0:
+        raise InvalidValue(key=":wait", value=repr(seconds), reason="it is a number of seconds, 0 to 3600")
+    await asyncio.sleep(wanted)
+
+
 async def _stop(session: Session, _: str) -> None:
     await session.stop()
 
@@ -142,6 +153,7 @@ _TABLE: dict[str, Callable[[Session, str], Awaitable[None]]] = {
     ":upload": _upload,
     ":download": _download,
     ":scope": _scope,
+    ":wait": _wait,
     ":stop": _stop,
     ":messages": _messages,
     ":reconnect": _reconnect,

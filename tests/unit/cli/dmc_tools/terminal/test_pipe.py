@@ -40,12 +40,24 @@ def test_quit_ends_it_before_the_input_does(
     assert filtered("MG 1\n:quit\nMG 2\n", monkeypatch, capsys)[:2] == (0, [" 1.0000"])
 
 
+def test_a_recording_goes_on_beside_the_lines_and_is_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "a.csv"
+    code, out, err = filtered(f":scope x --rate 50 --for 0.1 --trigger x=2 --csv {file}\n", monkeypatch, capsys)
+    assert (code, out) == (0, [])  # the controller has no x: said, and not the end
+    assert "refused" in err
+    lines = f"x=1\n:scope x --rate 50 --for 0.1 --trigger x=2 --csv {file}\nx=2\n"
+    assert filtered(lines, monkeypatch, capsys)[0] == 0
+    assert file.read_text(encoding="utf-8").splitlines()[0:2] == ["time [s],x", "0.000000,2"]
+
+
 def test_its_own_words_work_too(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "a.dmc"
     file.write_text('#A\nMG "hi"\nEN\n', encoding="ascii")
-    code, out, err = filtered(f":download {file}\nXQ #A\n:upload\n:nonsense\n", monkeypatch, capsys)
+    code, out, err = filtered(f":download {file}\nXQ #A\n:wait 0.2\n:upload\n:nonsense\n", monkeypatch, capsys)
     assert (code, out) == (1, [":", "#A", 'MG "hi"', "EN"])
     assert f"Downloaded: 3 lines from {file}\n" in err
     assert "message: hi\n" in err

@@ -286,6 +286,14 @@ async def test_a_slow_controller_keeps_nobody_from_typing_or_stopping() -> None:
     await asyncio.wait(slow.tasks)
 
 
+async def test_lines_wait_when_told_to() -> None:
+    async with talking() as (session, heard, _):
+        before = asyncio.get_running_loop().time()
+        await say(session, ":wait 2.5", "MG 1")
+        assert asyncio.get_running_loop().time() - before == pytest.approx(2.5, abs=0.01)
+        assert heard.last == ("answer", " 1.0000")
+
+
 async def test_upload_without_a_file_shows_the_program(tmp_path: Path) -> None:
     file = tmp_path / "a.dmc"
     file.write_text(MESSAGE, encoding="ascii")
@@ -315,6 +323,8 @@ async def test_a_recording_is_made_beside_the_lines(tmp_path: Path) -> None:
     [
         (":nonsense", "':nonsense' is not known"),
         (":watch", "needs an expression"),
+        (":wait long", "0 to 3600"),
+        (":wait -1", "0 to 3600"),
         (":unwatch _TPA", "'_TPA' is not known; there are none"),
         (":download /nowhere/x.dmc", "cannot be read: No such file"),
         (":upload /nowhere/x.dmc", "cannot be written: No such file"),
