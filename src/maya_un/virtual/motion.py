@@ -179,7 +179,7 @@ class MotionCore:
         return axis.timeline.at(self.now)[1] if axis.virtual else self.encoders[axis.index].velocity(self.now)
 
     def torque(self, axis: Axis) -> float:
-        """Return the motor command TT [V], within what TL allows, or TK where that is more."""
+        """Return the motor command TT [V], within TL, or TK where that is more: a peak is not timed here."""
         most = max(axis.registers["TL"], axis.registers["TK"])
         offset = axis.registers["OF"] if axis.on else 0.0
         return max(-most, min(most, self.plant.torque(axis.index) + offset))
