@@ -15,13 +15,19 @@ from maya_un.galil.record import AxisRecord, DataRecord, decode, encode
 from maya_un.galil.transport import TcpTransport
 
 REQUESTS = 2_000
+RATE = 50.0
+"""Records a second that the controller floor asks for."""
+
 ASK = b"TP\r"
 REPLY = b" 200, -10, 0\r\n:"
 ECHO = "bare asyncio echo"
 
 
+RECORD = encode(DataRecord(axes=(AxisRecord(),) * 3))
+
+
 class Answerer(asyncio.Protocol):
-    """Answers everything with the same reply."""
+    """Answers QR with a record, everything else with the same reply."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Keep the connection to answer on."""
@@ -30,7 +36,7 @@ class Answerer(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         """Answer."""
-        self._transport.write(REPLY)
+        self._transport.write(RECORD + b":" if data == b"QR\r" else REPLY)
 
 
 async def over(count: int, request: Callable[[], Awaitable[object]]) -> None:
@@ -47,10 +53,9 @@ def in_loop(loop: asyncio.AbstractEventLoop, request: Callable[[], Awaitable[obj
 
 def language() -> list[Case]:
     """Return what the language costs on its own."""
-    record = encode(DataRecord(axes=(AxisRecord(),) * 3))
     splitter = LineSplitter()
     return [
-        Case("decode a data record", timed(lambda: decode(record), 2000)),
+        Case("decode a data record", timed(lambda: decode(RECORD), 2000)),
         Case("parse a segment (LI)", timed(lambda: parse("LI 1000,-2000,3000<4000>200"), 2000)),
         Case("split a line of four", timed(lambda: splitter.feed(b"LI 1,2,3;LI 4,5,6;LE;BGS\r"), 2000)),
     ]
@@ -73,6 +78,8 @@ def main() -> None:
     cases = [
         Case(ECHO, in_loop(loop, echo)),
         Case("driver, request and reply", in_loop(loop, lambda: driver.send("TP")), goal=Goal(2.0, to=ECHO)),
+        # Both ends of it and the kernel, at 50 Hz: a hundredth of a core is 200 µs a record.
+        Case("driver, a whole record", in_loop(loop, driver.record), goal=Goal(0.01 / RATE * 1e6)),
     ]
     figures = measure([*cases, *language()], rounds=9)
     loop.run_until_complete(driver.close())
