@@ -110,8 +110,9 @@ class HeldLoop(asyncio.SelectorEventLoop):
 
     def turn(self) -> None:
         """Do what is ready, sockets included, twice: what comes of the first turn is seen to in the second."""
-        self.run_until_complete(asyncio.sleep(0))
-        self.run_until_complete(asyncio.sleep(0))
+        for _ in range(2):
+            self.call_soon(self.stop)
+            self.run_forever()
 
 
 class Wire:

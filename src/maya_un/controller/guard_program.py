@@ -66,7 +66,8 @@ def text(seconds: float, letters: str = "ABC", *, reports: frozenset[str] = froz
         "EN",
     ]
     for label in sorted(reports):
-        lines += [f"#{label}", _CALLS[label], "RE"]
+        # RE 1 lets a wait that the subroutine interrupted go on, also that of a user's program.
+        lines += [f"#{label}", _CALLS[label], "RE1"]
     return lines
 
 
