@@ -134,8 +134,8 @@ class VirtualDmc:
         """
         others = (activity.next_event() for activity in self._activities if activity is not self._runner)
         wake = min([self._runner.wake(), *others])
-        watching = any(activity.watching for activity in self._activities)
-        if watching and any(axis.moving for axis in self._unit.axes):
+        moving = any(axis.moving for axis in self._unit.axes)
+        if moving and any(activity.watching for activity in self._activities):
             horizon = self._core.now + HORIZON
             event = self._core.next_event(min(wake, horizon))
             wake = min(wake, horizon if event is None else event)
