@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import tempfile
 import threading
@@ -14,6 +15,8 @@ PATIENCE = 20.0
 """Longest wait for something to show [s]; an own server on a busy machine needs a few."""
 
 _LOOK = 0.03
+_RUN = 'trap : INT; "$@"; echo "ended with exit code $?"; exec cat'
+_ENDED = re.compile(r"^ended with exit code ([0-9]+)$", re.MULTILINE)
 
 
 class Pane:
@@ -42,8 +45,9 @@ class Pane:
 
     def ended(self) -> int:
         """Wait until the command has ended and return its exit code."""
-        self.until_true(lambda _: self._fact("pane_dead_status") != "", "its end")
-        return int(self._fact("pane_dead_status"))
+        found = _ENDED.search(self.until_true(lambda picture: _ENDED.search(picture) is not None, "its end"))
+        assert found is not None
+        return int(found[1])
 
     def history(self) -> str:
         """Return what has scrolled away and what shows, as text."""
@@ -63,9 +67,6 @@ class Pane:
             look.wait(_LOOK)
         return picture
 
-    def _fact(self, name: str) -> str:
-        return _tmux(self._server, "display-message", "-p", f"#{{{name}}}").strip()
-
 
 @contextmanager
 def pane(
@@ -81,9 +82,8 @@ def _own_server(server: str, command: Sequence[str], size: tuple[int, int], plac
     sized = ("-x", str(size[0]), "-y", str(size[1]))
     _tmux(server, "-f", os.devnull, "new-session", "-d", *sized, *surroundings, "cat")
     try:
-        _tmux(server, "set-option", "-g", "remain-on-exit", "on")
         _tmux(server, "set-option", "-g", "default-terminal", "tmux-256color")
-        _tmux(server, "respawn-pane", "-k", *surroundings, *command)
+        _tmux(server, "respawn-pane", "-k", *surroundings, "sh", "-c", _RUN, "sh", *command)
         yield Pane(server)
     finally:
         _tmux(server, "kill-server")
