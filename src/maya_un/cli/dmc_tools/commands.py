@@ -83,11 +83,14 @@ def download(
     host: Host,
     file: Annotated[str, typer.Argument(metavar="FILE")],
     run: Annotated[str | None, typer.Option(metavar="LABEL", help="then run it from this label; '' is line 0")] = None,
+    guard: Annotated[bool, typer.Option("--guard", help="with Maya's guard behind it, as `maya up` adds it")] = False,
 ) -> int:
     """Replace the program of a controller by that of a file, and make sure that it arrived."""
     from maya_un.cli.dmc_tools import program as command
 
-    return command.download(host, file, run, _settings(context))
+    settings = _settings(context)
+    text = command.guarded(file, settings) if guard else command.read(file)
+    return command.download(host, file, text, run, settings)
 
 
 def capture(

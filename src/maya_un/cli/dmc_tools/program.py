@@ -7,8 +7,10 @@ import sys
 from pathlib import Path
 
 from maya_un.cli import output
+from maya_un.cli.configure import configuration
 from maya_un.cli.dmc_tools import dial
 from maya_un.cli.settings import Settings
+from maya_un.controller.guard_program import merged
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidValue
 from maya_un.galil.driver import Driver
 
@@ -34,12 +36,11 @@ async def _upload(place: str) -> str:
         return await driver.upload()
 
 
-def download(address: str, file: str, label: str | None, settings: Settings) -> int:
-    """Replace the controller's program by that of `file`, and run it from `label` (`` is the first line; None: not).
+def download(address: str, file: str, text: str, label: str | None, settings: Settings) -> int:
+    """Replace the controller's program by `text` of `file`, and run it from `label` (`` is line 0; None: not).
 
-    Raises `FileUnreadable`, `InvalidValue`, `ProgramDiffers`, and as the driver does.
+    Raises `InvalidValue`, `ProgramDiffers`, and as the driver does.
     """
-    text = read(Path(file))
     start = None if label is None else _start(label)
     asyncio.run(_download(dial.meant(address, settings), text, start))
     begun = "" if start is None else f", {start}"
@@ -68,8 +69,16 @@ async def _load(driver: Driver, text: str, start: str | None) -> None:
         await driver.send(start)
 
 
-def read(path: Path) -> str:
+def guarded(file: str, settings: Settings) -> str:
+    """Return the program in a file with Maya's guard behind it; raises `FileUnreadable` and `GuardBlocked`."""
+    config = configuration(settings)
+    letters = "".join(sorted(axis.letter for axis in (config.axes.a, config.axes.b, config.axes.c)))
+    return merged(read(file), config.safety.guard_time or type(config.safety)().guard_time, letters)
+
+
+def read(file: str) -> str:
     """Return the program in a file; raises `FileUnreadable`."""
+    path = Path(file)
     try:
         return path.read_text(encoding="ascii")
     except OSError as error:

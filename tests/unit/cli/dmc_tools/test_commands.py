@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from maya_un.cli.main import main
+from maya_un.controller import guard_program
 
 PROGRAM = "#A\nx=1\nEN\n"
 
@@ -58,6 +59,16 @@ def test_a_program_is_loaded_run_and_shown(tmp_path: Path, capsys: pytest.Captur
     assert main(["dmc", "upload", "sim", str(tmp_path / "b.dmc"), "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {"file": str(tmp_path / "b.dmc"), "lines": 0}
     assert (tmp_path / "b.dmc").read_text(encoding="ascii") == ""
+
+
+def test_the_guard_goes_behind_a_program_that_lets_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "a.dmc"
+    file.write_text(PROGRAM, encoding="ascii")
+    assert main(["dmc", "download", "sim", str(file), "--guard", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["lines"] == 3 + len(guard_program.text(0.5))
+    file.write_text("#LIMSWI\nRE\n", encoding="ascii")
+    assert main(["dmc", "download", "sim", str(file), "--guard", "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["error"]["code"] == 2109
 
 
 def test_a_label_that_is_not_there_is_the_controllers_refusal(

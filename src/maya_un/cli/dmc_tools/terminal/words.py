@@ -65,7 +65,7 @@ async def _upload(session: Session, file: str) -> None:
 
 
 async def _download(session: Session, file: str) -> None:
-    text = program.read(Path(file))
+    text = program.read(file)
     await session.link.driver.download(text)
     session.voice.note(f"Downloaded: {program.lines(text)} from {file}")
     await session.learn()
