@@ -180,7 +180,9 @@ def test_a_lost_link_is_plain_to_see_and_can_be_made_again() -> None:
             with running(f"dmc serve --port {address.rpartition(':')[2]}") as again:
                 again.until("127.0.0.1:")
                 terminal.press("F5")
-                terminal.until_true(lambda picture: picture.count("DMC4133 Rev") == 2, "the controller again")
+                terminal.until_true(
+                    lambda _: terminal.history().count(f"DMC4133 Rev 1.3k at {address}") == 2, "the controller again"
+                )
                 terminal.enter("MG 6*7")
                 terminal.until(" 42.0000")
 

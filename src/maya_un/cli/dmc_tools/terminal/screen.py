@@ -60,41 +60,58 @@ _STYLE = Style.from_dict(
 class Screen:
     """Says everything above the line that is being typed, without touching it."""
 
+    def __init__(self) -> None:
+        self._waiting: list[tuple[str, str]] = []
+        self._printing: asyncio.Task[None] | None = None
+
     def answer(self, text: str) -> None:
         """Show what the controller printed."""
-        _say("", text.replace("\r", ""))
+        self.say("", text.replace("\r", ""))
 
     def refused(self, text: str) -> None:
         """Show a refusal in red."""
-        _say("class:refused", text)
+        self.say("class:refused", text)
 
     def message(self, text: str) -> None:
         """Show a message of a program, set apart by its colour and a sign."""
-        _say("class:message", f"« {text}")
+        self.say("class:message", f"« {text}")
 
     def note(self, text: str) -> None:
         """Show a note of the terminal."""
-        _say("class:note", text)
+        self.say("class:note", text)
 
     def trouble(self, text: str) -> None:
         """Show what went wrong."""
-        _say("class:trouble", text)
+        self.say("class:trouble", text)
 
+    def say(self, style: str, text: str) -> None:
+        """Show a text in a style, after all that was said before."""
+        self._waiting.append((style, f"{text}\n"))
+        if self._printing is None:
+            self._printing = asyncio.get_running_loop().create_task(self._print())
 
-def _say(style: str, text: str) -> None:
-    """Print above the line being typed.
+    async def said(self) -> None:
+        """Wait until everything has been shown."""
+        if self._printing is not None:
+            await self._printing
 
-    Not by prompt_toolkit's own way, which lets go of the keyboard meanwhile: keys pressed just then would be echoed
-    into the middle of the screen.
-    """
-    app = get_app_or_none()
-    if app is None or not app.is_running:
-        print_formatted_text(FormattedText([(style, text)]), style=_STYLE)
-        return
-    app.renderer.erase()
-    print_to(app.output, FormattedText([(style, f"{text}\n")]), _STYLE)
-    app.renderer.request_absolute_cursor_position()
-    app.invalidate()
+    async def _print(self) -> None:
+        """Print above the line being typed, once it is known where on the screen that is.
+
+        Not by prompt_toolkit's own way, which lets go of the keyboard meanwhile: keys pressed just then would be echoed
+        into the middle of the screen.
+        """
+        app = get_app_or_none()
+        if app is not None and app.is_running:
+            await app.renderer.wait_for_cpr_responses()
+        said, self._waiting, self._printing = FormattedText(self._waiting), [], None
+        if app is None or not app.is_running:
+            print_formatted_text(said, style=_STYLE, end="")
+            return
+        app.renderer.erase()
+        print_to(app.output, said, _STYLE)
+        app.renderer.request_absolute_cursor_position()
+        app.invalidate()
 
 
 class _Completer(Completer):
@@ -122,11 +139,13 @@ def history() -> History:
 
 async def converse(dial: Dial, place: str) -> int:
     """Talk until Ctrl-D, `:quit` or SIGTERM; return the exit code. Raises `ConnectFailed`."""
-    session = Session(dial, place, Screen(), stop_directly(place))
+    screen = Screen()
+    session = Session(dial, place, screen, stop_directly(place))
     tasks: list[asyncio.Task[None]] = []
     try:
         await session.connect()
-        _say("class:note", "Tab completes, `help TP` explains. F12 stops motion, Ctrl-C does not.")
+        screen.note("Tab completes, `help TP` explains. F12 stops motion, Ctrl-C does not.")
+        await screen.said()
         tasks = [asyncio.create_task(session.work(carry_out)), asyncio.create_task(session.watch())]
         await _type(session)
     finally:
@@ -135,6 +154,7 @@ async def converse(dial: Dial, place: str) -> int:
         if tasks:
             await asyncio.wait(tasks)
         await session.close()
+        await screen.said()
     return output.DONE
 
 
