@@ -20,6 +20,9 @@ UNASKED = 0.5
 SETTLE = 10.0
 """How long axes get to come to rest behind a vector that moves them [s]."""
 
+FARTHEST = 20_000
+"""No vector moves an axis farther than this [counts]; what is farther away is not gone back to."""
+
 _FENCE = Step('MG "fence"\r', ("fence\r\n:",))
 _LETTERS = "ABCDEFGH"
 
@@ -116,6 +119,18 @@ def _product(one: tuple[str, ...], other: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(first + second for first in one for second in other)
 
 
+def _origins(vector: Vector) -> str:
+    """Return the axes whose origin is where the vector found them; none where it also defines other positions."""
+    defined = {
+        part for step in (*_accepted(vector.setup), *vector.steps) for part in _commands(step) if part[:2] == "DP"
+    }
+    return {frozenset({"DPA=0"}): "A", frozenset({"DP 0,0"}): "AB"}.get(frozenset(defined), "")
+
+
+def _commands(step: Step) -> list[str]:
+    return step.send.replace("\r", ";").split(";")
+
+
 def _accepted(commands: Sequence[str]) -> list[Step]:
     return [Step(f"{command}\r", (":",)) for command in commands]
 
@@ -153,6 +168,7 @@ class _Talk:
             self._bring_to_rest(channel)
         for command in (*vector.restore, *(f"{name}={value}" for name, value in kept)):
             self._answer(channel, f"{command}\r")
+        self._go_back(channel, _origins(vector))
         self._answer(channel, "TC\r")
 
     def close(self) -> None:
@@ -161,13 +177,28 @@ class _Talk:
             channel.close()
 
     def _bring_to_rest(self, channel: Channel) -> None:
-        axes = _LETTERS[: self._axes]
-        self._answer(channel, f"ST {axes}\r")
+        self._answer(channel, f"ST {_LETTERS[: self._axes]}\r")
+        self._wait_for_rest(channel)
+
+    def _wait_for_rest(self, channel: Channel) -> None:
         waited = 0.0
-        asked = "|".join(f"_BG{letter}" for letter in axes)
+        asked = "|".join(f"_BG{letter}" for letter in _LETTERS[: self._axes])
         while self._answer(channel, f"MG {asked}\r") != b" 0.0000\r\n:" and waited < SETTLE:
             channel.wait(ASK_AGAIN)
             waited += ASK_AGAIN
+
+    def _go_back(self, channel: Channel, letters: str) -> None:
+        """Move axes back to their origins, so that a whole table does not carry them away."""
+        for letter in letters:
+            try:
+                place = float(self.value(f"RP{letter}"))
+            except ValueError:
+                continue
+            if 0.0 < abs(place) <= FARTHEST and self.value(f"MO{letter}") == "0.0000":
+                self._answer(channel, f"PR{letter}={-place:.0f}\r")
+                self._answer(channel, f"BG{letter}\r")
+        if letters:
+            self._wait_for_rest(channel)
 
     def _once(self, step: Step) -> None:
         if step.special is Special.WAIT:

@@ -116,6 +116,16 @@ def test_what_moves_is_brought_to_rest() -> None:
     assert not any(axis.moving for axis in bench.machine.unit.axes)
 
 
+@pytest.mark.parametrize(("origin", "place"), [("DPA=0", 0), ("DPA=100", 600)])
+def test_an_axis_goes_back_to_where_it_was_found(origin: str, place: int) -> None:
+    bench = Bench(3)
+    rest = Step("MG _BGA\r", (" 0.0000\r\n:",), special=Special.UNTIL, seconds=5.0)
+    steps = (Step("PRA=500;BGA\r", ("::",)), rest)
+    assert run(vector(*steps, setup=("SHA", origin), demands=frozenset({Demand.MOVES})), bench.dial, 3) is None
+    axis = bench.machine.unit.axes[0]
+    assert axis.reference(bench.machine.now) == place
+
+
 def test_exchanges_are_joined_up_to_what_is_no_exchange() -> None:
     wait = Step(special=Special.WAIT, seconds=1.0)
     steps = (Step("A\r", (":", "?")), Step("B\r", ("x",)), wait, Step("C\r", (":",)), Step("D\r", (":",), on="two"))
