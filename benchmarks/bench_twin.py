@@ -18,7 +18,7 @@ from harness import Case, Goal, Sample, measure, report
 from maya_un.controller.guard_program import BEAT, OUT, START, THREAD, merged
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.plant import BenchPlant
-from maya_un.virtual.server import VirtualController
+from maya_un.virtual.wire.server import VirtualController
 
 ECHO = "bare asyncio echo"
 PIPELINED = 20_000

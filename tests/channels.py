@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from maya_un.virtual.handles import Handle
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.plant import BenchPlant
-from maya_un.virtual.server import VirtualController
+from maya_un.virtual.wire.server import VirtualController
 
 EXCHANGE = 0.002
 """What one exchange takes on the virtual controller's clock [s]."""

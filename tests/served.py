@@ -12,7 +12,7 @@ from typing import TypeVar
 from maya_un.galil.framing import Kind, LineSplitter, Record, Reply, ReplySplitter
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.plant import BenchPlant
-from maya_un.virtual.server import VirtualController
+from maya_un.virtual.wire.server import VirtualController
 
 T = TypeVar("T")
 

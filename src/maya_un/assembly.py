@@ -17,11 +17,11 @@ from maya_un.process.process import Process
 from maya_un.robot.robot import Robot
 from maya_un.values import Point
 from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.mechanics import MayaMechanics
+from maya_un.virtual.maya.mechanics import MayaMechanics
+from maya_un.virtual.maya.start import legal_start
+from maya_un.virtual.maya.truth import Truth
 from maya_un.virtual.memory import Memory
-from maya_un.virtual.server import VirtualController
-from maya_un.virtual.start import legal_start
-from maya_un.virtual.truth import Truth
+from maya_un.virtual.wire.server import VirtualController
 
 
 @dataclass(frozen=True, slots=True)

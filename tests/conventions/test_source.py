@@ -24,12 +24,12 @@ IO_MODULES = {
     "maya_un.galil.gclib.shim.gclib",
     "maya_un.galil.stream",
     "maya_un.galil.transport",
-    "maya_un.virtual.control",
-    "maya_un.virtual.dialing",
-    "maya_un.virtual.link",
-    "maya_un.virtual.listening",
-    "maya_un.virtual.server",
-    "maya_un.virtual.udp",
+    "maya_un.virtual.wire.control",
+    "maya_un.virtual.wire.dialing",
+    "maya_un.virtual.wire.link",
+    "maya_un.virtual.wire.listening",
+    "maya_un.virtual.wire.server",
+    "maya_un.virtual.wire.udp",
 }
 """The modules of `galil` and `virtual` that carry bytes; all others are functions of bytes and time."""
 

@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from maya_un.virtual.expressions import evaluate
+from maya_un.virtual.language.expressions import evaluate
 from maya_un.virtual.operands import Names
 from maya_un.virtual.refusal import Refused
 from tests.campaign import Campaign

@@ -24,8 +24,8 @@ from maya_un.process.states import TaskState
 from maya_un.robot.robot import Robot
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode, Point
-from maya_un.virtual.faults import TABLE, Value
-from maya_un.virtual.start import Start
+from maya_un.virtual.maya.start import Start
+from maya_un.virtual.wire.faults import TABLE, Value
 from tests.campaign import Campaign
 from tests.virtual_time import elapse
 

@@ -20,9 +20,9 @@ from maya_un.galil.transport import Transport
 from maya_un.loops import run_virtual
 from maya_un.values import Joints
 from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.mechanics import MayaMechanics
-from maya_un.virtual.server import VirtualController
-from maya_un.virtual.start import Start
+from maya_un.virtual.maya.mechanics import MayaMechanics
+from maya_un.virtual.maya.start import Start
+from maya_un.virtual.wire.server import VirtualController
 from tests.campaign import Campaign
 from tests.system.processes import Wire, running
 from tests.virtual_time import elapse

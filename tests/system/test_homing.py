@@ -20,8 +20,8 @@ from maya_un.errors import Busy, MachineError, NotConnected, Stopped, WiringCont
 from maya_un.loops import run_virtual
 from maya_un.testing import Rig, rig
 from maya_un.values import Mode
-from maya_un.virtual.start import PARTS, Start, legal_start
-from maya_un.virtual.truth import Truth
+from maya_un.virtual.maya.start import PARTS, Start, legal_start
+from maya_un.virtual.maya.truth import Truth
 from tests.campaign import Campaign
 from tests.virtual_time import elapse
 

@@ -12,11 +12,11 @@ from maya_un.errors import CommandRejected
 from maya_un.galil.driver import Driver
 from maya_un.loops import run
 from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.mechanics import MayaMechanics
+from maya_un.virtual.maya.mechanics import MayaMechanics
+from maya_un.virtual.maya.start import Start
+from maya_un.virtual.maya.truth import Truth
 from maya_un.virtual.plant import BenchPlant
-from maya_un.virtual.server import VirtualController
-from maya_un.virtual.start import Start
-from maya_un.virtual.truth import Truth
+from maya_un.virtual.wire.server import VirtualController
 from tests.virtual_time import elapse
 
 PICK, PLACE = 8000, 16000

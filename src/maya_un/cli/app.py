@@ -260,7 +260,9 @@ def conform(
     context: typer.Context,
     host: Annotated[str, typer.Argument(metavar="HOST[:PORT]", help="or real: the configured controller")],
     moves: Annotated[bool, typer.Option("--moves", help="its motors may turn by a few thousand counts")] = False,
-    bench: Annotated[bool, typer.Option("--bench", help="everything: it is on a bench, as the factory made it")] = False,
+    bench: Annotated[
+        bool, typer.Option("--bench", help="everything: it is on a bench, as the factory made it")
+    ] = False,
 ) -> int:
     """Tell whether a controller answers as a DMC-41x3 does, and how it differs.
 

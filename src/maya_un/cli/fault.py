@@ -12,8 +12,8 @@ from maya_un.cli.report import table
 from maya_un.cli.settings import Settings
 from maya_un.cli.words import word
 from maya_un.errors import InvalidCommandLine, TwinNotFound, from_notice
-from maya_un.virtual.control import HOST
-from maya_un.virtual.faults import TABLE, Fault, Parameter, Value, find
+from maya_un.virtual.wire.control import HOST
+from maya_un.virtual.wire.faults import TABLE, Fault, Parameter, Value, find
 
 TIMEOUT = 5.0
 """Longest wait for the answer of a virtual controller [s]."""

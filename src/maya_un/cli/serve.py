@@ -20,10 +20,10 @@ from maya_un.errors import FileUnwritable, InvalidCommandLine
 from maya_un.loops import ScaledLoop, run
 from maya_un.values import Point
 from maya_un.virtual.bench import ServoBench
-from maya_un.virtual.control import HOST, ControlDoor
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.memory import Memory
-from maya_un.virtual.server import VirtualController
+from maya_un.virtual.wire.control import HOST, ControlDoor
+from maya_un.virtual.wire.server import VirtualController
 
 _COMMAND = "maya dmc serve"
 _MAYAS_AXES = 3

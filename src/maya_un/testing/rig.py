@@ -11,10 +11,10 @@ from maya_un.controller.controller import GalilController
 from maya_un.galil.transport import Transport
 from maya_un.values import Point
 from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.mechanics import MayaMechanics
-from maya_un.virtual.server import VirtualController
-from maya_un.virtual.start import Start
-from maya_un.virtual.truth import Truth
+from maya_un.virtual.maya.mechanics import MayaMechanics
+from maya_un.virtual.maya.start import Start
+from maya_un.virtual.maya.truth import Truth
+from maya_un.virtual.wire.server import VirtualController
 
 
 @dataclass(frozen=True, slots=True)

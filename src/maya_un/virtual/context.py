@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.virtual.axis import Axis
-from maya_un.virtual.expressions import ONE, evaluate
 from maya_un.virtual.handles import Handle
-from maya_un.virtual.motion import MotionCore
+from maya_un.virtual.language.expressions import ONE, evaluate
+from maya_un.virtual.motion.axis import Axis
+from maya_un.virtual.motion.core import MotionCore
 from maya_un.virtual.operands import Names
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.thread import Thread

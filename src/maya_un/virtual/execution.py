@@ -6,11 +6,11 @@ import re
 
 from maya_un.galil.codes import ErrorCode
 from maya_un.galil.commands import FORMS, TOO_LONG, Form
-from maya_un.virtual.arguments import QUERY
-from maya_un.virtual.arithmetic import ONE, unpack, whole
 from maya_un.virtual.commands import TABLE
 from maya_un.virtual.context import Answer, Context
-from maya_un.virtual.expressions import AXIS_NAMES, KEYWORDS, axis_letter, evaluate, is_name
+from maya_un.virtual.language.arguments import QUERY
+from maya_un.virtual.language.arithmetic import ONE, unpack, whole
+from maya_un.virtual.language.expressions import AXIS_NAMES, KEYWORDS, axis_letter, evaluate, is_name
 from maya_un.virtual.peripherals import LOCKED_COMMANDS
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.unit import MOST_VARIABLES

@@ -18,8 +18,8 @@ from maya_un.virtual.handles import Attempt, Handle, Kind
 from maya_un.virtual.memory import Memory
 from maya_un.virtual.operands import Names
 from maya_un.virtual.plant import Plant
+from maya_un.virtual.programs.runner import Runner
 from maya_un.virtual.refusal import Refused
-from maya_un.virtual.runner import Runner
 from maya_un.virtual.unit import Identity, Unit
 
 REVISION = "Rev 1.3k"

@@ -8,13 +8,13 @@ from functools import partial
 from maya_un.galil.codes import ErrorCode
 from maya_un.galil.numbers import RAW_MAX, RAW_MIN, fixed
 from maya_un.virtual import network, registers, status
-from maya_un.virtual.arithmetic import ONE, unpack
-from maya_un.virtual.arrays import MOST_ARRAYS
-from maya_un.virtual.axis import LETTERS, Axis
-from maya_un.virtual.failures import step_error
 from maya_un.virtual.handles import Handle
+from maya_un.virtual.language.arithmetic import ONE, unpack
+from maya_un.virtual.language.arrays import MOST_ARRAYS
+from maya_un.virtual.motion.axis import LETTERS, Axis
+from maya_un.virtual.motion.failures import step_error
+from maya_un.virtual.motion.plane import Plane
 from maya_un.virtual.peripherals import ANALOG_INPUTS
-from maya_un.virtual.plane import Plane
 from maya_un.virtual.program import MOST_LABELS
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.thread import Thread

@@ -7,7 +7,7 @@ from math import floor, inf
 from typing import TypeAlias
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.virtual.arrays import Arrays
+from maya_un.virtual.language.arrays import Arrays
 from maya_un.virtual.refusal import Refused
 
 _SAME = 1e-6

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import inf
 
-from maya_un.virtual.axis import LETTERS
 from maya_un.virtual.handles import Handle, Handles, Kind
+from maya_un.virtual.motion.axis import LETTERS
 from maya_un.virtual.outlet import SERIAL, Outlet
 
 SHORTEST, LONGEST = 8, 30000

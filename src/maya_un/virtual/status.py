@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from maya_un.galil.record import VELOCITY_SCALE, VOLTS_SCALE, Status, assemble
-from maya_un.virtual import homing
-from maya_un.virtual.axis import Axis, Kind
-from maya_un.virtual.latch import input_of
-from maya_un.virtual.plane import Plane
+from maya_un.virtual.motion import homing
+from maya_un.virtual.motion.axis import Axis, Kind
+from maya_un.virtual.motion.latch import input_of
+from maya_un.virtual.motion.plane import Plane
 from maya_un.virtual.unit import Unit
 
 GENERAL, COORDINATE, AXIS = 52, 26, 36

@@ -9,19 +9,19 @@ from maya_un.galil.codes import ErrorCode
 from maya_un.galil.numbers import format_raw, format_value, join_positions
 from maya_un.virtual import registers
 from maya_un.virtual.activity import Activity
-from maya_un.virtual.arrays import Arrays
-from maya_un.virtual.axis import LETTERS, Axis
-from maya_un.virtual.cam import Cam
-from maya_un.virtual.failures import Failures
-from maya_un.virtual.gearing import Gearing
 from maya_un.virtual.handles import Handle, Handles
-from maya_un.virtual.latch import Latches
+from maya_un.virtual.language.arrays import Arrays
 from maya_un.virtual.memory import Memory
-from maya_un.virtual.motion import MotionCore
+from maya_un.virtual.motion.axis import LETTERS, Axis
+from maya_un.virtual.motion.cam import Cam
+from maya_un.virtual.motion.core import MotionCore
+from maya_un.virtual.motion.failures import Failures
+from maya_un.virtual.motion.gearing import Gearing
+from maya_un.virtual.motion.latch import Latches
+from maya_un.virtual.motion.plane import Plane
 from maya_un.virtual.network import Network
 from maya_un.virtual.outlet import Outlet
 from maya_un.virtual.peripherals import Peripherals
-from maya_un.virtual.plane import Plane
 from maya_un.virtual.plant import Plant
 from maya_un.virtual.program import Program
 from maya_un.virtual.recorder import Recorder

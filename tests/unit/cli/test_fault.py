@@ -15,11 +15,11 @@ import pytest
 
 from maya_un.cli.main import main
 from maya_un.cli.twins import ServedTwin, published
-from maya_un.virtual.control import ControlDoor
-from maya_un.virtual.faults import TABLE
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.plant import BenchPlant
-from maya_un.virtual.server import VirtualController
+from maya_un.virtual.wire.control import ControlDoor
+from maya_un.virtual.wire.faults import TABLE
+from maya_un.virtual.wire.server import VirtualController
 
 
 class _Host:

@@ -17,11 +17,11 @@ from maya_un.galil.transport import Transport
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints
 from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.mechanics import MayaMechanics
-from maya_un.virtual.server import VirtualController
-from maya_un.virtual.start import Start
+from maya_un.virtual.maya.mechanics import MayaMechanics
+from maya_un.virtual.maya.start import Start
+from maya_un.virtual.maya.truth import Truth
 from maya_un.virtual.timeline import Timeline
-from maya_un.virtual.truth import Truth
+from maya_un.virtual.wire.server import VirtualController
 from tests.virtual_time import elapse
 
 HERE = Joints(0.3, 1.5, 1.3)

@@ -108,7 +108,7 @@ async def test_a_guard_killed_in_the_last_moment_lets_nothing_begin(command: str
         begun: list[float] = []
 
         def kill(_: str, way: str, data: bytes) -> None:
-            if way == "rx" and b"LE" in data:
+            if way == "rx" and b"LE" in data and handle is not None:
                 begun.append(now())
                 bench.virtual.tap = None
                 bench.virtual.machine.receive(handle, f"{command}\r".encode(), bench.virtual.machine.now)

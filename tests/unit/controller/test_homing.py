@@ -25,8 +25,8 @@ from maya_un.events import Kind
 from maya_un.kinematics.workspace import Workspace
 from maya_un.testing import Rig, rig
 from maya_un.values import Mode
-from maya_un.virtual.start import Start
-from maya_un.virtual.truth import Truth
+from maya_un.virtual.maya.start import Start
+from maya_un.virtual.maya.truth import Truth
 from tests.unit.controller.bench import commands_in, foreign, kinds, rewired
 from tests.virtual_time import elapse
 

@@ -15,8 +15,8 @@ from maya_un.errors import AbortInput, FollowingError, HomingStalled, Stopped, W
 from maya_un.galil.driver import Driver
 from maya_un.galil.record import AxisRecord, Status, Switch
 from maya_un.testing import Rig, rig
-from maya_un.virtual.start import Start
-from maya_un.virtual.truth import Truth
+from maya_un.virtual.maya.start import Start
+from maya_un.virtual.maya.truth import Truth
 from tests.unit.controller.bench import box, commands_in, foreign, now, record_of
 from tests.unit.galil.scripted import conversation
 from tests.virtual_time import elapse

@@ -17,7 +17,7 @@ from maya_un.galil.record import AxisRecord, Status
 from maya_un.galil.transport import Transport, loopback_pair
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode, StopReport
-from maya_un.virtual.start import Start
+from maya_un.virtual.maya.start import Start
 from tests.unit.controller.bench import (
     FAR,
     HERE,

@@ -13,7 +13,7 @@ from maya_un.galil.driver import Driver
 from maya_un.galil.transport import LoopbackTransport
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.plant import BenchPlant
-from maya_un.virtual.server import VirtualController
+from maya_un.virtual.wire.server import VirtualController
 from tests.unit.galil.scripted import conversation
 from tests.virtual_time import elapse
 

@@ -17,7 +17,7 @@ from maya_un.galil.transport import Datagrams, LoopbackDatagrams, TcpTransport, 
 from maya_un.virtual.handles import Kind
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.plant import BenchPlant
-from maya_un.virtual.server import VirtualController
+from maya_un.virtual.wire.server import VirtualController
 from tests.served import ServedTwin, served
 from tests.virtual_time import elapse
 

@@ -10,10 +10,10 @@ import pytest
 
 from maya_un.errors import InvalidValue
 from maya_un.testing import faults
-from maya_un.virtual.faults import TABLE
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.plant import BenchPlant
-from maya_un.virtual.server import VirtualController
+from maya_un.virtual.wire.faults import TABLE
+from maya_un.virtual.wire.server import VirtualController
 from tests.virtual_time import elapse
 
 Begin = Callable[[VirtualController], AbstractContextManager[object]]

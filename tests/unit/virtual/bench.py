@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Self
 
 from maya_un.galil.record import DataRecord, decode
-from maya_un.virtual.axis import Axis
 from maya_un.virtual.handles import Handle
 from maya_un.virtual.machine import VirtualDmc
+from maya_un.virtual.motion.axis import Axis
 from maya_un.virtual.plant import BenchPlant
 
 

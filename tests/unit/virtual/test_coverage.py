@@ -17,7 +17,7 @@ from maya_un.galil.commands import CONTROL
 from maya_un.virtual.commands import TABLE
 from maya_un.virtual.coverage import COVERAGE, Class, share
 from tests.unit.virtual.bench import Bench
-from tests.unit.virtual.programs import ProgramBench
+from tests.unit.virtual.program_bench import ProgramBench
 
 
 class Fact(TypedDict):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from maya_un.galil.codes import ErrorCode
 from maya_un.virtual.program import Draft, Program, label_of, statements
 from maya_un.virtual.refusal import Refused
-from tests.unit.virtual.programs import ProgramBench
+from tests.unit.virtual.program_bench import ProgramBench
 
 LINES = st.lists(
     st.text(alphabet=st.characters(min_codepoint=0x20, max_codepoint=0x7E, exclude_characters="\\#"), max_size=80),

@@ -6,7 +6,7 @@ from math import inf
 import pytest
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.virtual.arrays import Arrays
+from maya_un.virtual.language.arrays import Arrays
 from maya_un.virtual.recorder import Recorder
 from maya_un.virtual.refusal import Refused
 

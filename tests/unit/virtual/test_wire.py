@@ -13,10 +13,10 @@ import pytest
 
 from maya_un.galil.record import decode
 from maya_un.loops import run
-from maya_un.virtual.link import SEGMENT, segments
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.plant import BenchPlant
-from maya_un.virtual.server import VirtualController
+from maya_un.virtual.wire.link import SEGMENT, segments
+from maya_un.virtual.wire.server import VirtualController
 
 PATIENCE = 20.0
 """Longest wait for something that must come [s]."""

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from maya_un.galil.codes import ErrorCode
 from maya_un.galil.numbers import fits, join_positions, parse_fixed
 from maya_un.galil.record import VELOCITY_SCALE, VOLTS_SCALE
-from maya_un.virtual.arguments import QUERY, place, split
-from maya_un.virtual.arithmetic import ONE
-from maya_un.virtual.arrays import MOST_ARRAYS
-from maya_un.virtual.axis import Axis
 from maya_un.virtual.context import Answer, Context, Handler
-from maya_un.virtual.expressions import axis_letter, is_name
+from maya_un.virtual.language.arguments import QUERY, place, split
+from maya_un.virtual.language.arithmetic import ONE
+from maya_un.virtual.language.arrays import MOST_ARRAYS
+from maya_un.virtual.language.expressions import axis_letter, is_name
+from maya_un.virtual.motion.axis import Axis
 from maya_un.virtual.recorder import MOST, Source
 from maya_un.virtual.refusal import Refused
 

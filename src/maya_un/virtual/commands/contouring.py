@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.virtual.arguments import QUERY, by_axis, mask, split
-from maya_un.virtual.axis import Axis
 from maya_un.virtual.context import Answer, Context, Handler
-from maya_un.virtual.contour import PAUSED, Contour
-from maya_un.virtual.feed import Record
-from maya_un.virtual.pvt import Pvt
+from maya_un.virtual.language.arguments import QUERY, by_axis, mask, split
+from maya_un.virtual.motion.axis import Axis
+from maya_un.virtual.motion.contour import PAUSED, Contour
+from maya_un.virtual.motion.feed import Record
+from maya_un.virtual.motion.pvt import Pvt
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.registers import JOG
 

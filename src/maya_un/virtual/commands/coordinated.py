@@ -6,10 +6,10 @@ import re
 from functools import partial
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.virtual.arguments import QUERY, by_axis, mask
 from maya_un.virtual.context import Answer, Context, Handler
-from maya_un.virtual.path import Segment
-from maya_un.virtual.plane import LINEAR, VECTOR, Plane
+from maya_un.virtual.language.arguments import QUERY, by_axis, mask
+from maya_un.virtual.motion.path import Segment
+from maya_un.virtual.motion.plane import LINEAR, VECTOR, Plane
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.registers import PLANE, Register, When
 

@@ -9,11 +9,11 @@ from __future__ import annotations
 import re
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.virtual.arguments import QUERY, mask, split
-from maya_un.virtual.axis import Axis
 from maya_un.virtual.commands.setting import addressed, allowed
 from maya_un.virtual.context import Answer, Context, Handler
-from maya_un.virtual.failures import step_error
+from maya_un.virtual.language.arguments import QUERY, mask, split
+from maya_un.virtual.motion.axis import Axis
+from maya_un.virtual.motion.failures import step_error
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.registers import AXIS, POSITION, TM, When
 

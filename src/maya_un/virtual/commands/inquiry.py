@@ -8,9 +8,9 @@ from functools import partial
 from maya_un.galil.codes import ERROR_TEXTS, ErrorCode
 from maya_un.galil.numbers import format_value, join_positions
 from maya_un.virtual import status
-from maya_un.virtual.arguments import QUERY, mask
-from maya_un.virtual.axis import Axis
 from maya_un.virtual.context import Answer, Context, Handler
+from maya_un.virtual.language.arguments import QUERY, mask
+from maya_un.virtual.motion.axis import Axis
 from maya_un.virtual.refusal import Refused
 
 _Reader = Callable[[Context, Axis], float]

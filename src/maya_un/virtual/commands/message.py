@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 from maya_un.galil.codes import ErrorCode
 from maya_un.galil.numbers import format_raw
-from maya_un.virtual.arithmetic import unpack
 from maya_un.virtual.context import Answer, Context, Handler
-from maya_un.virtual.expressions import Value, compiled
+from maya_un.virtual.language.arithmetic import unpack
+from maya_un.virtual.language.expressions import Value, compiled
 from maya_un.virtual.refusal import Refused
 
 _CACHED = 2048

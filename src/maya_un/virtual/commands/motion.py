@@ -6,10 +6,10 @@ from collections.abc import Callable
 from functools import partial
 
 from maya_un.galil.codes import ErrorCode, StopCode
-from maya_un.virtual.arguments import QUERY, axes_and_planes, mask
-from maya_un.virtual.axis import Axis, Kind, Latch
 from maya_un.virtual.commands.setting import addressed, allowed, kept, named
 from maya_un.virtual.context import Answer, Context, Handler
+from maya_un.virtual.language.arguments import QUERY, axes_and_planes, mask
+from maya_un.virtual.motion.axis import Axis, Kind, Latch
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.registers import JOG, POSITION, When
 from maya_un.virtual.status import distance_set

@@ -8,8 +8,8 @@ from functools import partial
 from maya_un.galil.codes import ErrorCode
 from maya_un.galil.commands import CONTROL
 from maya_un.virtual import status
-from maya_un.virtual.arguments import QUERY, split
 from maya_un.virtual.context import Answer, Context, Handler
+from maya_un.virtual.language.arguments import QUERY, split
 from maya_un.virtual.peripherals import ANALOG_INPUTS, Peripherals
 from maya_un.virtual.refusal import Refused
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import partial
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.virtual.arguments import split
 from maya_un.virtual.context import Answer, Context, Handler
 from maya_un.virtual.handles import Download
+from maya_un.virtual.language.arguments import split
 from maya_un.virtual.program import Downloading, Editing
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.thread import AT_ONCE, COUNT, Thread

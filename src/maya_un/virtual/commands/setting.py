@@ -6,9 +6,9 @@ import re
 from functools import partial
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.virtual.arguments import QUERY, by_axis, split
-from maya_un.virtual.axis import VIRTUAL, Axis
 from maya_un.virtual.context import Answer, Context, Handler
+from maya_un.virtual.language.arguments import QUERY, by_axis, split
+from maya_un.virtual.motion.axis import VIRTUAL, Axis
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.registers import AXIS, STEPPER_FASTEST, Register, When
 

@@ -7,8 +7,8 @@ from functools import partial
 
 from maya_un.galil.codes import ErrorCode
 from maya_un.virtual import burn, status
-from maya_un.virtual.arguments import QUERY, split
 from maya_un.virtual.context import Answer, Context, Handler
+from maya_un.virtual.language.arguments import QUERY, split
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.unit import Format, Unit
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from maya_un.galil.codes import ErrorCode
 from maya_un.galil.numbers import join_positions
-from maya_un.virtual.arc import TANGENT, Arc, X, Y
-from maya_un.virtual.arguments import QUERY, place, split
-from maya_un.virtual.axis import VIRTUAL, Axis
 from maya_un.virtual.commands.coordinated import LONGEST, current, speeds
 from maya_un.virtual.context import Answer, Context, Handler
-from maya_un.virtual.path import Segment
-from maya_un.virtual.plane import LINEAR, VECTOR, Plane
+from maya_un.virtual.language.arguments import QUERY, place, split
+from maya_un.virtual.motion.arc import TANGENT, Arc, X, Y
+from maya_un.virtual.motion.axis import VIRTUAL, Axis
+from maya_un.virtual.motion.path import Segment
+from maya_un.virtual.motion.plane import LINEAR, VECTOR, Plane
 from maya_un.virtual.refusal import Refused
 
 _SMALLEST_RADIUS, _LARGEST_RADIUS = 10.0, 6_000_000.0

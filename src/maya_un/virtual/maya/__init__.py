@@ -1,0 +1,1 @@
+"""Maya's mechanics on the motors of the virtual controller: what is physically true, and the record of it."""

@@ -1,0 +1,1 @@
+"""Programs in the controller: threads, flow, waits, automatic subroutines."""

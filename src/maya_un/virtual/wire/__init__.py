@@ -1,0 +1,1 @@
+"""The virtual controller on its wires, and what can be made to go wrong there."""

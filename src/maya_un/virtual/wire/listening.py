@@ -1,0 +1,54 @@
+"""Where a virtual controller listens: a TCP port, and the UDP port of the same number."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import NamedTuple
+
+from maya_un.errors import AddressInUse
+from maya_un.virtual.wire.link import Owner, TcpLink
+from maya_un.virtual.wire.udp import UdpPort
+
+_ATTEMPTS = 20
+"""How many ports are tried for one that is free for TCP and UDP both."""
+
+
+class Door(NamedTuple):
+    """One port that is listened on; `udp` is None where it is TCP alone."""
+
+    address: tuple[str, int]
+    server: asyncio.Server
+    udp: UdpPort | None
+
+    def close(self) -> None:
+        """Stop listening."""
+        self.server.close()
+        if self.udp is not None:
+            self.udp.close()
+
+
+async def listen(owner: Owner, host: str, port: int, *, udp: bool) -> Door:
+    """Listen for `owner`; port 0 chooses a free one. Raises `AddressInUse`."""
+    for left in reversed(range(1 if port else _ATTEMPTS)):
+        try:
+            return await _open(owner, host, port, udp)
+        except OSError as error:
+            if not left:
+                raise AddressInUse(address=f"{host}:{port}") from error
+    raise AssertionError
+
+
+async def _open(owner: Owner, host: str, port: int, udp: bool) -> Door:
+    loop = asyncio.get_running_loop()
+    server = await loop.create_server(lambda: TcpLink(owner), host, port)
+    name = server.sockets[0].getsockname()
+    address = (name[0], name[1])
+    if not udp:
+        return Door(address, server, None)
+    try:
+        _, datagrams = await loop.create_datagram_endpoint(lambda: UdpPort(owner), local_addr=address)
+    except OSError:
+        server.close()
+        await server.wait_closed()
+        raise
+    return Door(address, server, datagrams)
