@@ -134,8 +134,9 @@ def still_moving(bench: Rig) -> float:
     """Return how long the twin's axes will still move, alone or in their sequence [s]."""
     machine = bench.virtual.machine
     plane = machine.unit.core.planes["S"]
-    alone = [axis.motion.profile.end for axis in machine.unit.axes if axis.motion is not None]
-    return max([machine.now, *alone, *([plane.end] if plane.running else [])]) - machine.now
+    ends = [axis.motion.profile.end for axis in machine.unit.axes if axis.motion is not None]
+    ends += [plane.end] if plane.running else []
+    return max(ends, default=machine.now) - machine.now
 
 
 def record_of(*axes: AxisRecord, amplifier_status: int = 0, outputs: int = 0) -> DataRecord:
@@ -191,6 +192,14 @@ class _Rewired:
 
     def output(self, bit: int, on: bool) -> None:
         self._mechanics.output(bit, on)
+
+    def fail_encoder(self, axis: int, on: bool) -> None:
+        self._mechanics.fail_encoder(self._order[axis], on)
+
+    def force_inputs(
+        self, axis: int, *, forward: bool | None = None, reverse: bool | None = None, home: bool | None = None
+    ) -> None:
+        self._mechanics.force_inputs(self._order[axis], forward=forward, reverse=reverse, home=home)
 
 
 class _Late:

@@ -108,9 +108,10 @@ async def test_a_guard_killed_in_the_last_moment_lets_nothing_begin(command: str
         begun: list[float] = []
 
         def kill(_: str, way: str, data: bytes) -> None:
-            if way == "rx" and b"LE" in data and handle is not None:
+            if way == "rx" and b"LE" in data:
                 begun.append(now())
                 bench.virtual.tap = None
+                assert handle is not None
                 bench.virtual.machine.receive(handle, f"{command}\r".encode(), bench.virtual.machine.now)
 
         handle = bench.virtual.machine.connect()

@@ -16,7 +16,8 @@ from enum import Enum
 from math import inf, nextafter
 
 from maya_un.galil.codes import ErrorCode, StopCode
-from maya_un.virtual.motion import coordination, homing, lagging, limits, profile, registers, smoothing
+from maya_un.virtual import registers
+from maya_un.virtual.motion import coordination, homing, lagging, limits, profile, smoothing
 from maya_un.virtual.motion.axis import LETTERS, VIRTUAL, Axis, Kind, Motion
 from maya_un.virtual.motion.contour import Contour
 from maya_un.virtual.motion.course import Course
