@@ -196,10 +196,8 @@ class _Rewired:
     def fail_encoder(self, axis: int, on: bool) -> None:
         self._mechanics.fail_encoder(self._order[axis], on)
 
-    def force_inputs(
-        self, axis: int, *, forward: bool | None = None, reverse: bool | None = None, home: bool | None = None
-    ) -> None:
-        self._mechanics.force_inputs(self._order[axis], forward=forward, reverse=reverse, home=home)
+    def force_inputs(self, axis: int, **levels: bool | None) -> None:
+        self._mechanics.force_inputs(self._order[axis], **levels)
 
 
 class _Late:
