@@ -15,6 +15,10 @@ from typing import NamedTuple
 from maya_un.virtual.motion.arc import Arc, X, Y
 
 
+_ROUNDING = 1e-11
+"""Squares of speeds that differ by less than this part of what made them are the same."""
+
+
 class Segment(NamedTuple):
     """One LI, VP or CR: counts of every coordinate, length along it, and its speeds [counts/s].
 
@@ -186,11 +190,14 @@ class _Segment:
     def _slew(self, length: float, bound: float, deceleration: float) -> None:
         """Keep the speed for as long as the bound at the segment's end allows, then brake to it.
 
-        A bound that came too late (a segment or LE appended behind time) is met as nearly as VD allows.
+        A bound that came too late (a segment or LE appended behind time) is met as nearly as VD allows. One that is
+        missed by the rounding of squares only is met: the root of such a rest is a speed that takes long to pass.
         """
         v = self.v
         rest = length - self.s
-        bound = max(bound, sqrt(max(0.0, v * v - 2.0 * deceleration * rest))) if v > bound else bound
+        excess = v * v - 2.0 * deceleration * rest
+        if v > bound and excess - bound * bound > _ROUNDING * (v * v + 2.0 * deceleration * length):
+            bound = sqrt(excess)
         braking = (v * v - bound * bound) / (2.0 * deceleration) if v > bound else 0.0
         way = rest - braking
         if way > 1e-9 * (1.0 + length):

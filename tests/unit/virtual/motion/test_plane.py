@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from maya_un.virtual import registers
@@ -47,6 +47,9 @@ SEGMENTS = st.lists(
 
 
 @given(SEGMENTS, st.integers(1, 40), st.integers(1, 40), st.lists(st.floats(0.0, 1.0), min_size=1, max_size=10))
+@example([(2, None, 0.0, 0.3804305972961994), (1, 9370.0, 60.0, 0.37252898291305014)], 1, 30, [0.0]).via(
+    "a rest that rounding alone makes a crawl"
+)
 def test_a_plan_that_grows_is_the_plan_made_anew(
     segments: list[tuple[int, float | None, float | None, float]], up: int, down: int, shares: list[float]
 ) -> None:
@@ -57,9 +60,9 @@ def test_a_plan_that_grows_is_the_plan_made_anew(
         timeline.plan(0.0, one.pieces(0)[0])
     now = 0.0
     for length, speed, end, wait in segments:
+        if now + wait >= min(one.end for one in made):
+            break  # the sequence would be over
         now += wait
-        if now >= min(one.end for one in made):
-            break
         for whole, one in enumerate(made):
             one.append(Segment.of((length,), speed, end), now)
             follow(one, timelines[whole], now, whole=bool(whole))
