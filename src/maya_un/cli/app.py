@@ -20,13 +20,12 @@ _CONTEXT = {"help_option_names": ["--help"], "ignore_unknown_options": True}
 _HOW: dict[str, Any] = {"epilog": EVERYWHERE, "context_settings": _CONTEXT}
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False, no_args_is_help=True)
-dmc = typer.Typer(add_completion=False, rich_markup_mode=None, help="A virtual DMC-41x3, and a word with any.")
+dmc = typer.Typer(add_completion=False, rich_markup_mode=None, help="A virtual DMC-41x3, and tools for any.")
 config = typer.Typer(add_completion=False, rich_markup_mode=None, help="The machine's constants.")
 app.add_typer(dmc, name="dmc")
 app.add_typer(config, name="config")
 gclib = typer.Typer(add_completion=False, rich_markup_mode=None, help="A module gclib for scripts written for Galil's.")
 dmc.add_typer(gclib, name="gclib")
-dmc_tools.register(dmc, _HOW)
 
 Length = Annotated[str, typer.Argument(help="a length in m, or like 120mm")]
 Angle = Annotated[str, typer.Argument(help="an angle in rad, or like 30deg")]
@@ -47,9 +46,14 @@ def run(arguments: list[str], settings: Settings) -> int:
         code = command.main(arguments, prog_name="maya", standalone_mode=False, obj=settings)
     except typer.TyperException as error:
         context = getattr(error, "ctx", None)
-        reason = " ".join(error.format_message().split()).rstrip(".") or "the command is incomplete"
+        reason = _clause(error.format_message()) or "the command is incomplete"
         raise InvalidCommandLine(reason=reason, command=context.command_path if context else "maya") from error
     return code if isinstance(code, int) else output.DONE
+
+
+def _clause(message: str) -> str:
+    """Return the parser's words without the end that the sentence of the error adds."""
+    return " ".join(message.split()).replace(" Did you mean", " Perhaps you meant").rstrip(".?")
 
 
 def _settings(context: typer.Context) -> Settings:
@@ -222,9 +226,9 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     seed: Seed = None,
     table: Table = None,
 ) -> int:
-    """Serve a virtual DMC-41x3 on TCP and UDP; prints its address when it listens.
+    """Serve a virtual DMC-41x3 on TCP and UDP.
 
-    Faults on demand: maya dmc fault.
+    Prints its address when it listens; Ctrl-C ends it. Faults on demand: maya dmc fault.
     """
     from maya_un.cli import serve as command
 
@@ -236,13 +240,18 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
 def fault(
     context: typer.Context,
     name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="without one, all kinds are listed")] = None,
-    values: Annotated[list[str] | None, typer.Argument(metavar="[PARAMETER=VALUE...]")] = None,
+    values: Annotated[list[str] | None, typer.Argument(metavar="[PARAMETER=VALUE...]", help="seconds=0.2")] = None,
     seconds: Annotated[float | None, typer.Option("--for", metavar="SECONDS", help="default: until cleared")] = None,
     clear: Annotated[bool, typer.Option("--clear", help="end the fault NAME, without one all faults")] = False,
     active: Annotated[bool, typer.Option("--active", help="list the faults that last")] = False,
-    twin: Annotated[str | None, typer.Option(metavar="ADDRESS", help="default: the only one there is")] = None,
+    twin: Annotated[
+        str | None, typer.Option(metavar="HOST:PORT", help="or PORT; default: the only one there is")
+    ] = None,
 ) -> int:
-    """Make a fault happen to a virtual controller that `maya dmc serve` runs, or end it."""
+    """Make a virtual controller suffer a fault, or end one.
+
+    It is one that `maya dmc serve` runs.
+    """
     from maya_un.cli import fault as command
 
     settings = _settings(context)
@@ -256,6 +265,24 @@ def fault(
 
 
 @dmc.command(**_HOW)
+def send(
+    context: typer.Context,
+    host: Annotated[str, typer.Argument(metavar="HOST[:PORT]", help="or real: the configured controller")],
+    commands: Annotated[list[str], typer.Argument(metavar="CMD...", help='one argument each: TP, "SH A"')],
+) -> int:
+    """Send commands to a controller and print its replies.
+
+    Ends at the first that is refused.
+    """
+    from maya_un.cli import dmc as command
+
+    return command.send(host, commands, _settings(context))
+
+
+dmc_tools.register(dmc, _HOW)
+
+
+@dmc.command(**_HOW)
 def conform(
     context: typer.Context,
     host: Annotated[str, typer.Argument(metavar="HOST[:PORT]", help="or real: the configured controller")],
@@ -264,25 +291,13 @@ def conform(
         bool, typer.Option("--bench", help="everything: it is on a bench, as the factory made it")
     ] = False,
 ) -> int:
-    """Tell whether a controller answers as a DMC-41x3 does, and how it differs.
+    """Tell whether a controller answers as a DMC-41x3 does.
 
     Without --moves and --bench nothing moves, and settings that are touched are put back.
     """
     from maya_un.cli import conform as command
 
     return command.conform(host, moves, bench, _settings(context))
-
-
-@dmc.command(**_HOW)
-def send(
-    context: typer.Context,
-    host: Annotated[str, typer.Argument(metavar="HOST[:PORT]", help="or real: the configured controller")],
-    commands: Annotated[list[str], typer.Argument(metavar="CMD...")],
-) -> int:
-    """Send commands to a controller and print its replies; ends at the first refused."""
-    from maya_un.cli import dmc as command
-
-    return command.send(host, commands, _settings(context))
 
 
 @gclib.command("install", **_HOW)
@@ -314,10 +329,10 @@ def gclib_status(context: typer.Context) -> int:
 
 @gclib.command("run", epilog=EVERYWHERE, context_settings=_CONTEXT | {"allow_interspersed_args": False})
 def gclib_run(
-    script: Annotated[str, typer.Argument(metavar="SCRIPT")],
-    arguments: Annotated[list[str] | None, typer.Argument(metavar="[ARG]...")] = None,
+    script: Annotated[str, typer.Argument(metavar="SCRIPT", help="a Python file")],
+    arguments: Annotated[list[str] | None, typer.Argument(metavar="[ARG]...", help="what the script gets")] = None,
 ) -> int:
-    """Run a script that imports gclib, with ours, and install nothing.
+    """Run a script that imports gclib, installing nothing.
 
     Write `run -- SCRIPT` where the script itself has --json, --lang or --config.
     """

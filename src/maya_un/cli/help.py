@@ -26,7 +26,9 @@ Wishes (to the running robot; lengths in m, or 120mm; angles in rad, or 30deg)
 Ask (no robot needed)
   fk A B C        ik X Y Z        reach X Y Z
   config show|check|init
-  dmc serve [--port N] [--speed X]             a virtual DMC-41x3 with Maya's mechanics, on TCP and UDP
+
+Controllers (any DMC-41x3, real or virtual; `maya dmc --help` names more)
+  dmc serve [--port N] [--speed X]             a virtual one with Maya's mechanics, on TCP and UDP
   dmc fault [NAME [PARAMETER=VALUE...]]        make something go wrong with it; without NAME, what can
   dmc send HOST[:PORT] CMD...                  talk to a controller in its own language
   dmc terminal [HOST[:PORT]]                   the same by hand, with the axes in view

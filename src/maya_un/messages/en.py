@@ -3,7 +3,8 @@
 SENTENCES: dict[int, str] = {
     1001: "The connection to the controller at {address} was lost ({reason}). The axes finish what was already "
     "sent; check cable and power, then say `maya recover`.",
-    1002: "No controller answers at {address} ({reason}). Check power, cable and address.",
+    1002: "No controller answers at {address} ({reason}). Check power, cable and address, or start a twin with "
+    "`maya dmc serve`.",
     1003: "The controller at {address} did not answer {command!r} within {seconds} s. Check the network, or "
     "reset the controller.",
     1004: "The controller refused {command!r} with code {tc} ({reason}). If nobody typed it, this "
@@ -19,8 +20,8 @@ SENTENCES: dict[int, str] = {
     1010: "There is no connection to the controller. Wait for it, or check power and cable.",
     1020: "Nothing is running here. Start `maya up`, then say it again.",
     1021: "The running `maya up` does not answer ({reason}). Use `maya stop` to stop the robot, then restart it.",
-    1022: "No virtual controller can be told: {reason}. Start `maya dmc serve`, or name one that runs with `--twin` "
-    "({running}).",
+    1022: "It is not clear which virtual controller is meant: {reason}. Start `maya dmc serve`, or name with `--twin` one "
+    "that runs (now: {running}).",
     2101: "{target} cannot be reached: {reason}. Nearest reachable: {nearest}.",
     2102: "The way to {target} leaves the workspace: {reason}. Go there by a point in between.",
     2103: "The robot is not homed, so its position is not known. Say `maya home` first.",

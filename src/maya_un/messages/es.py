@@ -3,7 +3,8 @@
 SENTENCES: dict[int, str] = {
     1001: "Se perdió la conexión con el controlador en {address} ({reason}). Los ejes terminan lo ya enviado; "
     "revise cable y alimentación y luego diga `maya recover`.",
-    1002: "Ningún controlador responde en {address} ({reason}). Revise alimentación, cable y dirección.",
+    1002: "Ningún controlador responde en {address} ({reason}). Revise alimentación, cable y dirección, o inicie un gemelo "
+    "con `maya dmc serve`.",
     1003: "El controlador en {address} no respondió a {command!r} en {seconds} s. Revise la red o reinicie el "
     "controlador.",
     1004: "El controlador rechazó {command!r} con el código {tc} ({reason}). Si nadie lo tecleó, es "
@@ -19,8 +20,8 @@ SENTENCES: dict[int, str] = {
     1010: "No hay conexión con el controlador. Espere, o revise alimentación y cable.",
     1020: "Aquí no hay nada en marcha. Inicie `maya up` y repita la orden.",
     1021: "El `maya up` en marcha no responde ({reason}). Detenga el robot con `maya stop` y reinícielo.",
-    1022: "No se puede avisar a ningún controlador virtual: {reason}. Inicia `maya dmc serve`, o nombra con `--twin` uno "
-    "que esté en marcha ({running}).",
+    1022: "No está claro de qué controlador virtual se trata: {reason}. Inicie `maya dmc serve`, o nombre con `--twin` uno "
+    "que esté en marcha (ahora: {running}).",
     2101: "{target} no se puede alcanzar: {reason}. Lo más cercano alcanzable: {nearest}.",
     2102: "El camino a {target} sale del espacio de trabajo: {reason}. Vaya por un punto intermedio.",
     2103: "El robot no ha hecho el homing y no conoce su posición. Diga primero `maya home`.",
@@ -30,7 +31,7 @@ SENTENCES: dict[int, str] = {
     "Diga `maya home`.",
     2107: "Esta trayectoria se rechaza: {reason}.",
     2108: "No hay ningún fallo del que recuperarse.",
-    2109: "El guardián no cabe junto al programa del controlador: {reason}.",
+    2109: "El guardián no puede convivir con el programa del controlador: {reason}.",
     2201: "Detenido antes del final, porque alguien lo pidió.",
     2202: "Cancelado antes del final.",
     2301: "El eje {axis} tocó su final de carrera {side}. Mire qué lo llevó allí; luego `maya recover` y homing.",
@@ -46,7 +47,7 @@ SENTENCES: dict[int, str] = {
     2308: "El eje {axis} terminó a {distance} de donde se le envió. Mire la máquina y diga `maya recover`.",
     2309: "El guardián del controlador ya no funciona, así que nada se mueve: alguien envió HX, ST o AB, o el "
     "controlador se reinició. Diga `maya recover`.",
-    2310: "El guardián del controlador detuvo los ejes, porque este programa calló demasiado tiempo. Vea qué ocupa a "
+    2310: "El guardián del controlador detuvo los ejes, porque este programa estuvo callado demasiado tiempo. Vea qué ocupa a "
     "este ordenador y diga `maya recover`.",
     2401: "El final de carrera {side} del eje {axis} lee lo contrario de lo que dice CN {cn} ({reason}). Corrija el "
     "cableado o `limit_active_level` en la configuración.",
@@ -68,6 +69,6 @@ SENTENCES: dict[int, str] = {
     5002: "No se puede escribir {path}: {reason}.",
     5003: "{address} ya está en uso. Elija otro puerto o cierre lo que escucha allí.",
     5004: "`maya up` ya está en marcha (proceso {pid}). Úselo o ciérrelo antes.",
-    5005: "{path} es de otros: {remedy}.",
+    5005: "{path} es ajeno: {remedy}.",
     5999: "Algo falló por dentro ({reason}). Es un defecto nuestro; repórtelo con el registro.",
 }

@@ -44,6 +44,20 @@ def test_help_is_an_answer(line: str, capsys: pytest.CaptureFixture[str]) -> Non
     assert "maya" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("line", ["dmc --help", "dmc gclib --help", "config --help"])
+def test_a_list_of_commands_tells_each_in_a_whole_sentence(line: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(line.split()) == 0
+    _, _, commands = capsys.readouterr().out.partition("Commands:\n")
+    assert [text for text in commands.splitlines() if text.endswith("...") or not text.endswith(".")] == []
+
+
+def test_a_mistyped_command_gets_a_proposal(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["dmc", "sned"]) == 2
+    assert capsys.readouterr().err == (
+        "maya: error 4008: No such command 'sned'. Perhaps you meant 'send'. See `maya dmc --help`.\n"
+    )
+
+
 def test_the_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--version", "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {"version": maya_un.__version__}

@@ -11,7 +11,7 @@ from maya_un.cli.settings import Settings
 
 _HOST = "sim (a twin of its own), real (the configured controller), or HOST[:PORT]"
 Host = Annotated[str, typer.Argument(metavar="HOST", help=_HOST)]
-OwnOrHost = Annotated[str, typer.Argument(metavar="[HOST]", help=f"{_HOST}  [default: sim]")]
+OwnOrHost = Annotated[str, typer.Argument(metavar="[HOST]", help=_HOST)]
 Rate = Annotated[float, typer.Option(help="samples a second")]
 
 
@@ -28,9 +28,10 @@ def _settings(context: typer.Context) -> Settings:
 
 
 def terminal(context: typer.Context, host: OwnOrHost = SIM) -> int:
-    """Talk to a controller by hand, with completion, help and a live picture of its axes.
+    """Talk to a controller by hand, with the axes in view.
 
-    Without a screen it reads commands from standard input and prints the answers.
+    Tab completes, F1 helps, F12 stops motion. Without a screen it reads commands from standard input and prints the
+    answers.
     """
     from maya_un.cli.dmc_tools.terminal import start
 
@@ -44,7 +45,10 @@ def watch(
     rate: Rate = 4.0,
     seconds: Annotated[float | None, typer.Option("--for", help="end after so long [s]")] = None,
 ) -> int:
-    """Show live values until Ctrl-C; with --json one line a sample. Without EXPR, the axes."""
+    """Show live values until Ctrl-C.
+
+    Without EXPR, those of the axes. With --json, one line a sample.
+    """
     from maya_un.cli.dmc_tools import watch as command
 
     return command.watch(host, channels or [], rate, seconds, _settings(context))
@@ -60,7 +64,10 @@ def scope(
     csv: Annotated[str | None, typer.Option(metavar="FILE", help="a table")] = None,
     png: Annotated[str | None, typer.Option(metavar="FILE", help="a picture")] = None,
 ) -> int:
-    """Record channels over time, to a table, a picture, or the screen; Ctrl-C ends it early."""
+    """Record values over time, to a table, a picture, or the screen.
+
+    Ctrl-C ends it early.
+    """
     from maya_un.cli.dmc_tools import scope as command
 
     request = command.Request(command.split_channels(channels), rate, seconds, trigger, csv, png)
@@ -81,11 +88,14 @@ def upload(
 def download(
     context: typer.Context,
     host: Host,
-    file: Annotated[str, typer.Argument(metavar="FILE")],
+    file: Annotated[str, typer.Argument(metavar="FILE", help="lines of a DMC program")],
     run: Annotated[str | None, typer.Option(metavar="LABEL", help="then run it from this label; '' is line 0")] = None,
     guard: Annotated[bool, typer.Option("--guard", help="with Maya's guard behind it, as `maya up` adds it")] = False,
 ) -> int:
-    """Replace the program of a controller by that of a file, and make sure that it arrived."""
+    """Replace the program of a controller by that of a file.
+
+    It is read back, to make sure that it arrived.
+    """
     from maya_un.cli.dmc_tools import program as command
 
     settings = _settings(context)
@@ -100,7 +110,10 @@ def capture(
     out: Annotated[str, typer.Option(metavar="FILE", help="one JSON line for each piece of the wire")],
     local: Annotated[str, typer.Option("--host", help="where to listen")] = "127.0.0.1",
 ) -> int:
-    """Stand between any Galil client and a controller, and write down what they say, until Ctrl-C."""
+    """Write down what a Galil client and a controller say.
+
+    The client connects to this, and this to the controller, until Ctrl-C.
+    """
     from maya_un.cli.dmc_tools import capture as command
 
     return command.capture(host, local, listen, out, _settings(context))
@@ -112,7 +125,10 @@ def replay(
     host: OwnOrHost = SIM,
     tolerance: Annotated[float, typer.Option(help="how far positions may differ [counts]")] = 50.0,
 ) -> int:
-    """Say the client's side of a recording again, and show which answers differ."""
+    """Say a recording again, and show which answers differ.
+
+    Only the client's side is said.
+    """
     from maya_un.cli.dmc_tools import replay as command
 
     return command.replay(file, host, tolerance, _settings(context))
