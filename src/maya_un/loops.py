@@ -16,6 +16,7 @@ import selectors
 import time
 from collections.abc import Callable, Coroutine, Iterator
 from contextlib import contextmanager
+from math import inf
 from typing import Any, TypeVar
 
 T = TypeVar("T")
@@ -31,6 +32,9 @@ class HorizonReached(RuntimeError):
 
 _LOOK = 0.05
 """Longest wait for somebody outside before looking again whether anybody is [s, real time]."""
+
+_LONGEST_LAPSE = 0.01
+"""What the scaled clock gains at most between two looks at it while there is work [s, real time]."""
 
 
 class _OrderedTimer(asyncio.TimerHandle):
@@ -139,32 +143,51 @@ class JumpingLoop(asyncio.SelectorEventLoop):
 
 
 class ScaledLoop(asyncio.SelectorEventLoop):
-    """An event loop whose clock runs `speed` times as fast as the wall.
+    """An event loop whose clock runs `speed` times as fast as the wall, slower where the work does not allow it.
 
-    select() rather than epoll(), whose 1 ms step would be 50 ms of scaled time at speed 50.
+    Otherwise work that takes longer than the time it is for would find ever more to catch up with, and nobody else
+    would get a turn. select() rather than epoll(), whose 1 ms step would be 50 ms of scaled time at speed 50.
     """
 
     def __init__(self, speed: float) -> None:
-        super().__init__(_ScaledSelector(speed))
+        selector = _ScaledSelector(speed)
+        selector.loop = self
+        self._passed = 0.0
+        self._seen = time.monotonic()
+        super().__init__(selector)
         if not 0.0 < speed < float("inf"):
             self.close()
             raise ValueError("speed must be positive and finite")
         self.speed = speed
-        self._start = time.monotonic()
         self._clock_resolution *= speed
 
     def time(self) -> float:
         """Return scaled time [s] since the loop was made."""
-        return (time.monotonic() - self._start) * self.speed
+        self.count(_LONGEST_LAPSE)
+        return self._passed * self.speed
+
+    def count(self, most: float) -> None:
+        """Let the clock gain what the wall has since it was looked at last, `most` at most [s, real time]."""
+        now = time.monotonic()
+        self._passed += min(now - self._seen, most)
+        self._seen = now
 
 
 class _ScaledSelector(selectors.SelectSelector):
+    """Waits shorter in real time; the clock gains all of a wait, but not what the process was stopped beyond it."""
+
+    loop: ScaledLoop
+
     def __init__(self, speed: float) -> None:
         super().__init__()
         self._speed = speed
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
-        return super().select(None if timeout is None else timeout / self._speed)
+        wait = None if timeout is None else timeout / self._speed
+        self.loop.count(_LONGEST_LAPSE)
+        ready = super().select(wait)
+        self.loop.count(inf if wait is None else max(wait, 0.0) + _LONGEST_LAPSE)
+        return ready
 
 
 def run(main: Coroutine[Any, Any, T], loop_factory: Callable[[], asyncio.AbstractEventLoop] | None = None) -> T:

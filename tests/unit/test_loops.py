@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+import time
 from collections.abc import Coroutine
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
@@ -229,6 +230,25 @@ def test_a_slow_clock_is_possible() -> None:
     took, real = scaled(0.5, 0.01)
     assert took >= 0.01
     assert real >= 0.02
+
+
+def test_work_that_takes_longer_than_its_time_does_not_find_ever_more_to_catch_up_with() -> None:
+    speed = 100.0
+
+    async def main() -> list[float]:
+        loop, lapses = asyncio.get_running_loop(), list[float]()
+        seen = loop.time()
+        for _ in range(8):
+            await asyncio.sleep(0.0)
+            lapses.append(loop.time() - seen)
+            seen += lapses[-1]
+            end = time.monotonic() + max(0.001, 3.0 * lapses[-1] / speed)
+            while time.monotonic() < end:
+                pass
+        return lapses
+
+    lapses = run(main(), lambda: ScaledLoop(speed))
+    assert all(0.0 <= lapse < 0.1 * speed for lapse in lapses)  # uncapped, the last would be 2 s and more by the wall
 
 
 async def test_a_thousand_seconds_of_timers_need_no_wall_time_beyond_their_own_work() -> None:

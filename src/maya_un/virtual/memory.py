@@ -12,7 +12,6 @@ import zlib
 from contextlib import suppress
 from dataclasses import dataclass, field
 from enum import IntFlag
-from math import isfinite
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -20,6 +19,7 @@ VERSION = 1
 """Of the file's form; a file of another version counts as damaged."""
 
 _LARGEST = 64 * 1024 * 1024
+_LARGEST_NUMBER = 1 << 47
 
 Parameters: TypeAlias = dict[str, dict[str, float | str]]
 """Values by name, in groups: `unit`, `A` to `H`, `S`, `T`."""
@@ -144,7 +144,7 @@ def _is_parameters(data: Any) -> bool:
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and isfinite(value)
+    return isinstance(value, int | float) and -_LARGEST_NUMBER <= value <= _LARGEST_NUMBER
 
 
 def _is_raw(value: Any) -> bool:

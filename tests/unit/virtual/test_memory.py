@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from maya_un.virtual.memory import ChecksumError, Memory
@@ -101,6 +101,7 @@ VALUES = st.recursive(
 
 
 @given(VALUES)
+@example({"unit": {"TM": 10**400}})
 def test_data_of_any_kind_under_a_right_checksum_harms_nobody(data: Any) -> None:
     from maya_un.virtual.memory import Contents, _checksum, _take
 

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-from math import isfinite
 from typing import Any, cast
 
 from maya_un.errors import InvalidRequest, MayaError
@@ -126,7 +125,7 @@ def _parsed(line: bytes) -> dict[str, Any]:
 def _seconds(value: Any) -> float | None:
     if value is None:
         return None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value) or not 0 < value <= _LASTS:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value <= _LASTS:
         raise InvalidRequest(key="seconds", reason=f"it is a number above 0 and at most {_LASTS:g}")
     return float(value)
 

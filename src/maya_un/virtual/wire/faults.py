@@ -114,7 +114,7 @@ class Parameter(NamedTuple):
     def _number(self, value: Value) -> float | int:
         try:
             number = float(value)
-        except (TypeError, ValueError):  # it may come from somebody's JSON
+        except (TypeError, ValueError, OverflowError):  # it may come from somebody's JSON
             number = float("nan")
         whole = isinstance(self.default, int)
         if not isfinite(number) or not self.minimum <= number <= self.maximum or (whole and number % 1):

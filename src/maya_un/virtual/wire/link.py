@@ -14,6 +14,10 @@ SEGMENT = 450
 """Most bytes of a reply in one packet; a longer one goes out in several."""
 
 
+_MOST_UNREAD = 4 * 1024 * 1024
+"""Bytes that wait for a host that does not read; with more it is given up, as a controller does by its retries."""
+
+
 class Link(Protocol):
     """One connection: bytes out, an end in order, an end by force."""
 
@@ -62,6 +66,7 @@ class TcpLink(asyncio.Protocol):
         self._owner = owner
         self._transport: asyncio.Transport | None = None
         self._handle = handle
+        self._unread = False
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Take a handle, or hang up where there is none."""
@@ -83,17 +88,30 @@ class TcpLink(asyncio.Protocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """Tell the owner; with an error the other side was found gone."""
         if self._handle is not None:
-            self._owner.ended(self._handle, exc is not None)
+            self._owner.ended(self._handle, exc is not None or self._unread)
+
+    def pause_writing(self) -> None:
+        """Take no more commands of a host that does not read what the last ones printed."""
+        if self._transport is not None:
+            self._transport.pause_reading()
+
+    def resume_writing(self) -> None:
+        """Take commands again."""
+        if self._transport is not None:
+            self._transport.resume_reading()
 
     def send(self, data: bytes) -> None:
         """Send bytes, a packet at a time."""
-        if self._transport is None or self._transport.is_closing():
+        transport = self._transport
+        if transport is None or transport.is_closing():
             return
-        if len(data) <= SEGMENT:
-            self._transport.write(data)
-            return
+        if transport.get_write_buffer_size() > _MOST_UNREAD:
+            self._unread = True
+            transport.abort()
         for segment in segments(data):
-            self._transport.write(segment)
+            if transport.is_closing():
+                return
+            transport.write(segment)
 
     def close(self) -> None:
         """End the connection when everything is sent."""

@@ -181,6 +181,61 @@ def test_tcp_handles_are_told_by_name_and_freed() -> None:
     run(main())
 
 
+async def _say_until_nobody_listens(host: socket.socket, line: bytes, most: int) -> int:
+    """Send a line again and again, until no more is taken for long; return how many bytes went."""
+    sent = refused = 0
+    while sent < most and refused < 2_000:
+        try:
+            sent += host.send(line[sent % len(line) :] + line * 800)
+            refused = 0
+        except BlockingIOError:
+            refused += 1
+            await asyncio.sleep(0.0)
+    return sent
+
+
+def test_who_does_not_read_is_not_listened_to_and_loses_nothing() -> None:
+    line, most = b'MG "' + 70 * b"x" + b'"\r', 32_000_000
+
+    async def main() -> None:
+        virtual = made()
+        host, port = await virtual.serve()
+        with socket.socket() as silent:
+            silent.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+            silent.connect((host, port))
+            silent.setblocking(False)
+            sent = await _say_until_nobody_listens(silent, line, most)
+            assert sent < most
+            assert (await _ask(host, port, [b"MG 7\r"], b":"))[0] == b" 7.0000\r\n:"
+            loop, answers = asyncio.get_running_loop(), 0
+            async with asyncio.timeout(30.0):
+                while answers < sent // len(line):
+                    answers += (await loop.sock_recv(silent, 65536)).count(b":")
+        await virtual.close()
+
+    run(main())
+
+
+def test_who_does_not_read_what_programs_say_is_given_up() -> None:
+    async def main() -> None:
+        virtual = made()
+        host, port = await virtual.serve()
+        with socket.socket() as silent:
+            silent.connect((host, port))
+            await _ask(host, port, [b"WH\r"], b":")
+            outlet, owner = virtual.machine.unit.outlet, virtual.machine.unit.handles.at("A")
+            assert owner is not None
+            for _ in range(400):
+                outlet.put(owner, 65536 * b"x")
+                virtual.look()
+                await asyncio.sleep(0.0)
+            assert virtual.connections == ""
+            assert virtual.machine.unit.handles.last_lost == 0
+        await virtual.close()
+
+    run(main())
+
+
 def test_a_taken_port_is_said_to_be_in_use() -> None:
     async def main() -> None:
         with socket.create_server(("127.0.0.1", 0)) as taken, pytest.raises(AddressInUse):
