@@ -255,6 +255,7 @@ def fault(
     from maya_un.cli import fault as command
 
     settings = _settings(context)
+    command.check(name, values or (), seconds, clear=clear, active=active)
     if clear:
         return command.clear(name, twin, settings)
     if active:

@@ -27,12 +27,25 @@ def kinds(settings: Settings) -> int:
     return output.answer({"faults": [_fault_data(fault) for fault in TABLE]}, text, settings)
 
 
+def check(name: str | None, pairs: Sequence[str], seconds: float | None, *, clear: bool, active: bool) -> None:
+    """Raise `InvalidCommandLine` where a part of the command line would not be heeded."""
+    if active and (clear or name is not None):
+        raise InvalidCommandLine(reason="--active goes with neither --clear nor a name", command=_COMMAND)
+    if (clear or name is None) and (pairs or seconds is not None):
+        raise InvalidCommandLine(reason="--for and parameters are for a fault that begins", command=_COMMAND)
+
+
 def inject(name: str, pairs: Sequence[str], seconds: float | None, twin: str | None, settings: Settings) -> int:
     """Begin a fault with parameters given as `name=value`, for some seconds or until cleared.
 
     Raises `UnknownName`, `InvalidValue`, `InvalidCommandLine`, `TwinNotFound`, `InvalidRequest`.
     """
-    values = find(name).read(dict(_pair(text) for text in pairs))
+    fault, given = find(name), [_pair(text) for text in pairs]
+    if seconds is not None and fault.end is None:
+        raise InvalidCommandLine(reason=f"{name} is over at once; --for is for faults that last", command=_COMMAND)
+    if len(given) != len(dict(given)):
+        raise InvalidCommandLine(reason="a parameter is given twice", command=_COMMAND)
+    values = fault.read(dict(given))
     request: dict[str, object] = {"fault": name, "values": values, "seconds": seconds}
     return _told(request, twin, settings)
 

@@ -16,7 +16,7 @@ from maya_un.cli.settings import Settings
 from maya_un.cli.signals import asked_to_end
 from maya_un.cli.twin import on_the_table
 from maya_un.cli.twins import ServedTwin, published
-from maya_un.errors import FileUnwritable, InvalidCommandLine
+from maya_un.errors import FileUnwritable, InvalidCommandLine, InvalidValue
 from maya_un.loops import ScaledLoop, run
 from maya_un.values import Point
 from maya_un.virtual.bench import ServoBench
@@ -48,7 +48,7 @@ class Options(NamedTuple):
 def serve(options: Options, settings: Settings) -> int:
     """Serve a virtual controller until Ctrl-C or SIGTERM; prints where it listens once it does.
 
-    Raises `AddressInUse`, `FileUnwritable` and `InvalidCommandLine`.
+    Raises `AddressInUse`, `FileUnwritable`, `InvalidCommandLine` and `InvalidValue`.
     """
     _check(options)
     factor = clock_factor(options.speed, SIM)
@@ -62,8 +62,18 @@ def _check(options: Options) -> None:
         raise InvalidCommandLine(reason="Maya has three axes; --axes is for --bench", command=_COMMAND)
     if options.bench and options.table is not None:
         raise InvalidCommandLine(reason="there is no table on a bench", command=_COMMAND)
-    if options.memory is not None and not os.access(Path(options.memory).absolute().parent, os.W_OK):
-        raise FileUnwritable(path=options.memory, reason="its folder is not there or not ours to write to")
+    if options.firmware is not None and not (options.firmware.isascii() and options.firmware.isprintable()):
+        raise InvalidValue(key="--firmware", value=options.firmware, reason="it is a line in ASCII")
+    if options.memory is not None:
+        _check_memory(options.memory)
+
+
+def _check_memory(text: str) -> None:
+    path = Path(text).absolute()
+    if not os.access(path.parent, os.W_OK):
+        raise FileUnwritable(path=text, reason="its folder is not there or not ours to write to")
+    if path.exists() and not path.is_file():
+        raise FileUnwritable(path=text, reason="it is no file")
 
 
 def _made(options: Options, parts: dict[str, Point]) -> VirtualController:

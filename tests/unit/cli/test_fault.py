@@ -110,6 +110,13 @@ def test_a_fault_is_begun_told_and_ended(capsys: pytest.CaptureFixture[str]) -> 
         ("drop probability", 4008),
         ("drop --for 0", 4005),
         ("drop --for x", 4008),
+        ("drop probability=0.1 probability=0.2", 4008),
+        ("drop probability=0.1 --clear", 4008),
+        ("drop --clear --for 1", 4008),
+        ("--for 1", 4008),
+        ("--active --clear", 4008),
+        ("drop --active", 4008),
+        ("cut --for 1", 4008),
         ("encoder_loss axis=H", 4001),
         ("drop --twin 1", 1022),
     ],
@@ -139,3 +146,7 @@ def test_options_of_serve_that_contradict_are_refused(tmp_path: Path, capsys: py
     assert "--axes is for --bench" in capsys.readouterr().err
     assert main(["dmc", "serve", "--memory", str(tmp_path / "nowhere" / "m.json")]) == 2
     assert "5002" in capsys.readouterr().err
+    assert main(["dmc", "serve", "--memory", str(tmp_path)]) == 2
+    assert "it is no file" in capsys.readouterr().err
+    assert main(["dmc", "serve", "--firmware", "DMC4133 ñ"]) == 2
+    assert "4001" in capsys.readouterr().err

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from typing import TypeVar
 
@@ -21,12 +22,16 @@ _LOOK = 0.01
 
 
 class Session:
-    """The sockets that an address string asks for, open until `close`. Every method raises `GclibError`."""
+    """The sockets that an address string asks for, open until `close`. Every method raises `GclibError`.
+
+    Several threads may share it: nobody sends a command before the last one is answered.
+    """
 
     def __init__(self, options: Options) -> None:
         self.options = options
         self.timeout = -1
         self.second: Unsolicited | None = None
+        self._turn = threading.Lock()
         self._commands = guarded(lambda: Commands(options))
         try:
             self._subscribe()
@@ -94,7 +99,7 @@ class Session:
         """Return what programs have said since the last call; waits as `wait_for`."""
         self.require_subscribed("MG")
         source = self._commands if self.second is None else self.second
-        self.wait_for(lambda: bool(source.said), source.listen)
+        self.wait_for(lambda: bool(source.said), self._listen if self.second is None else self.second.listen)
         text = "".join(source.said)
         source.said.clear()
         return text
@@ -134,7 +139,17 @@ class Session:
             raise GclibError(Code.QUESTION_MARK, command)
         return answer.text
 
+    def _listen(self, timeout: float) -> None:
+        """Listen for a message on the command socket."""
+        with self._turn:
+            self._commands.listen(timeout)
+
     def _exchange(self, data: bytes, kind: Kind) -> Reply | Record:
+        with self._turn:
+            return self._exchanged(data, kind)
+
+    def _exchanged(self, data: bytes, kind: Kind) -> Reply | Record:
+        """Send a request and return its answer, in one's turn."""
         seconds = self._seconds or self.options.timeout / 1000.0
         self._commands.timeout = seconds if kind in (Kind.TEXT, Kind.RECORD) else max(seconds, _TRANSFER)
         try:

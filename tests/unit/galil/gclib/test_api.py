@@ -43,6 +43,26 @@ def test_a_command_is_answered_without_blanks(g: gclib.py) -> None:
     assert g.GCommand("MG 1;SHA;MG 2;") == "1.0000\r\n2.0000"
 
 
+def test_threads_that_share_a_connection_get_each_its_own_answer(g: gclib.py) -> None:
+    wrong: list[str] = []
+
+    def ask(first: int) -> None:
+        for number in range(first, first + 100):
+            try:
+                answer = g.GCommand(f"MG {number}")
+            except GclibError as error:
+                answer = str(error)
+            if answer != f"{number}.0000":
+                wrong.append(f"{number}: {answer}")
+
+    threads = [threading.Thread(target=ask, args=(1000 * place,)) for place in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert wrong == []
+
+
 def test_a_refused_command_leaves_its_code_to_be_asked(g: gclib.py) -> None:
     with pytest.raises(GclibError, match=r"^question mark returned by controller$") as caught:
         g.GCommand("BGA;spoilt=1")
