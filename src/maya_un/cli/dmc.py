@@ -12,6 +12,7 @@ from maya_un.cli.configure import configuration
 from maya_un.cli.quantities import host_and_port
 from maya_un.cli.settings import Settings
 from maya_un.galil.driver import Driver
+from maya_un.galil.hardware import LETTERS
 from maya_un.galil.record import AxisRecord, DataRecord
 from maya_un.galil.transport import TcpTransport
 
@@ -53,7 +54,7 @@ async def _reply(driver: Driver, command: str) -> str | DataRecord:
 
 def _record_text(record: DataRecord) -> str:
     """Return a record for people: one line an axis, in the controller's units."""
-    return "\n".join(_axis_text(letter, axis) for letter, axis in zip("ABCDEFGH", record.axes, strict=False))
+    return "\n".join(_axis_text(letter, axis) for letter, axis in zip(LETTERS, record.axes, strict=False))
 
 
 def _axis_text(letter: str, axis: AxisRecord) -> str:

@@ -17,6 +17,7 @@ from maya_un.errors import (
 )
 from maya_un.events import Kind
 from maya_un.galil.codes import STOP_TEXTS
+from maya_un.galil.hardware import LETTERS
 from maya_un.galil.record import DataRecord
 from maya_un.values import AXES
 
@@ -31,7 +32,7 @@ Order = tuple[int, int, int]
 
 def indices(config: Config) -> Order:
     """Return the place in the data record of Maya's axes a, b, c, from their letters."""
-    a, b, c = ("ABCDEFGH".index(axis.letter) for axis in (config.axes.a, config.axes.b, config.axes.c))
+    a, b, c = (LETTERS.index(axis.letter) for axis in (config.axes.a, config.axes.b, config.axes.c))
     return a, b, c
 
 

@@ -10,12 +10,9 @@ import re
 from collections.abc import Callable
 from types import MappingProxyType
 
+from maya_un.galil.hardware import LETTERS, SAMPLES
 from maya_un.galil.record import AxisRecord, DataRecord
 
-SAMPLES = 1024
-"""Samples in a second at TM 1000."""
-
-_AXES = "ABCDEFGH"
 _ALIASES = str.maketrans("XYZW", "ABCD")
 _OPERAND = re.compile(r"_([A-Z]{2})([A-HXYZW])")
 _BIT = re.compile(r"@(IN|OUT)\[([0-9]{1,2})\]")
@@ -75,7 +72,7 @@ def reading(channel: str, axes: int) -> Reading | None:
     Digital inputs are those of the first two banks, outputs of the same (DMC-41x3: 1 to 16).
     """
     if found := _OPERAND.fullmatch(channel):
-        return _axis_reading(found[1], _AXES.index(found[2].translate(_ALIASES)), axes)
+        return _axis_reading(found[1], LETTERS.index(found[2].translate(_ALIASES)), axes)
     if (found := _BIT.fullmatch(channel)) and 1 <= int(found[2]) <= 16:
         return _bit_reading(found[1], int(found[2]) - 1)
     return None
@@ -98,7 +95,7 @@ def _bit_reading(name: str, bit: int) -> Reading:
 
 def columns(axes: int) -> tuple[str, ...]:
     """Return what is worth watching where nobody says what: position, error, velocity, torque of every axis."""
-    return tuple(f"_{name}{letter}" for letter in _AXES[:axes] for name in ("TP", "TE", "TV", "TT"))
+    return tuple(f"_{name}{letter}" for letter in LETTERS[:axes] for name in ("TP", "TE", "TV", "TT"))
 
 
 class Clock:

@@ -11,8 +11,8 @@ import struct
 from typing import NamedTuple
 
 from maya_un.errors import ConnectFailed, LinkLost, LinkTimeout, UnexpectedReply
+from maya_un.galil.hardware import LETTERS
 
-_AXES = "ABCDEFGH"
 _FIRST_AXIS, _AXIS_BYTES = 82, 36
 _SHORTEST, _LONGEST = _FIRST_AXIS, _FIRST_AXIS + 8 * _AXIS_BYTES
 _MOVING, _COORDINATED = 1 << 15, 1 << 8
@@ -121,7 +121,7 @@ class _Conversation:
 def _motion(record: bytes) -> tuple[str, str]:
     """Return the letters of the axes that move, and of those that take part in a sequence."""
     moving = coordinated = ""
-    for letter, place in zip(_AXES, range(_FIRST_AXIS, len(record), _AXIS_BYTES), strict=False):
+    for letter, place in zip(LETTERS, range(_FIRST_AXIS, len(record), _AXIS_BYTES), strict=False):
         (status,) = struct.unpack_from("<H", record, place)
         moving += letter if status & _MOVING else ""
         coordinated += letter if status & _COORDINATED else ""

@@ -14,11 +14,9 @@ from enum import Enum
 from typing import Protocol
 
 from maya_un.errors import CommandRejected, ConnectFailed, InvalidValue, LinkLost, MachineError, MayaError
+from maya_un.galil.hardware import SAMPLES
 from maya_un.galil.record import DataRecord, decode
 from maya_un.galil.transport import DatagramFactory, Datagrams
-
-SAMPLES = 1024
-"""Samples in a second at TM 1000."""
 
 SHORTEST, LONGEST = 8, 30000
 """Range of the period of DR on a DMC-41x3 [samples]; it is even."""

@@ -18,6 +18,7 @@ from typing import Any, Literal, NamedTuple, cast
 
 from maya_un.errors import UnexpectedReply
 from maya_un.galil.framing import Kind, LineSplitter, Message, Received, Record, Reply, ReplySplitter, Stray
+from maya_un.galil.hardware import LETTERS
 from maya_un.galil.record import AxisRecord, DataRecord, Status, decode
 
 FORMAT = "maya-dmc-capture"
@@ -211,7 +212,7 @@ def _record_differences(before: DataRecord, after: DataRecord, counts: float) ->
     for name in ("inputs", "outputs", "error_code", "threads", "amplifier_status"):
         if getattr(before, name) != getattr(after, name):
             yield f"{name} {getattr(before, name)} became {getattr(after, name)}"
-    for letter, one, other in zip("ABCDEFGH", before.axes, after.axes, strict=False):
+    for letter, one, other in zip(LETTERS, before.axes, after.axes, strict=False):
         yield from (f"{letter} {words}" for words in _axis_differences(one, other, counts))
 
 

@@ -12,7 +12,7 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager
 from math import inf
 from typing import Literal
 
-from maya_un.virtual.motion.axis import LETTERS
+from maya_un.galil.hardware import LETTERS
 from maya_un.virtual.wire.faults import Value
 from maya_un.virtual.wire.injection import Injection
 from maya_un.virtual.wire.server import VirtualController

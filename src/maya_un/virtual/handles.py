@@ -8,7 +8,7 @@ from enum import IntEnum
 from typing import Protocol
 
 from maya_un.galil.framing import LineSplitter
-from maya_un.virtual.motion.axis import LETTERS
+from maya_un.galil.hardware import LETTERS
 
 COUNT = 8
 

@@ -6,12 +6,13 @@ from collections.abc import Callable
 from functools import partial
 
 from maya_un.galil.codes import ErrorCode
+from maya_un.galil.hardware import LETTERS
 from maya_un.galil.numbers import RAW_MAX, RAW_MIN, fixed
 from maya_un.virtual import network, registers, status
 from maya_un.virtual.handles import Handle
 from maya_un.virtual.language.arithmetic import ONE, unpack
 from maya_un.virtual.language.arrays import MOST_ARRAYS
-from maya_un.virtual.motion.axis import LETTERS, Axis
+from maya_un.virtual.motion.axis import Axis
 from maya_un.virtual.motion.failures import step_error
 from maya_un.virtual.motion.plane import Plane
 from maya_un.virtual.peripherals import ANALOG_INPUTS

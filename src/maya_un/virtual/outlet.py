@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from maya_un.galil.hardware import LETTERS
 from maya_un.virtual.handles import Handle, Handles
-from maya_un.virtual.motion.axis import LETTERS
 
 SERIAL = "ST"
 """Ports of CF that are no handle: the main serial port and the auxiliary one. Nothing is plugged in there."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import inf
 
+from maya_un.galil.hardware import LETTERS
 from maya_un.virtual.handles import Handle, Handles, Kind
-from maya_un.virtual.motion.axis import LETTERS
 from maya_un.virtual.outlet import SERIAL, Outlet
 
 SHORTEST, LONGEST = 8, 30000
@@ -35,6 +35,11 @@ class RecordStream:
         """The handle's number that the records go to (`_DR1`), 0 where they go to a serial port."""
         target = self._target()
         return 0 if target is None else target.index
+
+    @property
+    def active(self) -> bool:
+        """Whether there is a stream."""
+        return self.period != 0
 
     @property
     def watching(self) -> bool:

@@ -6,13 +6,14 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from maya_un.galil.codes import ErrorCode
+from maya_un.galil.hardware import LETTERS
 from maya_un.galil.numbers import format_raw, format_value, join_positions
 from maya_un.virtual import registers
 from maya_un.virtual.activity import Activity
 from maya_un.virtual.handles import Handle, Handles
 from maya_un.virtual.language.arrays import Arrays
 from maya_un.virtual.memory import Memory
-from maya_un.virtual.motion.axis import LETTERS, Axis
+from maya_un.virtual.motion.axis import Axis
 from maya_un.virtual.motion.cam import Cam
 from maya_un.virtual.motion.core import MotionCore
 from maya_un.virtual.motion.failures import Failures
@@ -27,9 +28,6 @@ from maya_un.virtual.program import Program
 from maya_un.virtual.recorder import Recorder
 from maya_un.virtual.records import RecordStream
 from maya_un.virtual.thread import Threads
-
-SAMPLES = 1024
-"""Samples in a second at TM 1000."""
 
 MOST_VARIABLES = 510
 

@@ -7,9 +7,10 @@ from collections.abc import AsyncIterator, Iterator, Sequence
 from typing import NamedTuple
 
 from maya_un.errors import CommandRejected, UnexpectedReply
-from maya_un.galil.channels import SAMPLES, Clock, Reading, reading
+from maya_un.galil.channels import Clock, Reading, reading
 from maya_un.galil.commands import LINE_LIMIT
 from maya_un.galil.driver import Driver
+from maya_un.galil.hardware import SAMPLES
 from maya_un.galil.numbers import parse_number
 
 _TIME = "TIME"

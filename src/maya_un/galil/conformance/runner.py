@@ -9,6 +9,7 @@ from typing import Protocol
 
 from maya_un.galil.conformance.pattern import compiled, literal
 from maya_un.galil.conformance.vectors import Demand, Special, Step, Vector
+from maya_un.galil.hardware import LETTERS
 from maya_un.galil.record import record_length
 
 ASK_AGAIN = 0.02
@@ -24,7 +25,6 @@ FARTHEST = 20_000
 """No vector moves an axis farther than this [counts]; what is farther away is not gone back to."""
 
 _FENCE = Step('MG "fence"\r', ("fence\r\n:",))
-_LETTERS = "ABCDEFGH"
 
 
 class Channel(Protocol):
@@ -177,12 +177,12 @@ class _Talk:
             channel.close()
 
     def _bring_to_rest(self, channel: Channel) -> None:
-        self._answer(channel, f"ST {_LETTERS[: self._axes]}\r")
+        self._answer(channel, f"ST {LETTERS[: self._axes]}\r")
         self._wait_for_rest(channel)
 
     def _wait_for_rest(self, channel: Channel) -> None:
         waited = 0.0
-        asked = "|".join(f"_BG{letter}" for letter in _LETTERS[: self._axes])
+        asked = "|".join(f"_BG{letter}" for letter in LETTERS[: self._axes])
         while self._answer(channel, f"MG {asked}\r") != b" 0.0000\r\n:" and waited < SETTLE:
             channel.wait(ASK_AGAIN)
             waited += ASK_AGAIN

@@ -6,11 +6,11 @@ import re
 from functools import partial
 
 from maya_un.galil.codes import ErrorCode
+from maya_un.galil.hardware import LETTERS
 from maya_un.virtual import status
 from maya_un.virtual.context import Answer, Context, Handler
 from maya_un.virtual.handles import COUNT, DEFAULT_PORT, Handle, Kind
 from maya_un.virtual.language.arguments import QUERY, split
-from maya_un.virtual.motion.axis import LETTERS
 from maya_un.virtual.network import Network, Quad
 from maya_un.virtual.outlet import SERIAL
 from maya_un.virtual.records import LONGEST, SHORTEST

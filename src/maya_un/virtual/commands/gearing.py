@@ -9,10 +9,10 @@ import re
 from functools import partial
 
 from maya_un.galil.codes import ErrorCode
+from maya_un.galil.hardware import LETTERS
 from maya_un.virtual.commands.setting import addressed
 from maya_un.virtual.context import Answer, Context, Handler
 from maya_un.virtual.language.arguments import QUERY, by_axis, place, split
-from maya_un.virtual.motion.axis import LETTERS
 from maya_un.virtual.motion.cam import ENTRIES, Cam
 from maya_un.virtual.motion.following import Master
 from maya_un.virtual.refusal import Refused

@@ -7,10 +7,9 @@ from enum import Enum
 from math import inf
 
 from maya_un.galil.codes import StopCode
+from maya_un.galil.hardware import LETTERS
 from maya_un.virtual.motion.profile import Profile
 from maya_un.virtual.timeline import Timeline
-
-LETTERS = "ABCDEFGH"
 
 VIRTUAL = "NM"
 """The virtual axes: profiles without a motor, for gearing and cams to follow."""

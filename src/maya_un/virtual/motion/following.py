@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from maya_un.virtual.motion.axis import LETTERS, VIRTUAL, Axis
+from maya_un.galil.hardware import LETTERS
+from maya_un.virtual.motion.axis import VIRTUAL, Axis
 from maya_un.virtual.motion.core import MotionCore
 from maya_un.virtual.timeline import Piece
 

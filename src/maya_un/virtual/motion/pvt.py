@@ -12,7 +12,7 @@ from __future__ import annotations
 from math import ceil, sqrt
 
 from maya_un.galil.codes import StopCode
-from maya_un.virtual.motion.axis import LETTERS
+from maya_un.galil.hardware import LETTERS
 from maya_un.virtual.motion.feed import Feed, Laid
 from maya_un.virtual.timeline import Piece
 

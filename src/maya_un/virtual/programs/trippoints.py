@@ -6,6 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 from maya_un.galil.codes import ErrorCode
+from maya_un.galil.hardware import SAMPLES
 from maya_un.virtual.commands.setting import addressed, named
 from maya_un.virtual.context import Context
 from maya_un.virtual.language.arguments import axes_and_planes, by_axis, mask, split
@@ -16,7 +17,6 @@ from maya_un.virtual.motion.plane import Plane
 from maya_un.virtual.programs.waits import Arrived, AtSpeed, Delay, Ended, Gone, Level, Passed, Travelled
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.thread import Thread
-from maya_un.virtual.unit import SAMPLES
 
 Operation = Callable[[Context, Thread], None]
 

@@ -11,8 +11,8 @@ from math import isfinite
 from typing import NamedTuple, Protocol, TypeAlias
 
 from maya_un.errors import InvalidValue, UnknownName
+from maya_un.galil.hardware import LETTERS
 from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.motion.axis import LETTERS
 from maya_un.virtual.wire.disturbance import Disturbance
 
 Value: TypeAlias = float | int | bool | str

@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import TypeAlias
 
 from maya_un.galil.codes import STOP_TEXTS
+from maya_un.galil.hardware import LETTERS
 from maya_un.galil.record import AxisRecord, DataRecord, Switch
 
 Piece: TypeAlias = tuple[str, str]
@@ -14,14 +15,13 @@ Piece: TypeAlias = tuple[str, str]
 
 Line: TypeAlias = list[Piece]
 
-_LETTERS = "ABCDEFGH"
 HEAD = "     position velocity  error  torque motor  motion  lim stop code"
 """Names of the columns; `lim` is F, R and H for the forward, reverse and home switch where they are active."""
 
 
 def axes(record: DataRecord, width: int) -> list[Line]:
     """Return a head and one line an axis: counts, counts/s, counts, V, motor, motion, switches, stop code."""
-    rows = zip(_LETTERS, record.axes, strict=False)
+    rows = zip(LETTERS, record.axes, strict=False)
     return [[("class:head", HEAD[:width])], *(_axis(letter, axis, width) for letter, axis in rows)]
 
 

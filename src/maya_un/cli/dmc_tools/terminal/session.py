@@ -19,6 +19,7 @@ from maya_un.errors import CommandRejected, MachineError, MayaError, NotConnecte
 from maya_un.galil.commands import CONTROL, FORMS, split_line
 from maya_un.galil.driver import Driver
 from maya_un.galil.emergency import StopOutcome
+from maya_un.galil.hardware import LETTERS
 from maya_un.galil.record import DataRecord
 
 REFRESH = 0.2
@@ -131,7 +132,7 @@ class Session:
 
     async def learn(self) -> None:
         """Ask which names there are, to complete with."""
-        axes = "ABCDEFGH"[: len(self.record.axes)] if self.record is not None else "ABC"
+        axes = LETTERS[: len(self.record.axes)] if self.record is not None else "ABC"
         self.names = await ask(self.link.driver, axes)
 
     async def send(self, line: str) -> None:

@@ -12,6 +12,7 @@ from maya_un.address import SIM, split
 from maya_un.galil import emergency
 from maya_un.galil.driver import Driver
 from maya_un.galil.emergency import StopOutcome
+from maya_un.galil.hardware import LETTERS
 
 _PATIENCE = 2.0
 """Longest wait for each answer of a controller told directly [s]."""
@@ -21,7 +22,7 @@ async def stop(driver: Driver) -> StopOutcome:
     """Stop all motion and return what moved; the first bytes are on the wire before this waits. Raises as `send`."""
     for plane in "ST":
         driver.urgent(f"ST {plane}")
-    axes = list(zip("ABCDEFGH", (await driver.record()).axes, strict=False))
+    axes = list(zip(LETTERS, (await driver.record()).axes, strict=False))
     outcome = StopOutcome(
         coordinated="".join(letter for letter, axis in axes if axis.moving and axis.coordinated),
         independent="".join(letter for letter, axis in axes if axis.moving and not axis.coordinated),

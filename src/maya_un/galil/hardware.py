@@ -1,0 +1,9 @@
+"""What every DMC-41x3 has."""
+
+from __future__ import annotations
+
+LETTERS = "ABCDEFGH"
+"""Letters of the axes, of which a controller has the first ones, and of its eight Ethernet handles."""
+
+SAMPLES = 1024
+"""Samples of the servo in a second at TM 1000."""
