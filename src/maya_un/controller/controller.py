@@ -25,6 +25,7 @@ from maya_un.errors import (
     LimitReached,
     MachineError,
     MarkerMissing,
+    NotConnected,
     NothingToRecover,
     Stopped,
     TrajectoryRefused,
@@ -152,6 +153,7 @@ class GalilController:
             await configure(driver, self.config)
             await marker.erase(driver)
             await monitor.power(driver)
+            await monitor.wake_guard(driver)
             self.events.emit(Kind.HOMING)
             seeker = Seeker(driver, self.config, self.units, wish.pause, self._loop.time, monitor.load)
             found = await Homing(seeker, driver, self.config, self.units, monitor.enter_phase).run()
@@ -294,6 +296,7 @@ class GalilController:
     async def _execute(self, wish: Wish, driver: Driver, move: CoordinatedMove) -> None:
         """Send a plan, begin it, wait for its predicted end, then make sure of it."""
         monitor = self._monitor
+        await monitor.wake_guard(driver)
         await monitor.load(driver, commands(move))
         # Between this look at the wish and the bytes of BGS nothing can come in: no await stands there.
         wish.check()
@@ -308,8 +311,13 @@ class GalilController:
         monitor.publish()
         await wish.pause(began + move.duration + SETTLE)
         record = await self._ended(wish, began + move.duration * 1.05 + LATE)
+        try:
+            self._arrived(record, move, members)
+        except Stopped:
+            await monitor.load(driver, [])  # the guard did it, if this program slept until now
+            wish.check()
+            raise
         monitor.run = None
-        self._arrived(record, move, members)
 
     async def _ended(self, wish: Wish, latest: float) -> DataRecord:
         record = await self._monitor.look()
@@ -346,6 +354,10 @@ class GalilController:
                 await self._rest(driver)
                 monitor.fail(error, driver)
                 raise
+            except Exception:
+                if monitor.run is not None or monitor.phase is not None:
+                    await self._rest(driver)
+                raise
             finally:
                 monitor.run = None
                 monitor.phase = None
@@ -375,7 +387,7 @@ class GalilController:
             while self._monitor.moving():
                 await asyncio.sleep(0.02)
                 await self._monitor.look()
-        except MachineError:
+        except (NotConnected, MachineError):
             if not driver.lost.done():
                 raise
 

@@ -8,8 +8,17 @@ from dataclasses import dataclass
 
 from maya_un.controller import guard_program
 from maya_un.controller.guard_program import BEAT, OUT, START, THREAD
-from maya_un.errors import CommandRejected, GuardBlocked, GuardNotRunning, HostSilent, MachineError, UnexpectedReply
+from maya_un.errors import (
+    CommandRejected,
+    GuardBlocked,
+    GuardNotRunning,
+    HostSilent,
+    InvalidValue,
+    MachineError,
+    UnexpectedReply,
+)
 from maya_un.galil.driver import Driver
+from maya_un.galil.numbers import parse_number
 
 BEATS = 20
 """Beats in the guard's time: one that comes late, or is lost, is no reason to stop."""
@@ -57,13 +66,13 @@ class Guard:
         """
         await self._stop_beating()
         await self._provide(driver)
+        await self.arm(driver)  # somebody may have deleted the variables that the question names
         if not (await self._look(driver)).running:
             if await driver.value(f"_XQ{THREAD}") >= 0.0:
                 raise GuardBlocked(reason=f"thread {THREAD} runs something else: halt it with HX {THREAD}")
             await driver.batch([*_ARM, f"XQ#{START},{THREAD}"])
-        await self.arm(driver)
         await driver.subscribe()
-        (await self._look(driver)).require()
+        await self._prove(driver, _ARM)
         self._beat = asyncio.get_running_loop().create_task(self._keep_beating(driver), name="beat of the guard")
 
     async def arm(self, driver: Driver) -> None:
@@ -75,18 +84,17 @@ class Guard:
 
         Raises `GuardNotRunning`, `HostSilent`, and as the driver.
         """
-        try:
-            answers = await driver.batch([*commands, QUESTION])
-        except CommandRejected as refused:
-            if refused.details["command"] == QUESTION:  # the variables are gone: a reset
-                raise GuardNotRunning from refused
-            raise
-        self._read(answers[-1]).require()
+        if self._beat is None or self._beat.done():
+            raise GuardNotRunning
+        await self._prove(driver, commands)
 
     async def close(self, driver: Driver | None) -> None:
-        """End the beat; with a driver also the guard itself, for whoever uses the controller next."""
+        """End the beat; with a driver also the guard itself, for whoever uses the controller next.
+
+        Where the guard could not be installed, thread 7 is somebody else's and left alone.
+        """
         await self._stop_beating()
-        if driver is not None:
+        if driver is not None and (await self._look(driver)).running:
             await driver.send(f"HX{THREAD}")
 
     async def _provide(self, driver: Driver) -> None:
@@ -96,19 +104,30 @@ class Guard:
             old = guard_program.span(present)
             if old is not None and await driver.value(f"_XQ{THREAD}") in old:
                 await driver.send(f"HX{THREAD}")
-            await self._download(driver, wanted)
+            await self._download(driver, wanted, _common(present, wanted))
         lines = guard_program.span(wanted)
         assert lines is not None
         self._lines = lines
 
     @staticmethod
-    async def _download(driver: Driver, program: str) -> None:
+    async def _download(driver: Driver, program: str, keep: int) -> None:
         try:
-            await driver.download(program)
+            await driver.download(program, keep=keep)
+        except InvalidValue as error:
+            raise GuardBlocked(reason=f"the two together are too much ({error})") from error
         except CommandRejected as refused:
             if refused.details["tc"] != _PROGRAM_RUNS:
-                raise
+                raise GuardBlocked(reason=f"the controller refused its lines ({refused})") from refused
             raise GuardBlocked(reason="it runs, and a running program cannot be added to: halt it with HX") from refused
+
+    async def _prove(self, driver: Driver, commands: Sequence[str]) -> None:
+        try:
+            answers = await driver.batch([*commands, QUESTION])
+        except CommandRejected as refused:
+            if refused.details["command"] == QUESTION:  # the variables are gone: a reset
+                raise GuardNotRunning from refused
+            raise
+        self._read(answers[-1]).require()
 
     async def _look(self, driver: Driver) -> Watch:
         try:
@@ -119,7 +138,7 @@ class Guard:
     def _read(self, answer: str) -> Watch:
         words = answer.split()
         try:
-            line, out = (float(word) for word in words)
+            line, out = (parse_number(word) for word in words)
         except ValueError as error:
             raise UnexpectedReply(command=QUESTION, reply=answer) from error
         return Watch(running=line in self._lines, expired=out != 0.0)
@@ -138,7 +157,7 @@ class Guard:
         try:
             _, answer = await driver.batch([f"{BEAT}=TIME", QUESTION])
             watch = self._read(answer)
-        except CommandRejected:
+        except (CommandRejected, UnexpectedReply):  # an answer without sense proves nothing
             watch = Watch(running=False, expired=False)
         except MachineError:
             return  # a lost link is announced by those who keep it
@@ -150,3 +169,10 @@ class Guard:
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
+
+
+def _common(present: str, wanted: str) -> int:
+    """Return how many lines two programs have in common at their beginning."""
+    ours, theirs = wanted.splitlines(), present.splitlines()
+    count = min(len(ours), len(theirs))
+    return next((number for number in range(count) if ours[number] != theirs[number]), count)

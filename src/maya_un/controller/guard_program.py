@@ -28,6 +28,7 @@ SAMPLES = 1024.0
 """Samples in a second at TM 1000."""
 
 _HEAD = "'Maya guard"
+_HEAD_LINE = re.compile(rf"{_HEAD} (\d+) samples: stops ([A-H]+) ")
 _CALLS = {"LIMSWI": "JS#MAYALIM", "POSERR": "JS#MAYAERR"}
 _LABEL = re.compile(r"#([A-Za-z0-9_]{1,7})")
 _THREAD_TAKEN = re.compile(r"XQ\s*#?\w+\s*,\s*7\b")
@@ -72,12 +73,13 @@ def text(seconds: float, letters: str = "ABC", *, reports: frozenset[str] = froz
 
 
 def without(program: str) -> str:
-    """Return a program without the guard that stands at its end, if one does."""
+    """Return a program without the guard in it, if there is one; a user's lines behind it stay.
+
+    Raises `GuardBlocked` for a guard that is not as we write it: where it ends, only its author knows.
+    """
     lines = program.splitlines()
-    for index, line in enumerate(lines):
-        if line.startswith(_HEAD):
-            return _joined(lines[:index])
-    return _joined(lines)
+    guard = _place(lines)
+    return _joined(lines if guard is None else [*lines[: guard.start], *lines[guard.stop :]])
 
 
 def merged(program: str, seconds: float, letters: str = "ABC") -> str:
@@ -102,22 +104,45 @@ def merged(program: str, seconds: float, letters: str = "ABC") -> str:
 
 
 def span(program: str) -> range | None:
-    """Return the lines of a program that are the guard's (from its label on), None where it has none."""
-    lines = program.splitlines()
-    if f"#{START}" not in lines:
+    """Return the lines of a program that are the guard's (from its label on), None where it has none.
+
+    Raises `GuardBlocked` as `without`.
+    """
+    guard = _place(program.splitlines())
+    return None if guard is None else guard[1:]
+
+
+def _place(lines: list[str]) -> range | None:
+    """Return where the guard stands, whole or cut off by a download that broke."""
+    first = next((index for index, line in enumerate(lines) if line.startswith(_HEAD)), None)
+    if first is None:
         return None
-    first = lines.index(f"#{START}")
-    return range(first, len(lines))
+    found = lines[first:]
+    head = _HEAD_LINE.match(found[0])
+    if head is None and len(found) == 1:
+        return range(first, len(lines))
+    for guard in [] if head is None else _forms(int(head[1]) / SAMPLES, head[2]):
+        if found[: len(guard)] == guard:
+            return range(first, first + len(guard))
+        if "\n".join(guard).startswith("\n".join(found)):
+            return range(first, len(lines))
+    raise GuardBlocked(reason=f"its guard was changed: take its lines out, the first is {found[0]}")
+
+
+def _forms(seconds: float, letters: str) -> list[list[str]]:
+    """Return all guards that `text` can make, those with more reports first."""
+    reports = (frozenset(_CALLS), *(frozenset({label}) for label in _CALLS), frozenset[str]())
+    return [text(seconds, letters, reports=brought) for brought in reports]
 
 
 def _calls(lines: list[str], label: str) -> bool:
-    """Tell whether a subroutine calls ours before its first label or end."""
-    begin = next(index for index, line in enumerate(lines) if line.startswith(f"#{label}"))
-    for line in lines[begin:]:
-        if _CALLS[label] in line.replace(" ", ""):
+    """Tell whether a subroutine calls ours before the next label."""
+    inside = False
+    for line in lines:
+        if (found := _LABEL.match(line)) is not None:
+            inside = found[1] == label
+        if inside and _CALLS[label] in line.partition("'")[0].replace(" ", ""):
             return True
-        if line.startswith("#") and not line.startswith(f"#{label}"):
-            return False
     return False
 
 

@@ -77,6 +77,8 @@ class Monitor:
         self._lens = Lens(config, self.units, self.mechanism, self.order)
         self._newer = asyncio.Event()
         self._tasks: set[asyncio.Task[None]] = set()
+        self._hearing: asyncio.Task[None] | None = None
+        self._unheard = False
         self._guard = self._chosen_guard()
         self.state = self._compose()
 
@@ -120,6 +122,11 @@ class Monitor:
             await driver.batch(commands)
         else:
             await self._guard.load(driver, commands)
+
+    async def wake_guard(self, driver: Driver) -> None:
+        """Begin the guard's time anew before a motion: at rest, a host that was busy for longer did no harm."""
+        if self._guard is not None:
+            await self._guard.arm(driver)
 
     async def watch(self) -> AsyncIterator[State]:
         """Yield the state now and every newer one; a slow reader skips to the newest."""
@@ -288,7 +295,15 @@ class Monitor:
     def _on_message(self, text: str) -> None:
         """A limit or a following error, told by the controller itself: look at once."""
         if text.startswith(REPORT):
-            self._begin(self._find_out(None))
+            self._unheard = True
+            if self._hearing is None or self._hearing.done():
+                self._hearing = self._begin(self._hear())
+
+    async def _hear(self) -> None:
+        """Look once for all reports that came meanwhile, so that a flood of them is no flood of questions."""
+        while self._unheard:
+            self._unheard = False
+            await self._find_out(None)
 
     async def _find_out(self, otherwise: MachineError | None) -> None:
         """Look what befell the axes and end the motion under way with it, or with `otherwise`."""
@@ -304,10 +319,11 @@ class Monitor:
             found = faults.grave(record, self.order)
             self._end(wish, otherwise if found is None else found)
 
-    def _begin(self, work: Coroutine[None, None, None]) -> None:
+    def _begin(self, work: Coroutine[None, None, None]) -> asyncio.Task[None]:
         task = self._loop.create_task(work)
         self._tasks.add(task)
         task.add_done_callback(self._told)
+        return task
 
     def _told(self, task: asyncio.Task[None]) -> None:
         self._tasks.discard(task)

@@ -7,14 +7,20 @@ from maya_un.errors import ParameterMismatch, UnexpectedReply, WrongController
 from maya_un.galil.driver import Driver
 from maya_un.galil.numbers import parse_number
 
+_SAMPLE = 1000
+"""TM [us, nominal]: speeds, and the guard's time, are meant at this one."""
+
+_FORMAT = "VF 10.4"
+"""How numbers are printed: a narrower format, left by somebody else, would cut what is read back."""
+
 
 def wanted(config: Config) -> dict[str, int]:
-    """Return register operands (`_SPA`, `_ERB`, `_CN0`, …) and the values the configuration asks for.
+    """Return register operands (`_TM`, `_SPA`, `_ERB`, `_CN0`, …) and the values the configuration asks for.
 
     Software limits (FL, BL) are off: the whole-path check is narrower, and before homing they mean nothing.
     Accelerations are what the controller makes of them: multiples of 1024 counts/s², speeds even (Galil AC, SP).
     """
-    values: dict[str, int] = {"_CN0": config.wiring.limit_active_level}
+    values: dict[str, int] = {"_TM": _SAMPLE, "_CN0": config.wiring.limit_active_level}
     for axis in (config.axes.a, config.axes.b, config.axes.c):
         values |= {
             f"_SP{axis.letter}": axis.speed_counts // 2 * 2,
@@ -45,7 +51,7 @@ async def configure(driver: Driver, config: Config) -> None:
     DC holds the stop's deceleration: an axis-wise move is never used for travel, only an axis-wise stop is.
     """
     values = wanted(config)
-    await driver.batch([_command(operand, value) for operand, value in values.items()])
+    await driver.batch([_FORMAT, *(_command(operand, value) for operand, value in values.items())])
     replies = await driver.batch([f"MG {operand}" for operand in values])
     for (operand, value), reply in zip(values.items(), replies, strict=True):
         try:
@@ -57,6 +63,6 @@ async def configure(driver: Driver, config: Config) -> None:
 
 
 def _command(operand: str, value: int) -> str:
-    if operand == "_CN0":
-        return f"CN {value}"
+    if operand in ("_CN0", "_TM"):
+        return f"{operand[1:3]} {value}"
     return f"{operand[1:]}={value}"

@@ -183,17 +183,18 @@ class Driver:
 
         return leave
 
-    async def download(self, text: str) -> None:
+    async def download(self, text: str, *, keep: int = 0) -> None:
         """Replace the controller's program by `text` (DL) and make sure that it is there as sent (UL).
 
-        Raises `InvalidValue` for what no controller takes, before anything is sent; `CommandRejected` with code 17
-        while a program runs, which then stays as it is, and with the code of a line that was refused; `ProgramDiffers`.
-        After the last two the memory holds whatever the controller made of it.
+        The first `keep` lines are those that the controller holds already; they stay in its memory all the time, so
+        that a broken link cannot lose them. Raises `InvalidValue` for what no controller takes, before anything is
+        sent; `CommandRejected` with code 17 while a program runs, which then stays as it is, and with the code of a
+        line that was refused; `ProgramDiffers`. After the last two the memory holds whatever the controller made of it.
         """
         lines = program.split(text)
         program.require_loadable(lines)
-        await self._transfer("DL", program.PROBE)
-        await self._transfer("DL", program.download(lines))
+        await self._transfer("DL", program.probe(keep))
+        await self._transfer("DL", program.download(lines, keep))
         program.require_same(lines, program.split(await self._listing("UL")))
 
     async def upload(self) -> str:

@@ -43,10 +43,18 @@ def require_loadable(lines: Sequence[str]) -> None:
             raise InvalidValue(key=f"line {number}", value=repr(line), reason=f"{found[0]!r} ends or breaks a download")
 
 
-def download(lines: Sequence[str]) -> bytes:
-    """Return the bytes that put a program into a controller, to be sent in one piece; a transfer answers them."""
-    body = "".join(f"{line}\r" for line in lines)
-    return f"DL\r{body}\\TC1\r".encode("ascii")
+def probe(keep: int) -> bytes:
+    """Return the bytes that ask whether downloads are accepted; beside lines to keep, the comment goes behind all."""
+    return b"DL #" + PROBE[2:] if keep else PROBE
+
+
+def download(lines: Sequence[str], keep: int = 0) -> bytes:
+    """Return the bytes that put a program into a controller, to be sent in one piece; a transfer answers them.
+
+    The first `keep` lines are those that it holds already: only what is behind them is sent (Galil DL n).
+    """
+    body = "".join(f"{line}\r" for line in lines[keep:])
+    return f"DL{f' {keep}' if keep else ''}\r{body}\\TC1\r".encode("ascii")
 
 
 def require_same(sent: Sequence[str], found: Sequence[str]) -> None:

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Sequence
+from contextlib import suppress
 
 import pytest
 
@@ -23,7 +24,7 @@ from maya_un.galil.driver import Driver
 from maya_un.galil.transport import Transport
 from maya_un.testing import Rig, rig
 from maya_un.values import Mode
-from tests.unit.controller.bench import FAR, HERE, commands_in, foreign, homed, now
+from tests.unit.controller.bench import FAR, HERE, commands_in, far_away, foreign, homed, now, when_sent
 from tests.virtual_time import elapse
 
 USERS = "#BLINK\r\nSB2\r\nWT100\r\nCB2\r\nWT100\r\nJP#BLINK\r\n"
@@ -231,8 +232,161 @@ async def test_a_guard_with_another_time_is_replaced() -> None:
         await live.close()
 
 
-def _live(bench: Rig) -> GalilController:
+async def test_a_users_lines_behind_the_guard_stay_in_the_controller() -> None:
+    async with rig() as bench:
+        guard = "".join(f"{line}\r\n" for line in guard_program.text(0.5))
+        await download(bench, guard + USERS)
+        live = _live(bench)
+        await live.open()
+        assert (await upload(bench)).splitlines() == [*USERS.splitlines(), *guard.splitlines()]
+        await live.close()
+
+
+async def test_who_could_not_install_the_guard_leaves_thread_7_alone() -> None:
+    async with rig() as bench:
+        guard = "".join(f"{line}\r\n" for line in guard_program.text(0.5))
+        await download(bench, f"#X\r\nWT1000\r\nJP#X\r\n{guard}", "XQ#X,7")
+        with pytest.raises(GuardBlocked):
+            await _live(bench).open()
+        assert await guard_line(bench) >= 0
+
+
+async def test_deleted_variables_are_made_anew() -> None:
+    async with homed(live=True) as bench:
+        await foreign(bench, "DA mayaout,mayabeat")
+        await elapse(0.1)
+        assert bench.controller.state.mode is Mode.FAULT
+        await bench.controller.recover()
+        await bench.controller.move(FAR)
+
+
+@pytest.mark.parametrize("latency", [0.1, 0.2, 0.3])
+async def test_a_slow_link_is_no_silent_host(latency: float) -> None:
+    async with far_away(latency, 10.0) as bench:
+        await bench.controller.move(FAR)
+        await foreign(bench, "HX7")
+        await elapse(2.0)
+        await bench.controller.recover()
+        await bench.controller.move(HERE)
+
+
+async def test_a_silence_at_rest_just_before_a_motion_is_no_fault() -> None:
+    async with homed(live=True) as bench:
+        when_sent(bench, "QR", lambda: _act(bench, "mayaout=1"))
+        await bench.controller.move(FAR)
+        assert bench.controller.state.mode is Mode.IDLE
+
+
+async def test_who_slept_until_after_the_motion_hears_what_stopped_it() -> None:
+    async with homed(live=True) as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(5.0)
+        guard = bench.controller._monitor._guard
+        assert guard is not None
+        await guard._stop_beating()
+        guard._beat = asyncio.create_task(elapse(1000.0))
+        with pytest.raises(HostSilent):
+            await move
+        assert bench.controller.state.mode is Mode.FAULT
+
+
+@pytest.mark.parametrize("form", ["VF -4.0", "VF 10.0"])
+async def test_how_numbers_are_printed_does_not_blind_the_guard(form: str) -> None:
+    async with homed(live=True) as bench:
+        await foreign(bench, form)
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(5.0)
+        await foreign(bench, "HX7")
+        with pytest.raises(GuardNotRunning):
+            await move
+        await bench.controller.recover()
+        await bench.controller.move(HERE)
+
+
+async def test_answers_without_sense_prove_nothing() -> None:
+    async with homed(live=True) as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(5.0)
+        driver = bench.controller._monitor.link.driver
+        driver.batch = _nonsense
+        with pytest.raises(GuardNotRunning):
+            await move
+
+
+async def test_many_reports_are_not_many_questions() -> None:
+    async with homed(parse({"controller": {"stream_rate": 0.01}}), live=True) as bench:
+        del bench.sent[:]
+        for _ in range(100):
+            bench.controller._monitor._on_message("MAYA limit")
+        await elapse(0.1)
+        assert commands_in(bytes(bench.sent)).count("QR") == 1
+        bench.controller._monitor._on_message("MAYA error")
+        await elapse(0.1)
+        assert commands_in(bytes(bench.sent)).count("QR") == 2
+
+
+async def test_a_download_cut_off_anywhere_leaves_the_users_program() -> None:
+    whole = USERS.splitlines()
+    for least in range(0, 700, 23):
+        async with rig() as bench:
+            await download(bench, USERS)
+            live = _live(bench, least)
+            with suppress(MayaError):
+                await live.open()
+            await live.close()
+            found = (await upload(bench)).splitlines()
+            assert found[: len(whole)] == whole
+            again = _live(bench)
+            await again.open()
+            await again.close()
+
+
+async def _nonsense(commands: Sequence[str]) -> list[str]:
+    return ["what?" for _ in commands]
+
+
+def _act(bench: Rig, command: str) -> None:
+    handle = bench.virtual.machine.connect()
+    assert handle is not None
+    bench.virtual.machine.receive(handle, f"{command}\r".encode(), bench.virtual.machine.now)
+
+
+class _Cut:
+    """A transport that ends after so many bytes of downloads."""
+
+    def __init__(self, transport: Transport, left: int) -> None:
+        self._transport = transport
+        self._left = left
+        self._over: asyncio.Future[bytes] = asyncio.get_running_loop().create_future()
+
+    @property
+    def peer(self) -> str:
+        return self._transport.peer
+
+    async def read(self) -> bytes:
+        if self._over.done():
+            return b""
+        reading = asyncio.ensure_future(self._transport.read())
+        await asyncio.wait({reading, self._over}, return_when=asyncio.FIRST_COMPLETED)
+        if reading.done():
+            return reading.result()
+        reading.cancel()
+        return b""
+
+    def write(self, data: bytes) -> None:
+        if data.startswith(b"DL"):
+            data, self._left = data[: self._left], self._left - len(data)
+        if not self._over.done():
+            self._transport.write(data)
+        if self._left <= 0 and not self._over.done():
+            self._over.set_result(b"")
+
+    async def close(self) -> None:
+        await self._transport.close()
+
+
+def _live(bench: Rig, cut: int | None = None) -> GalilController:
     async def dial() -> Transport:
-        return bench.virtual.loopback()
+        return bench.virtual.loopback() if cut is None else _Cut(bench.virtual.loopback(), cut)
 
     return GalilController(dial, "twin", bench.controller.config, live=True)

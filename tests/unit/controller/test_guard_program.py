@@ -65,6 +65,8 @@ def test_line_ends_do_not_matter() -> None:
         ("#LIMSWI\nRE\n", "JS#MAYALIM"),
         ("#POSERR\nMOA\nRE\n", "JS#MAYAERR"),
         ("#LIMSWI\nRE\n#OTHER\nJS#MAYALIM\nEN\n", "JS#MAYALIM"),
+        ("#LIMSWI2\nJS#MAYALIM\nEN\n#LIMSWI\nRE\n", "JS#MAYALIM"),
+        ("#LIMSWI\n'JS#MAYALIM\nRE\n", "JS#MAYALIM"),
         ("#MAYALIM\nEN\n", "#MAYALIM"),
         ("#MAYAX\nEN\n", "#MAYAX"),
         ("#A\nXQ#B,7\nEN\n", "thread 7"),
@@ -85,3 +87,32 @@ def test_a_program_that_calls_ours_keeps_its_own_subroutine() -> None:
 def test_a_memory_without_a_guard_has_no_lines_of_it() -> None:
     assert guard_program.span(USERS) is None
     assert guard_program.without(USERS) == USERS
+
+
+def test_a_users_lines_behind_the_guard_stay() -> None:
+    more = "'mine\r\n#B\r\nSB2\r\nEN\r\n"
+    program = guard_program.merged(guard_program.merged(USERS, 0.25) + more, 0.5)
+    assert program == guard_program.merged(USERS + more, 0.5)
+
+
+def test_lines_behind_the_guard_are_none_of_it() -> None:
+    span = guard_program.span(guard_program.merged(USERS, 0.5) + "#B\r\nEN\r\n")
+    assert span == guard_program.span(guard_program.merged(USERS, 0.5))
+
+
+def test_a_guard_cut_off_anywhere_is_replaced() -> None:
+    whole = guard_program.merged(USERS, 0.5)
+    for end in range(len(USERS) + len("'Maya guard"), len(whole)):
+        assert guard_program.merged(whole[:end], 0.5) == whole
+
+
+def test_a_guard_that_somebody_changed_is_left_to_them() -> None:
+    changed = guard_program.merged(USERS, 0.5).replace("WT20,1", "WT2000,1")
+    with pytest.raises(GuardBlocked, match="'Maya guard 512 samples"):
+        guard_program.merged(changed, 0.5)
+
+
+@pytest.mark.parametrize("own", ["", "#LIMSWI\nJS#MAYALIM\nRE\n", "#POSERR\nJS#MAYAERR\nRE\n"])
+def test_a_guard_is_known_whatever_it_brings(own: str) -> None:
+    program = guard_program.merged(own, 0.5, "ABD")
+    assert guard_program.without(program).splitlines() == own.splitlines()

@@ -39,7 +39,7 @@ async def test_the_manuals_values_are_in_the_controller_once_connected(operand: 
 
 async def test_what_was_there_before_is_overwritten() -> None:
     async with rig() as bench:
-        await foreign(bench, "OE*=3", "LD*=3", "ER*=1", "CN 1", "SD*=1024")
+        await foreign(bench, "OE*=3", "LD*=3", "ER*=1", "CN 1", "SD*=1024", "TM 500")
         await configure(bench.controller._monitor.link.driver, bench.controller.config)
         replies = await foreign(bench, *(f"MG {operand}" for operand in wanted(bench.controller.config)))
         assert [float(reply) for reply in replies] == list(wanted(bench.controller.config).values())
@@ -74,12 +74,14 @@ async def test_all_is_written_before_anything_is_read_back() -> None:
     async with conversation(box(Config())) as (driver, peer):
         await configure(driver, Config())
     count = len(wanted(Config()))
+    assert peer.commands.pop(0) == "VF 10.4"
     assert [command.startswith("MG ") for command in peer.commands] == [False] * count + [True] * count
 
 
-async def test_how_somebody_else_has_numbers_printed_does_not_matter() -> None:
+@pytest.mark.parametrize("form", ["VF -8.4", "VF -4.0", "VF 1.0"])
+async def test_how_somebody_else_has_numbers_printed_does_not_matter(form: str) -> None:
     async with rig() as bench:
-        await foreign(bench, "VF -8.4")
+        await foreign(bench, form)
         await configure(bench.controller._monitor.link.driver, bench.controller.config)
 
 
@@ -118,4 +120,4 @@ async def test_devices_without_an_answer_are_refused() -> None:
 async def test_connecting_says_nothing_that_moves() -> None:
     async with rig() as bench:
         said = {command[:2] for command in commands_in(bytes(bench.sent))}
-        assert said == {"\x12\x16", "QR", "MG", "CN", "SP", "AC", "DC", "SD", "ER", "OE", "LD", "FL", "BL"}
+        assert said == {"\x12\x16", "QR", "MG", "VF", "TM", "CN", "SP", "AC", "DC", "SD", "ER", "OE", "LD", "FL", "BL"}

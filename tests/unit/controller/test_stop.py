@@ -11,7 +11,7 @@ from maya_un.config import Config
 from maya_un.config.load import parse
 from maya_un.controller.controller import GalilController
 from maya_un.controller.seek import SETTLE
-from maya_un.errors import AbortInput, Stopped
+from maya_un.errors import AbortInput, NotHomed, Stopped
 from maya_un.events import Kind
 from maya_un.galil.record import AxisRecord, Status
 from maya_un.galil.transport import Transport, loopback_pair
@@ -264,3 +264,15 @@ async def test_what_interrupts_first_ends_the_wish(
         assert isinstance(move.exception(), error)
         await elapse(1.0)
         assert bench.controller.state.mode is Mode.FAULT
+
+
+async def test_whatever_else_ends_a_motion_leaves_no_axis_moving() -> None:
+    async with homed() as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(5.0)
+        wish = bench.controller._monitor.desk.current
+        assert wish is not None
+        wish.interrupt(NotHomed())  # no error of the machine, as a defect of ours would be none
+        with pytest.raises(NotHomed):
+            await move
+        assert still_moving(bench) == 0.0

@@ -178,6 +178,21 @@ async def test_every_listener_hears_every_message_until_it_leaves() -> None:
         assert (first, second, third) == (["one", "one"], ["one"], ["one", "one"])
 
 
+async def test_lines_to_keep_stay_and_the_others_are_replaced() -> None:
+    async with twin() as (driver, _):
+        await driver.download("#A\nEN\n#B\nEN\n")
+        await driver.download("#A\nEN\n#C\nx=1\nEN\n", keep=2)
+        assert await driver.upload() == "#A\nEN\n#C\nx=1\nEN\n"
+
+
+async def test_a_refused_line_behind_those_to_keep_leaves_them() -> None:
+    async with twin() as (driver, _):
+        await driver.download("#A\nEN\n#B\nEN\n")
+        with pytest.raises(CommandRejected):
+            await driver.download("#A\nEN\n#A\nEN\n", keep=2)
+        assert await driver.upload() == "#A\nEN\n"
+
+
 async def test_a_link_lost_in_a_download_is_told_and_ends_messages() -> None:
     async with twin() as (driver, controller):
         download = asyncio.create_task(driver.download(PROGRAM))

@@ -62,6 +62,12 @@ def test_bytes_of_a_download() -> None:
     assert program.download(["#A", "MG 1;EN"]) == b"DL\r#A\rMG 1;EN\r\\TC1\r"
 
 
+def test_lines_that_are_to_stay_are_not_sent_again() -> None:
+    assert program.download(["#A", "EN", "#B", "EN"], 2) == b"DL 2\r#B\rEN\r\\TC1\r"
+    assert program.probe(2) == b"DL #\r'\\\rTC1\r"
+    assert program.probe(0) == program.PROBE
+
+
 @pytest.mark.parametrize(
     ("sent", "found", "line"),
     [
