@@ -7,3 +7,6 @@ LETTERS = "ABCDEFGH"
 
 SAMPLES = 1024
 """Samples of the servo in a second at TM 1000."""
+
+SHORTEST_PERIOD, LONGEST_PERIOD = 8, 30000
+"""Range of the period of DR [samples]; it is even."""

@@ -14,12 +14,9 @@ from enum import Enum
 from typing import Protocol
 
 from maya_un.errors import CommandRejected, ConnectFailed, InvalidValue, LinkLost, MachineError, MayaError
-from maya_un.galil.hardware import SAMPLES
+from maya_un.galil.hardware import LONGEST_PERIOD, SAMPLES, SHORTEST_PERIOD
 from maya_un.galil.record import DataRecord, decode
 from maya_un.galil.transport import DatagramFactory, Datagrams
-
-SHORTEST, LONGEST = 8, 30000
-"""Range of the period of DR on a DMC-41x3 [samples]; it is even."""
 
 SILENCE = 1.0
 """After so long without a record, or 20 periods if that is longer, the controller is asked what it is doing [s]."""
@@ -107,8 +104,8 @@ class Link(Protocol):
 def period_of(rate: float) -> int:
     """Return the period of DR [samples] nearest to `rate` [1/s]; raises `InvalidValue` for one that is not offered."""
     period = round(SAMPLES / rate / 2.0) * 2 if rate > 0.0 else 0
-    if not SHORTEST <= period <= LONGEST:
-        slowest, fastest = SAMPLES / LONGEST, SAMPLES / SHORTEST
+    if not SHORTEST_PERIOD <= period <= LONGEST_PERIOD:
+        slowest, fastest = SAMPLES / LONGEST_PERIOD, SAMPLES / SHORTEST_PERIOD
         raise InvalidValue(key="rate", value=f"{rate:g}", reason=f"it is {slowest:.3f} to {fastest:g} per second")
     return period
 

@@ -9,9 +9,6 @@ from maya_un.galil.hardware import LETTERS
 from maya_un.virtual.handles import Handle, Handles, Kind
 from maya_un.virtual.outlet import SERIAL, Outlet
 
-SHORTEST, LONGEST = 8, 30000
-"""Range of the period of DR on a DMC-41x3 [samples]; it is even."""
-
 
 class RecordStream:
     """The stream of records, an activity of the machine; `source` encodes the record of this instant.

@@ -6,14 +6,13 @@ import re
 from functools import partial
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.galil.hardware import LETTERS
+from maya_un.galil.hardware import LETTERS, LONGEST_PERIOD, SHORTEST_PERIOD
 from maya_un.virtual import status
 from maya_un.virtual.context import Answer, Context, Handler
 from maya_un.virtual.handles import COUNT, DEFAULT_PORT, Handle, Kind
 from maya_un.virtual.language.arguments import QUERY, split
 from maya_un.virtual.network import Network, Quad
 from maya_un.virtual.outlet import SERIAL
-from maya_un.virtual.records import LONGEST, SHORTEST
 from maya_un.virtual.refusal import Refused
 
 _CLOSE = re.compile(r"\s*([A-HST])\s*=\s*>?\s*-([123])\s*")
@@ -179,8 +178,8 @@ def _records(context: Context, text: str) -> Answer:
         raise Refused(ErrorCode.OPERAND_ERROR)
     if arguments[0] == QUERY:
         return context.unit.position_text([stream.period])
-    period = context.integer(arguments[0], 0, LONGEST) // 2 * 2 if arguments[0] else 0
-    if 0 < period < SHORTEST:
+    period = context.integer(arguments[0], 0, LONGEST_PERIOD) // 2 * 2 if arguments[0] else 0
+    if 0 < period < SHORTEST_PERIOD:
         raise Refused(ErrorCode.OUT_OF_RANGE)
     if period:
         named = _named_or_followed(context, arguments[1:])
