@@ -10,10 +10,9 @@ import re
 from collections.abc import Callable
 from types import MappingProxyType
 
-from maya_un.galil.hardware import LETTERS, SAMPLES
+from maya_un.galil.hardware import ALIASES, LETTERS, SAMPLES
 from maya_un.galil.record import AxisRecord, DataRecord
 
-_ALIASES = str.maketrans("XYZW", "ABCD")
 _OPERAND = re.compile(r"_([A-Z]{2})([A-HXYZW])")
 _BIT = re.compile(r"@(IN|OUT)\[([0-9]{1,2})\]")
 
@@ -72,7 +71,7 @@ def reading(channel: str, axes: int) -> Reading | None:
     Digital inputs are those of the first two banks, outputs of the same (DMC-41x3: 1 to 16).
     """
     if found := _OPERAND.fullmatch(channel):
-        return _axis_reading(found[1], LETTERS.index(found[2].translate(_ALIASES)), axes)
+        return _axis_reading(found[1], LETTERS.index(found[2].translate(ALIASES)), axes)
     if (found := _BIT.fullmatch(channel)) and 1 <= int(found[2]) <= 16:
         return _bit_reading(found[1], int(found[2]) - 1)
     return None

@@ -27,6 +27,7 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 from maya_un.galil.codes import ERROR_TEXTS, ErrorCode
+from maya_un.galil.hardware import ALIASES
 
 LINE_LIMIT = 80
 """Longest line [characters], its `;` included, its CR not."""
@@ -100,7 +101,6 @@ FORMS = _table()
 _MODIFIED = frozenset({"LI", "VP", "CR", "IA", "BX", "BZ"})
 _TIGHT = frozenset({"IH", "HS"})  # their letter follows at once: IHT=>-3
 _LONG = ("ELSE", "ENDIF")
-_ALIASES = str.maketrans("XYZW", "ABCD")
 
 _LETTER = r"(?:[A-IMNSTW-Z]|~[a-h]|\*)"
 _MASK = re.compile(f"{_LETTER}+")
@@ -203,10 +203,10 @@ def _parse_known(form: Form, name: str, text: str) -> Command:
         body, speed, end_speed = _modifiers(body, text)
     if form is Form.AXES:
         if found := _EXPLICIT.fullmatch(body):
-            axes = found[1].translate(_ALIASES)
+            axes = found[1].translate(ALIASES)
             return Command(name, axes, _args(found[2], text), speed, end_speed)
         if _MASK.fullmatch(body):
-            return Command(name, body.translate(_ALIASES), (), speed, end_speed)
+            return Command(name, body.translate(ALIASES), (), speed, end_speed)
     if (assignment := _assignment(text)) is not None:
         return assignment
     return Command(name, "", _args(body, text) if body else (), speed, end_speed)

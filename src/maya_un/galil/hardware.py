@@ -5,6 +5,9 @@ from __future__ import annotations
 LETTERS = "ABCDEFGH"
 """Letters of the axes, of which a controller has the first ones, and of its eight Ethernet handles."""
 
+ALIASES = str.maketrans("XYZW", "ABCD")
+"""The first four axes have second names, for `str.translate`."""
+
 SAMPLES = 1024
 """Samples of the servo in a second at TM 1000."""
 

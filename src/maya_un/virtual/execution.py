@@ -6,6 +6,7 @@ import re
 
 from maya_un.galil.codes import ErrorCode
 from maya_un.galil.commands import FORMS, TOO_LONG, Form
+from maya_un.galil.hardware import ALIASES
 from maya_un.virtual.commands import TABLE
 from maya_un.virtual.context import Answer, Context
 from maya_un.virtual.language.arguments import QUERY
@@ -25,7 +26,6 @@ _MASK = re.compile(
 
 _EXPLICIT = re.compile(r"(..\s*)(~[a-h])(\s*=.*)")
 _VARIABLE_AXIS = re.compile(r"~[a-h]")
-_ALIASES = str.maketrans("XYZW", "ABCD")
 
 
 def execute(context: Context, text: str) -> Answer:
@@ -122,7 +122,7 @@ def _axis_number(value: int) -> int:
     number = whole(value)
     if 0 <= number < len(AXIS_NAMES):
         return number
-    letter = unpack(value).translate(_ALIASES)
+    letter = unpack(value).translate(ALIASES)
     if len(letter) != 1 or letter not in AXIS_NAMES:
         raise Refused(ErrorCode.OUT_OF_RANGE)
     return AXIS_NAMES.index(letter)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.galil.hardware import LETTERS
+from maya_un.galil.hardware import ALIASES, LETTERS
 from maya_un.galil.numbers import RAW_MAX, RAW_MIN, fixed
 from maya_un.virtual import network, registers, status
 from maya_un.virtual.handles import Handle
@@ -20,9 +20,6 @@ from maya_un.virtual.program import MOST_LABELS
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.thread import Thread
 from maya_un.virtual.unit import MOST_VARIABLES, Unit
-
-_ALIASES = dict(zip("XYZW", "ABCD", strict=True))
-
 
 _FIRST_AUXILIARY = 81
 """Number of the first of two inputs that belong to the auxiliary encoder of each axis."""
@@ -117,7 +114,7 @@ class Names:
         return lambda: read(unit, unit.core.planes[which or unit.plane])
 
     def _axis(self, letter: str) -> Axis:
-        letter = _ALIASES.get(letter, letter)
+        letter = letter.translate(ALIASES)
         if letter in self._unit.core.virtual:
             return self._unit.core.virtual[letter]
         if len(letter) != 1 or letter not in self._unit.letters:

@@ -18,6 +18,7 @@ from maya_un.galil.gclib.errors import Code, GclibError
 from maya_un.galil.gclib.options import parse
 from maya_un.galil.gclib.record import GDataRecord
 from maya_un.galil.gclib.session import Session, guarded
+from maya_un.galil.hardware import LONGEST_PERIOD, SHORTEST_PERIOD
 
 G_QR, G_DR = 0, 1
 """Ways to get a record, as gclib numbers them."""
@@ -31,7 +32,6 @@ _COMPRESSION = re.compile(r"(?:\s*--(?:min|max)\s+[0-9])*\s*")
 _ARRAY = re.compile(r"(\w+)\[[0-9]+\]")
 _FIRMWARE = "\x12\x16"
 _SAMPLES_IN_MS = 1.024
-_SHORTEST, _LONGEST = 8, 30000
 _LOOK = 10
 
 
@@ -216,7 +216,7 @@ class py:  # noqa: N801 - the name that scripts know
             session.text("DR 0")
             return
         samples = period_ms * _SAMPLES_IN_MS * 1000.0 / session.number("_TM")
-        period = min(max(round(samples / 2.0) * 2, _SHORTEST), _LONGEST)
+        period = min(max(round(samples / 2.0) * 2, SHORTEST_PERIOD), LONGEST_PERIOD)
         session.text(f"DR {period},{ord(second.letter) - ord('A')}")
 
     def GMotionComplete(self, axes: str) -> None:

@@ -9,7 +9,7 @@ import re
 from functools import partial
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.galil.hardware import LETTERS
+from maya_un.galil.hardware import ALIASES, LETTERS
 from maya_un.virtual.commands.setting import addressed
 from maya_un.virtual.context import Answer, Context, Handler
 from maya_un.virtual.language.arguments import QUERY, by_axis, place, split
@@ -19,7 +19,6 @@ from maya_un.virtual.refusal import Refused
 from maya_un.virtual.registers import POSITION
 
 _MASTER = re.compile(r"([CDS]?)([A-HMNSTXYZW])")
-_ALIASES = str.maketrans("XYZW", "ABCD")
 _INDEXED = re.compile(r"\s*\[(.*?)\]\s*=(.*)")
 
 LONGEST_INTERVAL = 32767
@@ -33,7 +32,7 @@ def _master(context: Context, text: str) -> Master:
     form = _MASTER.fullmatch(text)
     if form is None or form[1] == "S":
         raise Refused(ErrorCode.OPERAND_ERROR)
-    letter = form[2].translate(_ALIASES)
+    letter = form[2].translate(ALIASES)
     if letter in LETTERS:
         place(letter, context.unit.letters)
     elif form[1]:

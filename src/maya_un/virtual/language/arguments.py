@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from maya_un.galil.codes import ErrorCode
+from maya_un.galil.hardware import ALIASES
 from maya_un.virtual.refusal import Refused
 
 QUERY = "?"
 
-_ALIASES = str.maketrans("XYZW", "ABCD")
 _OPENING, _CLOSING = "([", ")]"
 
 
@@ -58,7 +58,7 @@ def by_axis(text: str, letters: str) -> list[tuple[int, str]]:
 
 def place(letter: str, letters: str) -> int:
     """Return the place of a name; X, Y, Z, W are other names of A to D. Raises `Refused` where it has none."""
-    index = letters.find(letter.translate(_ALIASES))
+    index = letters.find(letter.translate(ALIASES))
     if index < 0:
         raise Refused(ErrorCode.S_OPERAND_INVALID if letter in "ST" else ErrorCode.INVALID_AXIS)
     return index
