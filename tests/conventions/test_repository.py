@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from maya_un.virtual.coverage import COVERAGE, Class
 from tests.conventions.source import ROOT
 
 COMMANDS = ["run", "test", "scripts/check", "scripts/bench", "scripts/docs", "scripts/gen"]
@@ -94,6 +95,11 @@ def test_the_readme_starts_with_the_two_commands() -> None:
     blocks = re.findall(r"```(?:sh|bash|console)?\n(.*?)```", text("README.md"), re.DOTALL)
     commands = [word for block in blocks for word in re.findall(r"^(?:\$ )?(\./\w+)", block, re.MULTILINE)]
     assert sorted(set(commands)) == ["./run", "./test"]
+
+
+def test_the_readme_tells_how_much_of_the_language_the_twin_does() -> None:
+    done = sum(coverage.kind is Class.IMPLEMENTED for coverage in COVERAGE.values())
+    assert f"[{done} of {len(COVERAGE)} entries of the language]" in text("README.md")
 
 
 def test_the_licence_is_apache_2() -> None:
