@@ -60,24 +60,26 @@ class LineSplitter:
             if found[0] == ";" and self._pending.lstrip(" \t").startswith("'"):
                 self._pending += ";"
                 continue
-            yield from self._complete(found[0])
+            command = self._complete(found[0])
+            if found[0] in "\r;":
+                yield command if self.program else command.strip(" \t")
+                continue
+            if command:
+                yield command
+            self.program, self.limit = False, LINE_LIMIT
+            yield "\\"
         # One character past the limit decides; more of an endless line is not kept.
         self._pending = (self._pending + text[place:])[: self.limit + 1]
         if text.endswith(";") and not self._pending:
             self._before = 0
 
-    def _complete(self, end: str) -> Iterator[str]:
+    def _complete(self, end: str) -> str:
+        """Return the text before an end, and begin a new one behind it."""
         length = self._before + len(self._pending)
         command = TOO_LONG if length > self.limit else self._pending
         self._pending = ""
         self._before = length + 1 if end == ";" else 0
-        if end in "\r;":
-            yield command if self.program else command.strip(" \t")
-            return
-        if command:
-            yield command
-        self.program, self.limit = False, LINE_LIMIT
-        yield "\\"
+        return command
 
 
 class Kind(Enum):

@@ -12,6 +12,11 @@ class Activity(Protocol):
     """
 
     @property
+    def active(self) -> bool:
+        """Whether it has anything to do, now or later; while not, nobody looks at it. Only a command changes that."""
+        ...
+
+    @property
     def watching(self) -> bool:
         """Whether it wants to see what happens to axes at once, though it has nothing to do until then."""
         ...

@@ -61,8 +61,13 @@ class VirtualDmc:
         self._unit.activities = (self._runner, *self._unit.activities, self._unit.records)
         self.balk: Callable[[], bool] | None = None
         self._core = self._unit.core
+        self._plant = plant
         self._contexts: dict[Handle, Context] = {}
         self._activities: tuple[Activity, ...] = self._unit.activities
+        self._others = tuple(activity for activity in self._activities if activity is not self._runner)
+        self._active: list[Activity] = []
+        self._event = self._event_of_others = inf
+        self._idle = False
         burn.power_up(self._unit)
         self._look()
 
@@ -109,31 +114,34 @@ class VirtualDmc:
         return b"".join(replies)
 
     def advance(self, now: float) -> None:
-        """Bring the controller and its plant to time `now` [s]."""
+        """Bring the controller and its plant to time `now` [s].
+
+        Where nothing moves and nobody has anything to do before, that is a single step without a look.
+        """
         core = self._core
         while core.now < now:
-            if self._runner.hurries:
+            if self._event <= now and self._runner.hurries:
                 self._runner.hurry(self._quiet_until(now))
-            event = min([activity.next_event() for activity in self._activities])
-            if event > now and core.rests(now):
+                self._event = min(self._runner.next_event(), self._event_of_others)
+            if self._event > now and self._idle and self._plant.next_event(now) is None:
                 core.coast(now)
                 return
-            core.step(min(now, event))
+            core.step(min(now, self._event))
             self._look()
 
     def next_event(self, until: float) -> float | None:
         """Return when in (now, until] something happens by itself [s], None where nothing does."""
-        own = min((activity.next_event() for activity in self._activities), default=inf)
-        event = self._core.next_event(min(own, until))
-        return event if event is not None else own if own <= until else None
+        event = self._core.next_event(min(self._event, until))
+        return event if event is not None else self._event if self._event <= until else None
 
     def wake(self) -> float:
         """Return when it should next be advanced though nobody talks to it [s], infinity for never.
 
         It may then have something to send.
         """
-        others = (activity.next_event() for activity in self._activities if activity is not self._runner)
-        wake = min([self._runner.wake(), *others])
+        wake = min(self._runner.wake(), self._event_of_others)
+        if self._idle:
+            return wake
         moving = any(axis.moving for axis in self._unit.axes)
         if moving and any(activity.watching for activity in self._activities):
             horizon = self._core.now + HORIZON
@@ -152,6 +160,7 @@ class VirtualDmc:
         for activity in self._activities:
             activity.reset()
         self._unit.handles.reset()
+        self._plan()
 
     def power_on(self) -> None:
         """Come up again with what is burned, at the time last advanced to."""
@@ -174,15 +183,27 @@ class VirtualDmc:
 
     def _quiet_until(self, now: float) -> float:
         """Return the time up to `now` [s] before which only the program's threads have something to do."""
-        others = (activity.next_event() for activity in self._activities if activity is not self._runner)
-        limit = min([now, *others])
+        limit = min(now, self._event_of_others)
         event = self._core.next_event(limit)
         return limit if event is None else event
 
     def _look(self) -> None:
-        for activity in self._activities:
-            activity.look(self._core.now)
-        self._core.happened.clear()
+        now, happened = self._core.now, self._core.happened
+        self._runner.look(now)
+        happened.clear()
+        self._active = [activity for activity in self._others if activity.active]
+        for activity in self._active:
+            activity.look(now)
+        if happened:
+            self._runner.look(now)  # a program may have a subroutine for what an activity found
+            happened.clear()
+        self._plan()
+
+    def _plan(self) -> None:
+        """Note what comes next, once for all who ask: until the next look only the plant can bring something else."""
+        self._event_of_others = min([activity.next_event() for activity in self._active], default=inf)
+        self._event = min(self._runner.next_event(), self._event_of_others)
+        self._idle = self._core.idle
 
     def _take_in(self, handle: Handle, text: str) -> bytes:
         """Hand a line of a download to what takes it; the backslash ends it."""

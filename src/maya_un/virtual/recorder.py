@@ -32,6 +32,11 @@ class Recorder:
         self._arrays = arrays
         self.reset()
 
+    @property
+    def active(self) -> bool:
+        """Whether it records."""
+        return self.recording
+
     def reset(self) -> None:
         """Forget arrays and sources, as a power-up does."""
         self._names: tuple[str, ...] = ()

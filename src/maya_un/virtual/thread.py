@@ -144,6 +144,11 @@ class Threads:
             self.due_routines.append(label)
 
     @property
+    def busy(self) -> bool:
+        """Whether any of them runs."""
+        return True in [thread.running for thread in self.all]
+
+    @property
     def mask(self) -> int:
         """Which threads run, one bit for each (`_NO`)."""
         return sum(thread.running << thread.number for thread in self.all)

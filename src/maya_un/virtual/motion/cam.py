@@ -70,6 +70,11 @@ class Cam:
         self._slaves = [_Slave(axis) for axis in self._core.axes]
 
     @property
+    def active(self) -> bool:
+        """Whether the cam is enabled."""
+        return self.enabled
+
+    @property
     def watching(self) -> bool:
         """Nothing that befalls axes is awaited."""
         return False
@@ -81,8 +86,6 @@ class Cam:
 
     def look(self, now: float) -> None:
         """Read the master and bring every slave to where it belongs."""
-        if not self.enabled:
-            return
         before, self._way = self._way, self._read()
         self.cycles += self._fold_master()
         for slave in self._slaves:

@@ -102,12 +102,13 @@ class MotionCore:
         self.now = t
         self._coasted = True
 
-    def rests(self, until: float) -> bool:
-        """Tell whether no axis moves and nothing happens by itself up to a time [s]."""
-        for axis in self.axes:
-            if axis.moving or axis.bound:
+    @property
+    def idle(self) -> bool:
+        """Whether no axis moves, follows another or waits for its brake: nothing but the plant can have an event."""
+        for axis in self._everyone.values():
+            if axis.motion is not None or axis.plane or axis.bound or axis.released < inf:
                 return False
-        return self.next_event(until) is None
+        return True not in [course.running for course in self.courses.values()]
 
     def _note(self) -> None:
         for encoder in self.encoders:

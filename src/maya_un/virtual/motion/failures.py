@@ -41,23 +41,24 @@ class Failures:
         self._pushes: dict[int, _Push] = {}
 
     @property
+    def active(self) -> bool:
+        """Whether a register asks for any of it, or a motor pushed when one did."""
+        return self.watching or bool(self._pushes) or self._core.cn[3] == 1
+
+    @property
     def watching(self) -> bool:
         """Whether a stepper or an encoder is to be watched while axes move."""
-        return any(axis.registers["OA"] or axis.registers["YS"] == IN_STEP for axis in self._core.axes)
+        return bool([axis for axis in self._core.axes if axis.registers["OA"] or axis.registers["YS"] == IN_STEP])
 
     def next_event(self) -> float:
         """Return when it wants to look at motors that push, or at steppers that move [s]."""
         core = self._core
-        if not (self._pushes or self.watching):
-            return inf
         pushing = any(axis.on and axis.registers["OA"] and (axis.moving or self._pushes) for axis in core.axes)
         stepping = any(axis.moving and axis.stepper and axis.registers["YS"] == IN_STEP for axis in core.axes)
         return core.now + ERROR_LOOK if pushing or stepping else inf
 
     def look(self, now: float) -> None:
         """See to the axes that have failed."""
-        if not (self._pushes or self.watching or self._core.cn[3] == 1):
-            return
         for axis in self._core.axes:
             self._look_at_encoder(axis, now)
             self._look_at_steps(axis)

@@ -133,6 +133,11 @@ class Gearing:
         self._slaves: dict[int, _Slave] = {}
 
     @property
+    def active(self) -> bool:
+        """Whether any axis has a master."""
+        return bool(self._slaves)
+
+    @property
     def watching(self) -> bool:
         """Nothing that befalls axes is awaited."""
         return False

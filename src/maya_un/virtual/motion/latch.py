@@ -30,6 +30,12 @@ class Latches:
         self._levels = list(inputs)
         self._places = [0.0] * len(core.axes)
         self._compared: dict[int, int] = {}
+        self._armed = False
+
+    @property
+    def active(self) -> bool:
+        """Whether a latch is armed or a position compared, as the last look, AL or OC left it."""
+        return self._armed
 
     @property
     def watching(self) -> bool:
@@ -42,13 +48,15 @@ class Latches:
 
     def look(self, now: float) -> None:
         """Trip the latches whose input, index or position has come by since the last look."""
-        for axis in self._core.axes:
-            if axis.latch_armed or axis.index in self._compared:
-                before, here = self._places[axis.index], self._core.plant.position(axis.index)
-                self._places[axis.index] = here
-                if axis.latch_armed:
-                    self._look_at(axis, before, here)
-                self._compare(axis, before, here)
+        compared = self._compared
+        concerned = [axis for axis in self._core.axes if axis.latch_armed or axis.index in compared]
+        self._armed = bool(concerned)
+        for axis in concerned:
+            before, here = self._places[axis.index], self._core.plant.position(axis.index)
+            self._places[axis.index] = here
+            if axis.latch_armed:
+                self._look_at(axis, before, here)
+            self._compare(axis, before, here)
         self._levels[:] = self._inputs
 
     def reset(self) -> None:
@@ -68,6 +76,9 @@ class Latches:
     def _begin(self, axis: Axis) -> None:
         """Take the present place as the one that was seen last."""
         self._places[axis.index] = self._core.plant.position(axis.index)
+        if not self._armed:
+            self._levels[:] = self._inputs
+            self._armed = True
 
     def compared(self, axis: Axis) -> bool:
         """Return whether nothing is waited for any more, or at all (`_OC`)."""

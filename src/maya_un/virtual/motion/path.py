@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 from maya_un.virtual.motion.arc import Arc, X, Y
 
-
 _ROUNDING = 1e-11
 """Squares of speeds that differ by less than this part of what made them are the same."""
 

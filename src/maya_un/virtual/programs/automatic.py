@@ -51,9 +51,12 @@ class Automatic:
 
     def serve(self) -> None:
         """Call what is due, as far as it may interrupt thread 0."""
-        for happening, _ in self._unit.core.happened[self._seen :]:
+        happened = self._unit.core.happened
+        for happening, _ in happened[self._seen :]:
             self._threads.call(_HAPPENINGS[happening])
-        self._seen = len(self._unit.core.happened)
+        self._seen = len(happened)
+        if not self._threads.due_routines:
+            return
         waiting, self._threads.due_routines = self._threads.due_routines, []
         for label in sorted(waiting, key=_rank, reverse=True):
             if label not in self._unit.program.labels:

@@ -36,6 +36,11 @@ class Runner:
         self._next = inf
 
     @property
+    def active(self) -> bool:
+        """Always: what may call an automatic subroutine is noted whether one runs or not."""
+        return True
+
+    @property
     def watching(self) -> bool:
         """Whether the end of a motion, planned or not, matters to the program."""
         return self._automatic.watching or any(
@@ -62,6 +67,8 @@ class Runner:
 
         As long as it only counts and compares, that has time.
         """
+        if self._next == inf:
+            return inf
         core = self._unit.core
         now, passed, period = core.now, core.samples, core.sample
         times = [
@@ -73,9 +80,11 @@ class Runner:
 
     def look(self, now: float) -> None:
         """Execute what is due at `now` [s]."""
-        if self._threads.mask:
-            self._prepare()
         self._automatic.look()
+        if not self._threads.busy:
+            self._next = inf
+            return
+        self._prepare()
         sample = self._sample()
         for thread in self._threads.all:
             if thread.running and self._due(thread, now) <= sample:

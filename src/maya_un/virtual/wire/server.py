@@ -245,11 +245,14 @@ class VirtualController:
         for handle in self._machine.unit.handles.take_dialing():
             self._dial(handle)
         self._close_released()
-        wake = max(self._machine.wake() + self._epoch, self._loop.time() + TICK)
+        wake = self._machine.wake() + self._epoch
+        if wake == inf:
+            return  # a timer set before may still run out: then there is nothing to do, and it is the last
+        wake = max(wake, self._loop.time() + TICK)
         if self._timer is not None and self._timer.when() > wake:
             self._timer.cancel()
             self._timer = None
-        if self._timer is None and wake < inf:
+        if self._timer is None:
             self._timer = self._loop.call_at(wake, self._tick)
 
     def _tick(self) -> None:
@@ -311,10 +314,10 @@ class VirtualController:
 
     def _close_released(self) -> None:
         """End the connections whose handles a command has closed (IH, RS), those still being opened among them."""
-        for handle, link in list(self._links.items()):
-            if not handle.open:
-                self._release(handle)
-                link.close()
-        for handle, task in list(self._dials.items()):
+        for handle in [handle for handle in self._links if not handle.open]:
+            link = self._links[handle]
+            self._release(handle)
+            link.close()
+        for handle, task in self._dials.items():
             if not handle.open:
                 task.cancel()
