@@ -59,7 +59,7 @@ def status(settings: Settings, *, site: Path | None = None) -> int:
     place = _place(site)
     found = next((path for path in (_package(place), place) if path.exists()), None)
     ours = found == place and _ours(place)
-    current = ours and place.read_text(encoding="utf-8") == _text()
+    current = ours and place.read_text(encoding="utf-8", errors="replace") == _text()
     says = {"path": None if found is None else str(found), "ours": ours, "current": current}
     if found is None:
         text = "There is no gclib here. `maya dmc gclib install` puts one."
@@ -71,12 +71,16 @@ def status(settings: Settings, *, site: Path | None = None) -> int:
 
 
 def run(script: str, arguments: Sequence[str]) -> int:
-    """Run a script, as it stands, in a process that finds our gclib first; returns its exit code."""
+    """Run a script, as it stands, in a process that finds our gclib first; returns its exit code.
+
+    It is 128 and the number of the signal, as a shell has it, where one ended the script.
+    """
     if not Path(script).is_file():
         raise FileUnreadable(path=script, reason="there is no such file")
     paths = [str(SHIM), os.environ.get("PYTHONPATH", "")]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
-    return subprocess.run([sys.executable, script, *arguments], env=environment, check=False).returncode
+    code = subprocess.run([sys.executable, script, *arguments], env=environment, check=False).returncode
+    return code if code >= 0 else 128 - code
 
 
 def _place(site: Path | None) -> Path:

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import gc
-import os
 import sys
 from collections.abc import Sequence
 
@@ -19,7 +18,9 @@ from maya_un.errors import MayaError
 def program() -> int:
     """Be the process `maya`: like `main`, with the process' garbage collection set up for a loop that must not wait."""
     quiet_collector()
-    return main()
+    code = main()
+    output.forget_unprinted()
+    return code
 
 
 def quiet_collector() -> None:
@@ -38,15 +39,15 @@ def main(argv: Sequence[str] | None = None) -> int:
         settings, rest = split(sys.argv[1:] if argv is None else argv, settings)
         return _dispatch(rest, settings)
     except MayaError as error:
-        return output.complain(error, settings)
+        return _complained(error, settings)
     except KeyboardInterrupt:
         return output.INTERRUPTED
     except BrokenPipeError:
-        return _unheard()
+        return output.FAILED
     except Exception as error:  # noqa: BLE001 - the last door: a person gets one sentence, the log the rest
         from maya_un.server.crash import written_down
 
-        return output.complain(written_down(error), settings)
+        return _complained(written_down(error), settings)
     except BaseException as error:
         from asyncio import CancelledError  # it is loaded already wherever one was raised
 
@@ -72,10 +73,14 @@ def _dispatch(rest: list[str], settings: Settings) -> int:
     return app.run(rest, settings)
 
 
-def _unheard() -> int:
-    # Nobody reads any more (`maya … | head`); without this the interpreter complains once more on its way out.
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return output.FAILED
+def _complained(error: MayaError, settings: Settings) -> int:
+    """Print an error, on the error line where answers cannot be printed, and return its exit code."""
+    try:
+        return output.complain(error, settings)
+    except BrokenPipeError:
+        return output.exit_code(error.code)
+    except MayaError:
+        return output.complain(error, settings._replace(json=False))
 
 
 if __name__ == "__main__":

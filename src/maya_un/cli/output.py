@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from io import TextIOWrapper
 from typing import Any
 
 from maya_un.cli.settings import Settings
-from maya_un.errors import MayaError
+from maya_un.errors import FileUnwritable, MayaError
 
 DONE = 0
 """Everything asked for was done."""
@@ -33,12 +35,30 @@ def tolerate_any_terminal() -> None:
 
 def say(text: str) -> None:
     """Print one line for people, in one piece: who reads along must not see half of it."""
-    print(f"{text}\n", end="", flush=True)
+    _print(f"{text}\n")
 
 
 def emit(value: object) -> None:
     """Print `value` as JSON; its keys are stable."""
-    print(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False, default=str), flush=True)
+    _print(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False, default=str) + "\n")
+
+
+def _print(text: str) -> None:
+    """Print; raises `FileUnwritable`, and `BrokenPipeError` where nobody reads any more."""
+    try:
+        print(text, end="", flush=True)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise FileUnwritable(path="stdout", reason=error.strerror or str(error)) from error
+
+
+def forget_unprinted() -> None:
+    """Drop what nobody takes; else the interpreter complains once again on its way out."""
+    try:
+        print(end="", flush=True)
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def answer(value: Mapping[str, object], text: str, settings: Settings) -> int:
@@ -57,7 +77,8 @@ def complain(error: MayaError, settings: Settings) -> int:
         details = {key: _plain(value) for key, value in error.details.items()}
         emit({"error": {"code": error.code, "message": text, "details": details}})
     else:
-        print(f"maya: error {error.code}: {text}", file=sys.stderr, flush=True)
+        with suppress(OSError):  # then nobody is there to be told
+            print(f"maya: error {error.code}: {text}", file=sys.stderr, flush=True)
     return exit_code(error.code)
 
 

@@ -82,6 +82,14 @@ def test_a_place_that_cannot_be_written_is_told(tmp_path: Path) -> None:
         gclib.install(SETTINGS, force=False, site=tmp_path / "none")
 
 
+def test_one_of_ours_that_is_damaged_is_no_surprise(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    gclib.install(Settings(), force=False, site=tmp_path)
+    module = tmp_path / "gclib.py"
+    module.write_bytes(module.read_bytes() + b"\xff\xfe")
+    assert gclib.status(Settings(json=True), site=tmp_path) == 0
+    assert '"current": false' in capsys.readouterr().out
+
+
 def test_status_says_what_to_do(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     gclib.status(SETTINGS, site=tmp_path)
     assert "maya dmc gclib install" in capsys.readouterr().out
@@ -104,3 +112,9 @@ def test_words_behind_a_script_are_the_scripts(tmp_path: Path) -> None:
     script.write_text(f"import sys\nopen({str(said)!r}, 'w').write(' '.join(sys.argv[1:]))\nsys.exit(3)\n")
     assert main(["dmc", "gclib", "run", "--", str(script), "--json", "-x", "--force"]) == 3
     assert said.read_text(encoding="utf-8") == "--json -x --force"
+
+
+def test_a_script_that_a_signal_ended_has_a_shells_exit_code(tmp_path: Path) -> None:
+    script = tmp_path / "ends.py"
+    script.write_text("import os, signal\nos.kill(os.getpid(), signal.SIGTERM)\n")
+    assert main(["dmc", "gclib", "run", str(script)]) == 128 + 15

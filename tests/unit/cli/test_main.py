@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
 import subprocess
 import sys
 from io import BytesIO, TextIOWrapper
@@ -102,6 +103,36 @@ def test_what_nobody_foresaw_is_one_sentence_and_a_log(
     assert captured.err.startswith("maya: error 5999: ")
     assert "Traceback" not in captured.err + captured.out
     assert "surprise" in (tmp_path / "state" / "maya" / "maya.log").read_text()
+
+
+def unheard(line: str, nobody: int) -> subprocess.CompletedProcess[str]:
+    """Run a command whose answers go to a file or pipe that takes none."""
+    command = [sys.executable, "-m", "maya_un.cli.main", *line.split()]
+    return subprocess.run(command, stdout=nobody, stderr=subprocess.PIPE, text=True, check=False, timeout=50)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full here")
+@pytest.mark.parametrize(
+    ("line", "code", "error"),
+    [("dmc fault", 2, 5002), ("dmc fault --json", 2, 5002), ("dmc fault nope --json", 2, 4003)],
+)
+def test_answers_that_cannot_be_written_are_an_error_line(line: str, code: int, error: int) -> None:
+    with Path("/dev/full").open("w") as full:
+        done = unheard(line, full.fileno())
+    assert done.returncode == code
+    assert done.stderr.startswith(f"maya: error {error}: ")
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(("line", "code"), [("dmc fault", 1), ("dmc fault nope --json", 2)])
+def test_answers_that_nobody_reads_end_in_silence(line: str, code: int) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    try:
+        done = unheard(line, writing)
+    finally:
+        os.close(writing)
+    assert (done.returncode, done.stderr) == (code, "")
 
 
 @pytest.mark.parametrize("end", [KeyboardInterrupt, asyncio.CancelledError])
