@@ -6,6 +6,7 @@ MayaError
 │   │   TwinNotFound 1022
 │   ├── Unreachable 2101 · PathRefused 2102 · NotHomed 2103 · Busy 2104 · Faulted 2105
 │   │   MarkerMissing 2106 · TrajectoryRefused 2107 · NothingToRecover 2108 · GuardBlocked 2109
+│   │   ProgramRuns 2110
 │   ├── Stopped 2201 · Cancelled 2202
 │   ├── GripperNotEmpty 3001 · GripperEmpty 3002
 │   ├── InvalidValue 4001 · InvalidJob 4002 · UnknownName 4003 · NotFound 4004 · InvalidRequest 4005
@@ -191,6 +192,12 @@ class GuardBlocked(RequestError):
     """The guard cannot be put beside the program that the controller holds."""
 
     code = 2109
+
+
+class ProgramRuns(RequestError):
+    """A download was asked for while the controller runs a program."""
+
+    code = 2110
 
 
 class Stopped(RequestError):

@@ -29,6 +29,18 @@ def test_a_capture_of_a_foreign_client_replays_without_a_difference(tmp_path: Pa
     assert "'SHA': '?' became ':'" in said
 
 
+def test_a_program_that_runs_is_not_replaced(tmp_path: Path) -> None:
+    file = tmp_path / "loop.dmc"
+    file.write_text("#A\nWT500\nJP#A\n", encoding="ascii")
+    with running("dmc serve --port 0") as twin:
+        address = twin.until("127.0.0.1:")
+        assert done(f"dmc download {address} {file} --run A")[0] == 0
+        code, said = done(f"dmc download {address} {file}")
+        assert (code, "error 2110" in said) == (1, True)
+        assert done(f"dmc send {address} HX")[0] == 0
+        assert done(f"dmc download {address} {file}")[0] == 0
+
+
 def test_ctrl_c_ends_a_recording_and_keeps_it(tmp_path: Path) -> None:
     file = tmp_path / "a.csv"
     with running("dmc serve --port 0") as twin:

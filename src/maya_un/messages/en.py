@@ -32,6 +32,8 @@ SENTENCES: dict[int, str] = {
     2107: "This trajectory is refused: {reason}.",
     2108: "There is no fault to recover from.",
     2109: "The guard cannot be put beside the program in the controller: {reason}.",
+    2110: "A program runs in the controller, so no other can be downloaded. End `maya up` where it is Maya's guard, halt "
+    "others with HX, and download again.",
     2201: "Stopped before the end, because somebody said stop.",
     2202: "Cancelled before the end.",
     2301: "Axis {axis} met its {side} limit switch. Look what moved it there, then `maya recover` and home again.",

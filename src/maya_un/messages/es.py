@@ -32,6 +32,8 @@ SENTENCES: dict[int, str] = {
     2107: "Esta trayectoria se rechaza: {reason}.",
     2108: "No hay ningún fallo del que recuperarse.",
     2109: "El guardián no puede convivir con el programa del controlador: {reason}.",
+    2110: "En el controlador se ejecuta un programa y no admite otro. Termine `maya up` si es el guardián de Maya, "
+    "detenga los demás con HX y descargue de nuevo.",
     2201: "Detenido antes del final, porque alguien lo pidió.",
     2202: "Cancelado antes del final.",
     2301: "El eje {axis} tocó su final de carrera {side}. Mire qué lo llevó allí; luego `maya recover` y homing.",

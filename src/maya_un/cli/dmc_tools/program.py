@@ -11,7 +11,8 @@ from maya_un.cli.configure import configuration
 from maya_un.cli.dmc_tools import dial
 from maya_un.cli.settings import Settings
 from maya_un.controller.guard_program import merged
-from maya_un.errors import FileUnreadable, FileUnwritable, InvalidValue
+from maya_un.errors import CommandRejected, FileUnreadable, FileUnwritable, InvalidValue, ProgramRuns
+from maya_un.galil.codes import ErrorCode
 from maya_un.galil.driver import Driver
 
 
@@ -60,13 +61,19 @@ def _start(label: str) -> str:
 
 async def _download(place: str, text: str, start: str | None) -> None:
     async with dial.opened(place) as driver:
-        await _load(driver, text, start)
+        await load(driver, text)
+        if start is not None:
+            await driver.send(start)
 
 
-async def _load(driver: Driver, text: str, start: str | None) -> None:
-    await driver.download(text)
-    if start is not None:
-        await driver.send(start)
+async def load(driver: Driver, text: str) -> None:
+    """Replace the controller's program; raises `ProgramRuns`, and as the driver does."""
+    try:
+        await driver.download(text)
+    except CommandRejected as refused:
+        if refused.details["tc"] == ErrorCode.NOT_WHILE_PROGRAM_RUNS:
+            raise ProgramRuns from refused
+        raise
 
 
 def guarded(file: str, settings: Settings) -> str:

@@ -66,7 +66,7 @@ async def _upload(session: Session, file: str) -> None:
 
 async def _download(session: Session, file: str) -> None:
     text = program.read(file)
-    await session.link.driver.download(text)
+    await program.load(session.link.driver, text)
     session.voice.note(f"Downloaded: {program.lines(text)} from {file}")
     await session.learn()
 
