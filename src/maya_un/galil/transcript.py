@@ -55,7 +55,7 @@ def read(lines: Iterable[str]) -> list[Piece]:
     texts = [line for line in lines if line.strip()]
     try:
         head = _object(texts[0]) if texts else {}
-    except ValueError:
+    except (ValueError, RecursionError):
         head = {}
     if head.get("format") != FORMAT or head.get("version") != VERSION:
         raise ValueError(f"it is no {FORMAT} of version {VERSION}")
@@ -63,7 +63,7 @@ def read(lines: Iterable[str]) -> list[Piece]:
     for number, text in enumerate(texts[1:], start=2):
         try:
             pieces.append(_piece(_object(text)))
-        except (ValueError, KeyError, TypeError) as error:
+        except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
             if number == len(texts) and not text.endswith("\n"):
                 break
             raise ValueError(f"line {number} is no piece of a wire") from error
@@ -81,7 +81,10 @@ def _piece(found: dict[str, Any]) -> Piece:
         raise ValueError("nobody sends")
     event = str(found.get("event", ""))
     data = b"" if event else str(found["data"]).encode("latin-1")
-    return Piece(float(found["t"]), int(found["link"]), cast("Side", side), data, event)
+    time = float(found["t"])
+    if not 0.0 <= time < math.inf:
+        raise ValueError("that is no time")
+    return Piece(time, int(found["link"]), cast("Side", side), data, event)
 
 
 @dataclass(slots=True)

@@ -48,6 +48,11 @@ def test_a_line_is_what_the_format_says() -> None:
         [header("x") + "\n", "[]\n", "\n"],
         [header("x") + "\n", '{"t": 0, "link": 1, "from": "nobody", "data": "x"}\n'],
         [header("x") + "\n", '{"t": 0, "link": 1, "from": "client", "data": "\\u20ac"}\n'],
+        [header("x") + "\n", '{"t": NaN, "link": 1, "from": "client", "data": "x"}\n'],
+        [header("x") + "\n", '{"t": -1, "link": 1, "from": "client", "data": "x"}\n'],
+        [header("x") + "\n", '{"t": 0, "link": 1e999, "from": "client", "data": "x"}\n'],
+        [header("x") + "\n", 100_000 * "[" + "\n"],
+        [100_000 * "[" + "\n"],
         [header("x") + "\n", '{"t": 0, "lin', '{"t": 0, "link": 1, "from": "client", "data": "x"}\n'],
     ],
 )

@@ -41,7 +41,7 @@ def replay(file: str, address: str, tolerance: float, settings: Settings) -> int
 
     The client speaks at its own pace, on a twin in virtual time. Raises `FileUnreadable` and `ConnectFailed`.
     """
-    if tolerance < 0.0:
+    if not tolerance >= 0.0:
         raise InvalidValue(key="--tolerance", value=tolerance, reason="it is 0 or more")
     pieces = _pieces(Path(file))
     place = dial.meant(address, settings)

@@ -26,6 +26,8 @@ def watch(address: str, channels: Sequence[str], rate: float, seconds: float | N
     Without channels it shows position, error, velocity and torque of every axis. Raises as the driver does.
     """
     require_rate(rate)
+    if seconds is not None and not seconds >= 0.0:
+        raise InvalidValue(key="--for", value=seconds, reason="it is 0 s or more")
     place = dial.meant(address, settings)
     asyncio.run(dial.until_asked(_watch(place, channels, rate, seconds, settings)))
     return output.DONE

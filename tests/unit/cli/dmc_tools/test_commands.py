@@ -89,6 +89,9 @@ def test_what_is_wrong_is_said_before_anything_is_sent(tmp_path: Path, capsys: p
     assert refused(["dmc", "download", "sim", str(file), "--run", "#MUCHTOOLONG"], capsys) == 4001
     assert refused(["dmc", "upload", "sim", str(tmp_path / "no" / "b.dmc")], capsys) == 5002
     assert refused(["dmc", "watch", "sim", "--rate", "0"], capsys) == 4001
+    assert refused(["dmc", "watch", "sim", "--for", "-1"], capsys) == 4001
+    assert refused(["dmc", "watch", "sim", "--for", "nan"], capsys) == 4001
+    assert refused(["dmc", "replay", str(file), "--tolerance", "nan"], capsys) == 4001
     assert refused(["dmc", "scope", "sim", "--channels", ","], capsys) == 4001
     assert refused(["dmc", "watch", "no host"], capsys) == 4001
     assert refused(["dmc", "capture", "sim", "--listen", "0", "--out", str(tmp_path / "no" / "w")], capsys) == 5002
