@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 import threading
 from collections.abc import Iterable, Sequence
+from math import isfinite
 
 from maya_un import __version__
 from maya_un.galil import arrays
@@ -210,6 +211,8 @@ class py:  # noqa: N801 - the name that scripts know
 
     def GRecordRate(self, period_ms: float) -> None:
         """Have a record sent every so many milliseconds, which makes 8 to 30000 samples; 0 ends it."""
+        if not isfinite(period_ms):
+            raise GclibError(Code.VALUE_RANGE, f"{period_ms} ms is no period")
         session = self._open()
         second = session.require("DR", Code.DATA_RECORD_ERROR)
         if period_ms <= 0.0:

@@ -223,6 +223,9 @@ def test_a_rate_is_kept_within_what_the_controller_offers(twin: ServedTwin, g: g
     assert twin.look(lambda machine: machine.unit.records.period) == 8
     g.GRecordRate(1e6)
     assert twin.look(lambda machine: machine.unit.records.period) == 30000
+    for period in (float("nan"), float("inf")):
+        with pytest.raises(GclibError, match="out of range"):
+            g.GRecordRate(period)
 
 
 def test_arrays_go_down_and_come_up(g: gclib.py, tmp_path: Path) -> None:
