@@ -262,6 +262,8 @@ class GalilController:
                 raise AmplifierFault(status=f"{record.amplifier_status:#010x}")
             await configure(driver, self.config)
             await monitor.install_guard(driver)
+            if await driver.value("_AB") == 0.0:  # pressed meanwhile: no motor is switched on again
+                raise AbortInput
             await monitor.power(driver)
             if isinstance(monitor.fault, LimitReached) or not await monitor.adopt(driver):
                 monitor.homed = False

@@ -32,10 +32,11 @@ _PROGRAM_RUNS = 17
 
 @dataclass(frozen=True, slots=True)
 class Watch:
-    """What an answer to `QUESTION` says of the guard."""
+    """What an answer to `QUESTION` says of the guard; one without sense is `garbled` and proves nothing."""
 
     running: bool
     expired: bool
+    garbled: UnexpectedReply | None = None
 
     def require(self) -> None:
         """Raise `GuardNotRunning` or `HostSilent` unless the guard watches."""
@@ -157,8 +158,10 @@ class Guard:
         try:
             _, answer = await driver.batch([f"{BEAT}=TIME", QUESTION])
             watch = self._read(answer)
-        except (CommandRejected, UnexpectedReply):  # an answer without sense proves nothing
+        except CommandRejected:
             watch = Watch(running=False, expired=False)
+        except UnexpectedReply as error:
+            watch = Watch(running=False, expired=False, garbled=error)
         except MachineError:
             return  # a lost link is announced by those who keep it
         self._on_watch(watch, driver)

@@ -15,6 +15,8 @@ from maya_un.controller.link import Dial, Link
 from maya_un.controller.snapshot import Lens, Standing
 from maya_un.controller.wish import Desk, Wish
 from maya_un.errors import (
+    AbortInput,
+    AmplifierFault,
     ControllerReset,
     Faulted,
     GuardNotRunning,
@@ -286,7 +288,7 @@ class Monitor:
         if self.fault is not None or driver.lost.done():
             return
         if not watch.running:
-            self._begin(self._find_out(GuardNotRunning()))
+            self._begin(self._find_out(watch.garbled or GuardNotRunning()))
         elif watch.expired and (self.run is not None or self.phase is not None):
             self._end(self.desk.current, HostSilent())
         elif watch.expired and self._guard is not None:  # at rest there was nothing to stop
@@ -316,8 +318,11 @@ class Monitor:
             self._watch_for_faults(record)
         wish = self.desk.current
         if otherwise is not None and self.fault is None and (wish is None or not wish.interrupted.done()):
-            found = faults.grave(record, self.order)
-            self._end(wish, otherwise if found is None else found)
+            found = faults.grave(record, self.order, (0, 1, 2) if run is None else run.members)
+            # Outside of a run, a limit or a following error may be one that was met long ago.
+            if found is None or (run is None and not isinstance(found, (AbortInput, AmplifierFault))):
+                found = otherwise
+            self._end(wish, found)
 
     def _begin(self, work: Coroutine[None, None, None]) -> asyncio.Task[None]:
         task = self._loop.create_task(work)

@@ -13,7 +13,7 @@ from math import hypot, sqrt
 
 from maya_un.config import Config, Units
 from maya_un.controller import faults
-from maya_un.errors import AmplifierFault, CommandRejected, HomingStalled, MayaError, WiringContradictsCn
+from maya_un.errors import CommandRejected, HomingStalled, MayaError, Stopped, WiringContradictsCn
 from maya_un.galil.driver import Driver
 from maya_un.galil.record import DataRecord
 from maya_un.values import AXES
@@ -159,7 +159,7 @@ class Seeker:
             look = await self.look()
             await self._examine(before, look, counts)
             if not look.moving:
-                self._ended(look, counts)
+                await self._ended(look, counts, halted=halted)
                 await self._pause(self._clock() + SETTLE)
                 return await self.look()
             if until is not None and not halted and until(look):
@@ -220,11 +220,17 @@ class Seeker:
                 await self._driver.send(f"SH{self._config.axes[axis].letter}")
                 raise Stall(axis)
 
-    def _ended(self, look: Look, counts: Mapping[int, int]) -> None:
-        """Raise what ended the motion unless it was its end, a limit switch or our own stop."""
-        error: MayaError | None = faults.grave(look.record, self._order, tuple(counts))
-        if isinstance(error, AmplifierFault) or (error is not None and not _limit(error)):
-            raise error
+    async def _ended(self, look: Look, counts: Mapping[int, int], *, halted: bool) -> None:
+        """Raise what ended the motion unless it was its end, a limit switch or our own stop.
+
+        What somebody else stopped, the guard included, is not to move on.
+        """
+        error = faults.cause(look.record, self._order, tuple(counts))
+        if error is None or _limit(error) or (halted and isinstance(error, Stopped)):
+            return
+        if isinstance(error, Stopped):
+            await self._load(self._driver, [])  # raises where it was the guard
+        raise error
 
     def stalled(self, stall: Stall, reason: str) -> MayaError:
         """Return the error that names a stalled axis: its wiring where a claimed switch never let go."""

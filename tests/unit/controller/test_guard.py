@@ -11,6 +11,7 @@ from maya_un.controller import guard_program
 from maya_un.controller.controller import GalilController
 from maya_un.controller.guard import BEATS
 from maya_un.errors import (
+    AbortInput,
     Faulted,
     GuardBlocked,
     GuardNotRunning,
@@ -19,6 +20,8 @@ from maya_un.errors import (
     LinkLost,
     MachineError,
     MayaError,
+    Stopped,
+    UnexpectedReply,
 )
 from maya_un.galil.driver import Driver
 from maya_un.galil.transport import Transport
@@ -309,7 +312,7 @@ async def test_answers_without_sense_prove_nothing() -> None:
         await elapse(5.0)
         driver = bench.controller._monitor.link.driver
         driver.batch = _nonsense
-        with pytest.raises(GuardNotRunning):
+        with pytest.raises(UnexpectedReply):
             await move
 
 
@@ -339,6 +342,57 @@ async def test_a_download_cut_off_anywhere_leaves_the_users_program() -> None:
             again = _live(bench)
             await again.open()
             await again.close()
+
+
+@pytest.mark.parametrize("after", [5.0, 60.0, 150.0])
+async def test_a_homing_that_somebody_else_stopped_does_not_go_on(after: float) -> None:
+    async with rig(live=True) as bench:
+        home = asyncio.create_task(bench.controller.home())
+        await elapse(after)
+        await foreign(bench, "STABC")
+        with pytest.raises(Stopped):
+            await home
+        rest = bench.mechanics.true_joints()
+        await elapse(5.0)
+        assert bench.mechanics.true_joints() == pytest.approx(rest, abs=5e-5)
+
+
+async def test_a_homing_that_slept_hears_of_the_guard() -> None:
+    async with rig(live=True) as bench:
+        home = asyncio.create_task(bench.controller.home())
+        await elapse(150.0)
+        guard = bench.controller._monitor._guard
+        assert guard is not None
+        await guard._stop_beating()
+        guard._beat = asyncio.create_task(elapse(1000.0))
+        with pytest.raises(HostSilent):
+            await home
+
+
+async def test_a_guard_killed_in_homing_is_no_limit_met_before() -> None:
+    async with rig(live=True) as bench:
+        home = asyncio.create_task(bench.controller.home())
+        await elapse(60.0)  # axis a has met its reverse switch by then
+        await foreign(bench, "HX7")
+        with pytest.raises(GuardNotRunning):
+            await home
+
+
+async def test_an_emergency_stop_while_recovering_switches_no_motor_on() -> None:
+    async with homed(live=True) as bench:
+        await foreign(bench, "HX7")
+        await elapse(0.1)
+        when_sent(bench, "XQ#", lambda: bench.virtual.abort_input(True))
+        with pytest.raises(MachineError):
+            await bench.controller.recover()
+        bench.virtual.abort_input(False)
+        await bench.controller.recover()
+        when_sent(bench, "TM", lambda: bench.virtual.abort_input(True))
+        await foreign(bench, "HX7")
+        await elapse(0.1)
+        with pytest.raises(AbortInput):
+            await bench.controller.recover()
+        assert await foreign(bench, "MG_MOA") == ["1.0000"]
 
 
 async def _nonsense(commands: Sequence[str]) -> list[str]:
