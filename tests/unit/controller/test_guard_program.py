@@ -5,6 +5,8 @@ import pytest
 from maya_un.controller import guard_program
 from maya_un.errors import GuardBlocked
 from maya_un.galil.commands import LINE_LIMIT
+from maya_un.virtual.machine import VirtualDmc
+from maya_un.virtual.plant import BenchPlant
 
 USERS = "#A\r\nPRA=1000;BGA\r\nAMA\r\nEN\r\n"
 
@@ -116,3 +118,22 @@ def test_a_guard_that_somebody_changed_is_left_to_them() -> None:
 def test_a_guard_is_known_whatever_it_brings(own: str) -> None:
     program = guard_program.merged(own, 0.5, "ABD")
     assert guard_program.without(program).splitlines() == own.splitlines()
+
+
+def test_the_guard_lives_through_the_wrap_of_time() -> None:
+    """TIME counts to 2^31 - 1 and goes on at -2^31, after 24 days."""
+    machine = VirtualDmc(BenchPlant())
+    handle = machine.connect()
+    assert handle is not None
+    now = 2.0**31 / 1024.0 - 5.0
+    program = "".join(f"{line}\r" for line in guard_program.text(0.5))
+    machine.receive(handle, f"DL\r{program}\\mayabeat=TIME;mayaout=0;XQ#MAYAGRD,7\r".encode(), now)
+    times: list[float] = []
+    for _ in range(400):
+        now += 0.025
+        answer = machine.receive(handle, b"mayabeat=TIME\rMG_XQ7,mayaout,TIME\r", now)
+        line, out, time = map(float, answer.decode().strip(":\r\n").split())
+        assert (line > 0, out) == (True, 0.0), answer
+        times.append(time)
+    assert times[0] > 0 > times[-1]
+    assert machine.receive(handle, b"MG mayaout\r", now + 0.52) == b" 1.0000\r\n:"
