@@ -98,7 +98,7 @@ def _advance(bench: Bench, rng: Random) -> None:
 
 @pytest.mark.parametrize("batch", range(4))
 def test_axes_and_courses_agree_whatever_is_said(campaign: Campaign, batch: int) -> None:
-    for case in range(campaign.size(ci=15, long=1500)):
+    for case in range(campaign.size(ci=15, long=600)):
         rng = campaign.rng(1000 * batch + case)
         bench = Bench(axes=4)
         for _ in range(120):

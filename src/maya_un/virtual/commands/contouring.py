@@ -44,6 +44,9 @@ def _interval(context: Context, text: str) -> Answer:
     contour.set_interval(interval, context.core.sample)
     if before == PAUSED and interval > 0 and not contour.running and not contour.empty:
         _begin_contour(context, contour)
+    # A contour that had come to its last record while it was held is over now.
+    context.core.refresh()
+    context.core.look()
     return None
 
 
