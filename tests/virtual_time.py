@@ -17,3 +17,11 @@ async def elapse(seconds: float) -> None:
     over: asyncio.Future[None] = loop.create_future()
     loop.call_later(seconds, over.set_result, None)
     await over
+
+
+async def turn() -> None:
+    """Let any loop do once what is ready; no time passes."""
+    loop = asyncio.get_running_loop()
+    over: asyncio.Future[None] = loop.create_future()
+    loop.call_soon(over.set_result, None)
+    await over

@@ -12,7 +12,6 @@ ends without LE leaves code 1; to change VD while a sequence runs is refused wit
 from __future__ import annotations
 
 from collections.abc import Sequence
-from enum import Enum
 from math import inf, nextafter
 
 from maya_un.galil.codes import ErrorCode, StopCode
@@ -23,6 +22,7 @@ from maya_un.virtual.motion.contour import Contour
 from maya_un.virtual.motion.course import Course
 from maya_un.virtual.motion.encoder import Encoder
 from maya_un.virtual.motion.feed import Feed
+from maya_un.virtual.motion.happening import Happening
 from maya_un.virtual.motion.plane import Plane
 from maya_un.virtual.motion.profile import Profile
 from maya_un.virtual.motion.pvt import Pvt
@@ -37,14 +37,6 @@ ERROR_LOOK = 0.010
 """How often the following error is looked at where it could reach ER [s]."""
 
 _ON_ERROR, _ON_LIMIT = 1, 2
-
-
-class Happening(Enum):
-    """What a program may have a subroutine for."""
-
-    LIMIT = "hard or soft limit in the direction of motion"
-    POSITION_ERROR = "following error beyond ER"
-    AMPLIFIER = "amplifier fault"
 
 
 class MotionCore:

@@ -12,7 +12,8 @@ from math import inf
 
 from maya_un.galil.codes import StopCode
 from maya_un.virtual.motion.axis import Axis
-from maya_un.virtual.motion.core import ERROR_LOOK, SAMPLE, Happening, MotionCore
+from maya_un.virtual.motion.core import ERROR_LOOK, SAMPLE, MotionCore
+from maya_un.virtual.motion.happening import Happening
 
 STILL = 4.0
 """An encoder that moves by less than this many counts does not move."""

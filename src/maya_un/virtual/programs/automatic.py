@@ -8,7 +8,7 @@ input; with #CMDERR in the program an erring thread stops, and goes on behind it
 
 from __future__ import annotations
 
-from maya_un.virtual.motion.core import Happening
+from maya_un.virtual.motion.happening import Happening
 from maya_un.virtual.programs.flow import Statement
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.thread import AT_ONCE, Frame, Thread

@@ -15,7 +15,7 @@ from maya_un.loops import run
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.plant import BenchPlant
 from maya_un.virtual.wire.server import TICK, VirtualController
-from tests.virtual_time import elapse
+from tests.virtual_time import elapse, turn
 
 
 def made() -> VirtualController:
@@ -190,7 +190,7 @@ async def _say_until_nobody_listens(host: socket.socket, line: bytes, most: int)
             refused = 0
         except BlockingIOError:
             refused += 1
-            await asyncio.sleep(0.0)
+            await turn()
     return sent
 
 
@@ -228,7 +228,7 @@ def test_who_does_not_read_what_programs_say_is_given_up() -> None:
             for _ in range(400):
                 outlet.put(owner, 65536 * b"x")
                 virtual.look()
-                await asyncio.sleep(0.0)
+                await turn()
             assert virtual.connections == ""
             assert virtual.machine.unit.handles.last_lost == 0
         await virtual.close()
