@@ -1,0 +1,132 @@
+"""How every picture looks, and how it is written: the same bytes for the same picture."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from maya_un.errors import FileUnwritable, InvalidValue
+
+if TYPE_CHECKING:
+    from matplotlib.typing import RcKeyType
+
+FORMATS = ("svg", "png", "pdf")
+"""What a picture can be written as; the file's ending says which."""
+
+BLUE = "#0072B2"
+ORANGE = "#D55E00"
+GREEN = "#009E73"
+PURPLE = "#AA4499"
+YELLOW = "#E69F00"
+"""Colours that people with any eyes tell apart (Okabe and Ito; purple darkened for thin lines)."""
+
+INK = "#262626"
+GREY = "#767676"
+PALE = "#C9C9C9"
+REACHABLE = "#DCEAF6"
+FORBIDDEN = "#F6DDD3"
+
+LINE_B = BLUE
+LINE_C = ORANGE
+BOOM = GREEN
+"""The axes have the same colours in every picture: a green, b blue, c orange."""
+
+PAGE_WIDTH = 7.2
+"""Width of a picture that stands alone on a page [inch]."""
+
+DENSITY = 150
+"""Dots per inch of a PNG."""
+
+_RULES: dict[RcKeyType, Any] = {
+    "axes.axisbelow": True,
+    "axes.edgecolor": GREY,
+    "axes.grid": False,
+    "axes.labelcolor": INK,
+    "axes.labelsize": 9,
+    "axes.linewidth": 0.8,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlelocation": "left",
+    "axes.titlesize": 10,
+    "axes.titleweight": "bold",
+    "figure.constrained_layout.use": True,
+    "figure.facecolor": "white",
+    "font.family": "DejaVu Sans",
+    "font.size": 9,
+    "grid.color": "#E4E4E4",
+    "grid.linewidth": 0.6,
+    "hatch.color": PALE,
+    "hatch.linewidth": 0.6,
+    "legend.fontsize": 8,
+    "legend.frameon": False,
+    "lines.linewidth": 1.4,
+    "path.simplify": False,
+    "pdf.fonttype": 42,
+    "savefig.dpi": DENSITY,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "maya",
+    "text.color": INK,
+    "xtick.color": GREY,
+    "xtick.labelcolor": INK,
+    "xtick.labelsize": 8,
+    "ytick.color": GREY,
+    "ytick.labelcolor": INK,
+    "ytick.labelsize": 8,
+}
+
+_NO_DATES: dict[str, dict[str, None]] = {
+    "svg": {"Date": None, "Creator": None},
+    "png": {"Software": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
+
+
+@contextmanager
+def house_style() -> Iterator[None]:
+    """Have everything that is drawn inside look like Maya's pictures, whatever the user's matplotlibrc says."""
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(_RULES)
+        yield
+
+
+def blank(width: float = PAGE_WIDTH, height: float = 4.5) -> Figure:
+    """Return an empty figure of `width` × `height` [inch], for use inside `house_style`."""
+    return Figure(figsize=(width, height))
+
+
+def kind_of(path: Path) -> str:
+    """Return the format that a file's ending asks for; raises `InvalidValue` for one that is not in `FORMATS`."""
+    kind = path.suffix.removeprefix(".").lower()
+    if kind not in FORMATS:
+        raise InvalidValue(key="--output", value=repr(str(path)), reason=f"it ends in .{', .'.join(FORMATS)}")
+    return kind
+
+
+def rendered(figure: Figure, kind: str) -> bytes:
+    """Return a figure as a file of one of `FORMATS`: without a date, and with text as text in SVG."""
+    target = BytesIO()
+    with house_style():
+        figure.savefig(target, format=kind, metadata=_NO_DATES[kind])
+    return target.getvalue()
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure; the ending of `path` says as what. Raises `InvalidValue` and `FileUnwritable`."""
+    data = rendered(figure, kind_of(path))
+    try:
+        path.write_bytes(data)
+    except OSError as error:
+        raise FileUnwritable(path=path, reason=error.strerror or str(error)) from error
+
+
+def quiet_grid(axes: Axes) -> None:
+    """Lay a pale grid under what is drawn in `axes`."""
+    axes.grid(visible=True)
