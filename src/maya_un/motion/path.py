@@ -1,37 +1,18 @@
-"""Paths that are straight in (a, b, c), and the proof that all of a path is in the workspace.
-
-A path is not safe because its ends are: between them the lines can become too straight, hang slack, or let the
-gripper down to the table. Along a straight joint segment b and c are linear in t, u = (W² + b² − c²)/2W is
-quadratic, and every limit of the workspace is a polynomial condition on 0 ≤ t ≤ 1:
-
-    strokes, boom, b + c ≥ W      degree 1: kept between the ends if kept at the ends
-    u ≥ 0,  W − u ≥ 0             degree 2
-    z ≥ 0                         (H − Φ)² − b² + u² ≥ 0, degree 4
-    T_b ≤ k                       k²W²(b² − u²) − (W − u)²b² ≥ 0, degree 6
-    T_c ≤ k                       k²W²(b² − u²) − u²c² ≥ 0, degree 6
-
-Each is proved, not sampled (`maya_un.motion.bernstein`). Coordinated motion keeps the axes on this path at every
-speed, and a coordinated stop decelerates along it. Where a stop at any instant ends, and all of its way there, are
-therefore points of the same segments: the proof for the path holds for every stop on it.
-"""
+"""Paths that are straight in (a, b, c); `maya_un.motion.proof` says whether they are safe."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
-from maya_un.errors import PathRefused, TrajectoryRefused
+from maya_un.errors import TrajectoryRefused
 from maya_un.kinematics import Mechanism, Workspace
-from maya_un.motion.bernstein import Polynomial, falls_below, product, raised, value
+from maya_un.motion.clearance import highest, lowest
+from maya_un.motion.proof import between, first_breach, prove_legs
 from maya_un.values import Joints, Point
 
-_SAMPLES = 64
-_STEPS = 16
-_ROUNDING = 1e-11
-"""Rounding of the coefficients, relative to the size of the terms they are made of."""
-
-_ONE = (1.0, 2.0, 1.0)
+__all__ = ["JointPath", "between", "check_path", "first_breach", "highest_point", "lowest_point"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,123 +48,16 @@ class JointPath:
         return pairwise(self.waypoints)
 
 
-def between(start: Joints, end: Joints, t: float) -> Joints:
-    """Return the joints at share `t` (0 to 1) of the straight line from `start` to `end`."""
-    a, b, c = start
-    return Joints(a + (end.a - a) * t, b + (end.b - b) * t, c + (end.c - c) * t)
-
-
 def check_path(workspace: Workspace, path: JointPath) -> None:
-    """Prove that every point of the path is in the workspace, or refuse it.
-
-    Waypoints may lie outside by the size of an encoder count, because places on the edge are rounded to
-    counts; between two of them no limit is broken further than at these two. Raises `Unreachable` for a
-    waypoint outside, `PathRefused` for a way between two good waypoints that leaves the workspace, or for a
-    start that is outside already.
-    """
-    for waypoint in path.waypoints[1:]:
-        if not workspace.holds_grain(waypoint):
-            workspace.require(waypoint)
-    if not workspace.holds_grain(path.start):
-        reason = f"it starts outside the workspace: {workspace.why_not(path.start)}"
-        raise PathRefused(target=_words(workspace, path.end), reason=reason)
-    for start, end in path.legs():
-        t = first_breach(workspace, start, end)
-        if t is not None:
-            raise _refusal(workspace, start, end, t)
-
-
-def first_breach(workspace: Workspace, start: Joints, end: Joints) -> float | None:
-    """Return a share t of the line between two good waypoints where a limit is broken worst, None if proved."""
-    if start.b == end.b and start.c == end.c:
-        return None
-    breaches: list[tuple[float, float]] = []
-    for condition, scale in _conditions(workspace, start, end):
-        allowed = min(0.0, condition[0], condition[-1]) - _ROUNDING * scale
-        if falls_below(condition, allowed) is not None:
-            t = min((step / _SAMPLES for step in range(_SAMPLES + 1)), key=lambda at: value(condition, at))
-            breaches.append((value(condition, t) / scale, t))
-    return min(breaches)[1] if breaches else None
+    """Prove that every point of the path is in the workspace, or refuse it (see `prove_legs`)."""
+    prove_legs(workspace, path.waypoints)
 
 
 def lowest_point(mechanism: Mechanism, path: JointPath) -> Point:
-    """Return the point of the path where the gripper is lowest.
-
-    Straight in joints is not straight in space: between two places of equal height the gripper dips or rises.
-    Raises `Unreachable` where the lines cannot meet.
-    """
-    return min((_extreme(mechanism, *leg, sign=1.0) for leg in path.legs()), key=lambda point: point.z)
+    """Return the point of the path where the gripper is lowest; raises `Unreachable` where the lines cannot meet."""
+    return lowest(mechanism, path.waypoints)
 
 
 def highest_point(mechanism: Mechanism, path: JointPath) -> Point:
     """Return the point of the path where the gripper is highest; raises as `lowest_point` does."""
-    return max((_extreme(mechanism, *leg, sign=-1.0) for leg in path.legs()), key=lambda point: point.z)
-
-
-def _sections(W: float, start: Joints, end: Joints) -> tuple[list[float], list[float], list[float], list[float]]:
-    """Return b², c², u and h² along the line, in scaled Bernstein form of degree 2, 2, 2 and 4."""
-    _, b0, c0 = start
-    _, b1, c1 = end
-    bb = [b0 * b0, 2.0 * b0 * b1, b1 * b1]
-    cc = [c0 * c0, 2.0 * c0 * c1, c1 * c1]
-    u = [0.5 * W * one + (b - c) / (2.0 * W) for one, b, c in zip(_ONE, bb, cc, strict=True)]
-    return bb, cc, u, [one - two for one, two in zip(raised(bb), product(u, u), strict=True)]
-
-
-def _conditions(workspace: Workspace, start: Joints, end: Joints) -> Iterator[tuple[Polynomial, float]]:
-    """Yield every condition that the ends do not settle, with the size of its terms."""
-    W, deepest = workspace.mechanism.width, workspace.mechanism.reach_down
-    bb, cc, u, hh = _sections(W, start, end)
-    rest = [W * one - at for one, at in zip(_ONE, u, strict=True)]
-    yield u, W
-    yield rest, W
-    yield [deepest**2 * one - h for one, h in zip(raised(_ONE), hh, strict=True)], deepest**2
-    strength = (workspace.tension_limit * W) ** 2
-    carried = [strength * h for h in raised(hh)]
-    for across, length in ((rest, bb), (u, cc)):
-        pulled = product(product(across, across), length)
-        yield [one - two for one, two in zip(carried, pulled, strict=True)], strength * max(bb[0], bb[2])
-
-
-def _refusal(workspace: Workspace, start: Joints, end: Joints, t: float) -> PathRefused:
-    worst = between(start, end, t)
-    reason = workspace.why_not(worst) or "it comes too close to a limit for a proof"
-    return PathRefused(
-        target=_words(workspace, end),
-        reason=f"{t:.0%} of the way there {reason}",
-        at=tuple(worst),
-        share=t,
-    )
-
-
-def _words(workspace: Workspace, joints: Joints) -> str:
-    x, y, z = workspace.mechanism.fk(joints)
-    return f"({x:.4f}, {y:.4f}, {z:.4f}) m"
-
-
-def _extreme(mechanism: Mechanism, start: Joints, end: Joints, sign: float) -> Point:
-    """Return the lowest (sign 1) or highest (sign −1) point of one leg."""
-    W = mechanism.width
-    _, b, c = start
-    along_b, along_c = end.b - b, end.c - c
-
-    def depth(t: float) -> float:
-        b_t, c_t = b + along_b * t, c + along_c * t
-        u = 0.5 * W + (b_t - c_t) * (b_t + c_t) / (2.0 * W)
-        return sign * (b_t - u) * (b_t + u)
-
-    shares = [step / _STEPS for step in range(_STEPS + 1)]
-    best = max(shares, key=depth)
-    peak = _peak(depth, max(0.0, best - 1.0 / _STEPS), min(1.0, best + 1.0 / _STEPS))
-    return mechanism.fk(between(start, end, max((best, peak), key=depth)))
-
-
-def _peak(function: Callable[[float], float], left: float, right: float) -> float:
-    """Return where a function with one peak between `left` and `right` has it."""
-    for _ in range(40):
-        third = (right - left) / 3.0
-        if function(left + third) < function(right - third):
-            left += third
-        else:
-            right -= third
-    return 0.5 * (left + right)
+    return highest(mechanism, path.waypoints)
