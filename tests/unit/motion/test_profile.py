@@ -27,7 +27,7 @@ def test_a_short_segment_has_no_cruise() -> None:
 
 
 def test_a_stair_brakes_at_its_very_end() -> None:
-    profile = Profile.along([(1000.0, 1000.0, 1000.0), (500.0, 1000.0, 800.0), (1.0, 800.0, 0.0)], 1e6, 1e4)
+    profile = Profile.along([(1000.0, 1000.0, 1000.0), (500.0, 1000.0, 800.0), (100.0, 800.0, 0.0)], 1e6, 1e4)
     brake = (1000**2 - 800**2) / 2e4
     begun = profile.pieces[[piece.acceleration for piece in profile.pieces].index(-1e4)]
     assert begun.s == pytest.approx(1500 - brake)
