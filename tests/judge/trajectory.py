@@ -1,0 +1,105 @@
+"""What the mechanics recorded of a motion, measured: speeds, accelerations, and how far from every limit it was."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol, Self
+
+import numpy as np
+
+from tests.judge.mechanism import Floats, Frame, margins
+from tests.judge.zones import Solid, clearances
+
+_SHORTEST = 1e-3
+"""Samples closer in time than this [s] tell no speed: their places are rounded."""
+
+
+class Samples(Protocol):
+    """Samples in order of time, each (n,): time [s], angle [rad], lengths of the lines [m]."""
+
+    @property
+    def t(self) -> Floats: ...
+    @property
+    def a(self) -> Floats: ...
+    @property
+    def b(self) -> Floats: ...
+    @property
+    def c(self) -> Floats: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Trajectory:
+    """Times t (n,) [s] and true joints (n, 3) [rad, m, m].
+
+    Between two samples the joints go straight: the mechanics look wherever the law of their motion changes.
+    """
+
+    t: Floats
+    joints: Floats
+
+    @classmethod
+    def of(cls, samples: Samples, since: float = 0.0) -> Self:
+        """Return what was sampled from time `since` [s] on."""
+        keep = samples.t >= since
+        return cls(samples.t[keep], np.column_stack((samples.a, samples.b, samples.c))[keep])
+
+    @property
+    def start(self) -> Floats:
+        """The first joints (3,)."""
+        return self.joints[0]
+
+    @property
+    def end(self) -> Floats:
+        """The last joints (3,)."""
+        return self.joints[-1]
+
+    def moving(self) -> tuple[float, float]:
+        """Return when the motion begins and when it has ended [s]; twice the last time where nothing moves."""
+        moved = np.flatnonzero(np.abs(np.diff(self.joints, axis=0)).max(axis=1) > 0.0)
+        if not moved.size:
+            return float(self.t[-1]), float(self.t[-1])
+        return float(self.t[moved[0]]), float(self.t[moved[-1] + 1])
+
+    def at(self, times: Floats) -> Floats:
+        """Return the joints (m, 3) at `times`, straight between samples."""
+        return np.column_stack([np.interp(times, self.t, column) for column in self.joints.T])
+
+    def finer(self, step: float) -> Floats:
+        """Return joints (m, 3) along the way, no two neighbours more than `step` [rad, m] apart."""
+        parts = np.ceil(np.abs(np.diff(self.joints, axis=0)).max(axis=1) / step)
+        marks = np.concatenate(([0.0], np.cumsum(np.maximum(parts, 1.0))))
+        wanted = np.arange(marks[-1] + 1.0)
+        return np.column_stack([np.interp(wanted, marks, column) for column in self.joints.T])
+
+    def worst(self, frame: Frame, zones: Sequence[Solid] = (), step: float = 1e-3) -> tuple[str, float]:
+        """Return the limit or zone that came nearest, and its margin [m], negative beyond it."""
+        joints = self.finer(step)
+        found = margins(frame, joints) | {zone.name: clearances(frame, zone, joints) for zone in zones}
+        least = {name: float(values.min()) for name, values in found.items()}
+        name = min(least, key=lambda limit: least[limit])
+        return name, least[name]
+
+    def speeds(self) -> Floats:
+        """Return the greatest speed of every axis (3,) [rad/s, m/s, m/s]."""
+        _, speeds = self._speeds()
+        return np.abs(speeds).max(axis=0, initial=0.0)
+
+    def mean_accelerations(self, window: float) -> Floats:
+        """Return every axis' greatest change of speed within `window` [s], divided by it (3,) [rad/s², m/s²]."""
+        begun, ended = self.moving()
+        if ended <= begun:
+            return np.zeros(3)
+        times, speeds = self._speeds()
+        grid = np.arange(begun - window, ended + window, window / 8.0)
+        at = np.column_stack([np.interp(grid, times, column, left=0.0, right=0.0) for column in speeds.T])
+        return np.abs(at[8:] - at[:-8]).max(axis=0) / window
+
+    def _speeds(self) -> tuple[Floats, Floats]:
+        """Return times (m,) and the mean speeds (m, 3) between samples that are far enough apart."""
+        kept = [0]
+        for index, t in enumerate(self.t):
+            if t - self.t[kept[-1]] >= _SHORTEST:
+                kept.append(index)
+        t, joints = self.t[kept], self.joints[kept]
+        return 0.5 * (t[1:] + t[:-1]), np.diff(joints, axis=0) / np.diff(t)[:, None]

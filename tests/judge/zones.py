@@ -1,0 +1,124 @@
+"""Keep-out zones by brute force: distances of many points of the gripper and the lines to a solid.
+
+The distance to a convex solid, negative inside it, is a convex function along a straight line. So the least of
+many points brackets the least of all, and narrowing the bracket finds it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import hypot, sqrt
+
+import numpy as np
+
+from tests.judge.mechanism import Floats, Frame, from_cylinder, places
+
+_POINTS = 9
+_ROUNDS = 40
+_GOLDEN = (sqrt(5.0) - 1.0) / 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class Solid:
+    """A zone: what it is, how far everything has to stay away, and whether the lines have to as well."""
+
+    name: str
+    margin: float
+    lines: bool
+
+    def distance(self, points: Floats) -> Floats:
+        """Return how far points (n, 3) are outside, negative inside, shape (n,)."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, slots=True)
+class Block(Solid):
+    """A box between two corners."""
+
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+
+    def distance(self, points: Floats) -> Floats:
+        return _outside(np.maximum(np.subtract(self.low, points), np.subtract(points, self.high)))
+
+
+@dataclass(frozen=True, slots=True)
+class Column(Solid):
+    """An upright cylinder."""
+
+    centre: tuple[float, float]
+    radius: float
+    bottom: float
+    top: float
+
+    def distance(self, points: Floats) -> Floats:
+        x, y, z = points.T
+        across = np.hypot(x - self.centre[0], y - self.centre[1]) - self.radius
+        return _outside(np.column_stack((across, np.maximum(self.bottom - z, z - self.top))))
+
+
+@dataclass(frozen=True, slots=True)
+class Behind(Solid):
+    """All that lies behind a plane: the side that `normal` (of any length) points away from."""
+
+    point: tuple[float, float, float]
+    normal: tuple[float, float, float]
+
+    def distance(self, points: Floats) -> Floats:
+        x, y, z = self.normal
+        return np.asarray(np.subtract(points, self.point) @ np.asarray(self.normal) / hypot(x, y, z))
+
+
+def _outside(beyond: Floats) -> Floats:
+    """Return the distance to a product of intervals, given how far each coordinate lies beyond its own."""
+    outer = np.sqrt((np.maximum(beyond, 0.0) ** 2).sum(axis=1))
+    return outer + np.minimum(beyond.max(axis=1), 0.0)
+
+
+def segments(frame: Frame, joints: Floats, *, lines: bool) -> Iterator[tuple[Floats, Floats]]:
+    """Yield the ends of the gripper's segment, and of the two lines, for joints (n, 3): arrays of (n, 3)."""
+    gripper = places(frame, joints)
+    meeting = gripper + np.array((0.0, 0.0, frame.gripper_height))
+    yield gripper, meeting
+    if lines:
+        for radius in (frame.delta, frame.length):
+            cylinder = np.column_stack((joints[:, 0], np.full(len(joints), radius), np.full(len(joints), frame.height)))
+            yield meeting, from_cylinder(cylinder)
+
+
+def clearances(frame: Frame, zone: Solid, joints: Floats, near: float = 0.0) -> Floats:
+    """Return the distance to the zone less its margin, for joints (n, 3), shape (n,).
+
+    It is exact where it is below `near`; elsewhere it is within an eighth of a segment's length, and above `near`.
+    """
+    least = np.full(len(joints), np.inf)
+    for start, end in segments(frame, joints, lines=zone.lines):
+        least = np.minimum(least, _closest(zone, start, end, zone.margin + near))
+    return least - zone.margin
+
+
+def _closest(zone: Solid, start: Floats, end: Floats, near: float) -> Floats:
+    shares = np.linspace(0.0, 1.0, _POINTS)
+    seen = np.array([zone.distance(start + share * (end - start)) for share in shares])
+    least, at = seen.min(axis=0), seen.argmin(axis=0)
+    spacing = np.sqrt(((end - start) ** 2).sum(axis=1)) / (_POINTS - 1)
+    doubt = np.flatnonzero(least - spacing < near)
+    if doubt.size:
+        step = 1.0 / (_POINTS - 1)
+        low, high = np.maximum(shares[at[doubt]] - step, 0.0), np.minimum(shares[at[doubt]] + step, 1.0)
+        least[doubt] = np.minimum(least[doubt], _narrowed(zone, start[doubt], end[doubt], low, high))
+    return least
+
+
+def _narrowed(zone: Solid, start: Floats, end: Floats, low: Floats, high: Floats) -> Floats:
+    """Return the least distance between two shares of each segment, by golden sections."""
+
+    def distance(share: Floats) -> Floats:
+        return zone.distance(start + share[:, None] * (end - start))
+
+    for _ in range(_ROUNDS):
+        left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+        falls = distance(left) > distance(right)
+        low, high = np.where(falls, left, low), np.where(falls, high, right)
+    return distance(0.5 * (low + high))
