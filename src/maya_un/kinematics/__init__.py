@@ -8,9 +8,13 @@ from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.section import Section
 from maya_un.kinematics.statics import hanging, slack, tension
 from maya_un.kinematics.workspace import Limit, Margins, Reason, Stroke, Verdict, Workspace
+from maya_un.kinematics.zones import Box, Cylinder, HalfSpace, Zone
 
 __all__ = [
+    "Box",
+    "Cylinder",
     "Floats",
+    "HalfSpace",
     "Limit",
     "Margins",
     "Mechanism",
@@ -19,6 +23,7 @@ __all__ = [
     "Stroke",
     "Verdict",
     "Workspace",
+    "Zone",
     "hanging",
     "slack",
     "tension",

@@ -7,7 +7,8 @@ below the table top (z ≥ 0).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import product
 from math import atan2, cos, degrees, dist, floor, hypot, inf, isfinite, pi, sin, sqrt, tau
@@ -21,6 +22,7 @@ from maya_un.errors import InvalidConfig, Unreachable
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.section import Section
 from maya_un.kinematics.statics import tension
+from maya_un.kinematics.zones import Zone
 from maya_un.values import Joints, Point
 
 Stroke = tuple[float, float]
@@ -93,7 +95,7 @@ class Workspace:
     """The set of reachable joints and places of one machine.
 
     `boom`, `line_b`, `line_c` are the ranges of the axes (rad, m, m), `tension_limit` is a multiple of the
-    load, `grain` the size of one encoder count (rad, m, m). Made by `Workspace.of`.
+    load, `grain` the size of one encoder count (rad, m, m). `zones` are kept out of, too. Made by `Workspace.of`.
     """
 
     mechanism: Mechanism
@@ -102,6 +104,7 @@ class Workspace:
     line_c: Stroke
     tension_limit: float
     grain: tuple[float, float, float]
+    zones: tuple[Zone, ...] = ()
 
     @classmethod
     def of(cls, config: Config, strokes: tuple[Stroke, Stroke, Stroke] | None = None) -> Workspace:
@@ -121,6 +124,19 @@ class Workspace:
             reason = "with these lengths and strokes no place keeps it, so nothing is reachable"
             raise InvalidConfig(key="safety.tension_limit", value=limit, reason=reason)
         return workspace
+
+    def with_zones(self, zones: Sequence[Zone]) -> Workspace:
+        """Return the same workspace with these zones instead of its own."""
+        return replace(self, zones=tuple(zones))
+
+    @property
+    def zone_grain(self) -> float:
+        """Bound of how far one count of every axis moves gripper, lines and anchors [m].
+
+        A place beside a zone, rounded to whole counts, may be that much nearer to it.
+        """
+        grain_a, grain_b, grain_c = self.grain
+        return self.mechanism.length * grain_a + (1.0 + self.tension_limit) * (grain_b + grain_c)
 
     @property
     def section(self) -> Section:
