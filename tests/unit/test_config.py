@@ -15,7 +15,8 @@ from pydantic import BaseModel, ValidationError
 
 from maya_un.config import AxisConfig, Config, default_path, load, template, to_toml
 from maya_un.config.load import parse
-from maya_un.errors import FileUnreadable, InvalidConfig
+from maya_un.config.zones import parse_zone
+from maya_un.errors import FileUnreadable, InvalidConfig, InvalidRequest
 
 
 @pytest.fixture(autouse=True)
@@ -48,6 +49,17 @@ def refusal(keys: dict[str, Any]) -> Mapping[str, object]:
 def sections(model: BaseModel) -> list[BaseModel]:
     inner = [getattr(model, name) for name in type(model).model_fields]
     return [model, *(part for child in inner if isinstance(child, BaseModel) for part in sections(child))]
+
+
+ZONES: list[dict[str, Any]] = [
+    {"name": "rack", "kind": "box", "low": [0.1, 1.0, 0.0], "high": [0.3, 1.5, 0.6], "margin": 0.0},
+    {"name": "post", "kind": "cylinder", "x": 1.2, "y": 0.3, "radius": 0.05, "low": 0.0, "high": 2.0, "lines": False},
+    {"name": "wall-1", "kind": "half_space", "point": [0.0, 0.1, 0.0], "normal": [0.0, 1.0, 1e-07], "lines": True},
+]
+
+
+def zone(number: int, **changed: object) -> dict[str, Any]:
+    return {"zones": [ZONES[number] | changed]}
 
 
 def test_the_defaults_are_the_manuals() -> None:
@@ -199,6 +211,52 @@ def test_keys_that_contradict_each_other_are_refused(keys: dict[str, Any], key: 
     assert (said["key"], said["value"]) == (key, value)
 
 
+@pytest.mark.parametrize(
+    ("keys", "key"),
+    [
+        (zone(0, name=""), "zones.0.name"),
+        (zone(0, name="a/b"), "zones.0.name"),
+        (zone(0, name=7), "zones.0.name"),
+        (zone(0, kind="ball"), "zones.0.kind"),
+        ({"zones": [{"name": "rack"}]}, "zones.0.kind"),
+        (zone(0, low=[0.1, 1.0]), "zones.0.low.2"),
+        (zone(0, low=[0.1, 1.0, "0"]), "zones.0.low.2"),
+        (zone(0, low=[0.1, 1.0, nan]), "zones.0.low.2"),
+        (zone(0, high=[300.0, 1.5, 0.6]), "zones.0.high.0"),
+        (zone(0, high=[0.1, 1.5, 0.6]), "zones.0.low"),
+        (zone(0, margin=-0.01), "zones.0.margin"),
+        (zone(0, margin=50), "zones.0.margin"),
+        (zone(0, lines=1), "zones.0.lines"),
+        (zone(0, radius=1.0), "zones.0.radius"),
+        (zone(1, radius=0.0), "zones.0.radius"),
+        (zone(1, high=0.0), "zones.0.low"),
+        (zone(2, normal=[0.0, 0.0, 0.0]), "zones.0.normal"),
+        ({"zones": [ZONES[0], ZONES[1], ZONES[0]]}, "zones.2.name"),
+        ({"zones": "rack"}, "zones"),
+    ],
+)
+def test_what_makes_no_zone_is_refused_by_its_key(keys: dict[str, Any], key: str) -> None:
+    assert refusal(keys)["key"] == key
+
+
+def test_the_kinds_of_zones_are_told_where_another_is_named() -> None:
+    said = refusal(zone(0, kind="ball"))
+    assert (said["value"], said["reason"]) == ('"ball"', "it is one of box, cylinder, half_space")
+
+
+def test_zones_have_a_margin_and_keep_the_lines_out_of_solids_where_nothing_is_said() -> None:
+    zones = parse({"zones": ZONES}).zones
+    assert [(zone.margin, zone.lines) for zone in zones] == [(0.0, True), (0.05, False), (0.05, True)]
+
+
+def test_a_zone_that_is_handed_in_is_read_as_one_of_the_configuration() -> None:
+    assert parse_zone(ZONES[1]) == parse({"zones": ZONES}).zones[1]
+    with pytest.raises(InvalidRequest, match=r"radius: .*greater than 0"):
+        parse_zone(ZONES[1] | {"radius": -1.0})
+    with pytest.raises(InvalidRequest, match="kind: it is one of box"):
+        parse_zone({})
+
+
 def test_letters_may_be_exchanged() -> None:
     config = parse({"axes": {"a": {"letter": "C"}, "c": {"letter": "A"}}})
     assert [axis.letter for axis in axes(config)] == ["C", "B", "A"]
@@ -251,6 +309,7 @@ def configurations(draw: st.DrawFn) -> Config:
         "gripper": {"closed_by": draw(st.sampled_from(["clear", "set"])), "output": draw(st.integers(1, 8))},
         "wiring": {"limit_active_level": draw(st.sampled_from([-1, 1]))},
         "safety": {"self_locking": locking} | draw(st.sampled_from([{}, {"off_on_error": 0}])),
+        "zones": draw(st.lists(st.sampled_from(ZONES), unique_by=lambda zone: zone["name"])),
     }
     return parse(keys)
 
@@ -267,7 +326,7 @@ def test_the_file_to_start_from_changes_nothing() -> None:
 def test_every_line_of_the_file_to_start_from_may_be_uncommented() -> None:
     lines = [line.removeprefix("# ") if " = " in line else line for line in template().splitlines()]
     text = "\n".join(line for line in lines if not line.startswith("#"))
-    assert tomllib.loads(text) == Config().model_dump(exclude_none=True)
+    assert tomllib.loads(text) == Config().model_dump(exclude_none=True, exclude={"zones"})
 
 
 def test_the_file_to_start_from_names_every_key() -> None:

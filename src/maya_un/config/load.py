@@ -9,8 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 
-from maya_un.config.model import Config, Contradiction
+from maya_un.config.base import flaw
+from maya_un.config.model import Config
+from maya_un.config.zones import KINDS
 from maya_un.errors import FileUnreadable, InvalidConfig
 
 
@@ -63,15 +66,8 @@ def _overlay(base: dict[str, Any], top: dict[str, Any]) -> dict[str, Any]:
 
 
 def _refusal(error: ValidationError) -> InvalidConfig:
-    first = error.errors(include_url=False)[0]
-    place, value, reason = list(first["loc"]), first["input"], first["msg"]
-    cause = first.get("ctx", {}).get("error")
-    if isinstance(cause, Contradiction):
-        place, value, reason = [*place, cause.key], cause.value, str(cause)
-    elif first["type"] == "extra_forbidden":
-        reason = "there is no such key"
-    key = ".".join(str(part) for part in place)
-    return InvalidConfig(key=key, value=_shown(value), reason=reason.removeprefix("Value error, "))
+    found = flaw(error, tuple(KINDS))
+    return InvalidConfig(key=found.key, value=_shown(found.value), reason=found.reason)
 
 
 def to_toml(config: Config, *, commented: bool = False) -> str:
@@ -80,7 +76,9 @@ def to_toml(config: Config, *, commented: bool = False) -> str:
     With `commented`, the keys themselves are commented out, which makes a file to start from.
     """
     lines: list[str] = []
-    _write(config, "", lines, "# " if commented else "")
+    prefix = "# " if commented else ""
+    _write(config, "", lines, prefix)
+    _write_zones(config, lines, prefix)
     return "\n".join(lines).strip() + "\n"
 
 
@@ -92,7 +90,7 @@ def template() -> str:
 
 def _write(model: BaseModel, name: str, lines: list[str], prefix: str) -> None:
     fields = type(model).model_fields
-    leaves = {key: getattr(model, key) for key in fields if not isinstance(getattr(model, key), BaseModel)}
+    leaves = {key: getattr(model, key) for key in fields if not isinstance(getattr(model, key), BaseModel | tuple)}
     if leaves:
         lines.extend(["", f"[{name}]"])
     for key, value in leaves.items():
@@ -102,6 +100,23 @@ def _write(model: BaseModel, name: str, lines: list[str], prefix: str) -> None:
         child = getattr(model, key)
         if isinstance(child, BaseModel):
             _write(child, f"{name}.{key}" if name else key, lines, prefix)
+
+
+def _write_zones(config: Config, lines: list[str], prefix: str) -> None:
+    for zone in config.zones:
+        lines.extend(["", f"{prefix}[[zones]]"])
+        for key, field in type(zone).model_fields.items():
+            lines.append(f"{prefix}{key} = {json.dumps(getattr(zone, key))}  # {field.description}")
+    if not config.zones:
+        lines.extend(["", f"# zones: {type(config).model_fields['zones'].description}"])
+        for kind, model in KINDS.items():
+            lines.append(f"#   of kind {kind}:")
+            keys = model.model_fields.items()
+            lines.extend(f"#     {key}: {_meaning(field)}" for key, field in keys if key != "kind")
+
+
+def _meaning(field: FieldInfo) -> str:
+    return f"{field.description}{'' if field.is_required() else f' (default {json.dumps(field.default)})'}"
 
 
 def _shown(value: object) -> str:

@@ -5,26 +5,17 @@ from __future__ import annotations
 from math import pi
 from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from maya_un.address import split
-
-Metres = Annotated[float, Field(gt=0.0, le=10.0)]
-"""A length [m]; the upper bound catches millimetres."""
+from maya_un.config.base import Contradiction, Metres
+from maya_un.config.base import Section as _Section
+from maya_un.config.zones import ZoneConfig
 
 Register = Annotated[int, Field(ge=0, le=1_073_740_800)]
 """A controller register in counts, counts/s or counts/s²."""
 
 Letter = Literal["A", "B", "C"]
-
-
-class Contradiction(ValueError):
-    """A value that another one rules out: the `key` within its section, its `value`, and why."""
-
-    def __init__(self, key: str, value: object, reason: str) -> None:
-        super().__init__(reason)
-        self.key = key
-        self.value = value
 
 
 def _host_and_port(address: str) -> str:
@@ -34,10 +25,6 @@ def _host_and_port(address: str) -> str:
 
 Address = Annotated[str, AfterValidator(_host_and_port)]
 """HOST or HOST:PORT."""
-
-
-class _Section(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=True)
 
 
 class ControllerConfig(_Section):
@@ -216,6 +203,10 @@ class Config(_Section):
     safety: SafetyConfig = SafetyConfig()
     homing: HomingConfig = HomingConfig()
     cell: CellConfig = CellConfig()
+    zones: Annotated[
+        tuple[ZoneConfig, ...],
+        Field(strict=False, description="what to keep out of, each in a [[zones]] of its own; there are none"),
+    ] = ()
 
     @model_validator(mode="after")
     def _reachable(self) -> Self:
@@ -235,4 +226,13 @@ class Config(_Section):
         if grasp + self.cell.clearance >= highest:
             reason = f"with the clearance it must stay below {highest:g}, where the lines are straight"
             raise Contradiction("cell.grasp_height", grasp, reason)
+        return self
+
+    @model_validator(mode="after")
+    def _zones_have_names_of_their_own(self) -> Self:
+        names: set[str] = set()
+        for number, zone in enumerate(self.zones):
+            if zone.name in names:
+                raise Contradiction(f"zones.{number}.name", zone.name, "another zone has this name")
+            names.add(zone.name)
         return self

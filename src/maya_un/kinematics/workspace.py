@@ -22,7 +22,7 @@ from maya_un.errors import InvalidConfig, Unreachable
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.section import Section
 from maya_un.kinematics.statics import tension
-from maya_un.kinematics.zones import Zone
+from maya_un.kinematics.zones import Zone, zone_of
 from maya_un.values import Joints, Point
 
 Stroke = tuple[float, float]
@@ -119,7 +119,8 @@ class Workspace:
         limit = config.safety.tension_limit
         per_unit = Units.of(config).per_unit
         grain = (1.0 / per_unit[0], 1.0 / per_unit[1], 1.0 / per_unit[2])
-        workspace = cls(Mechanism.of(config), boom, line_b, line_c, limit, grain)
+        zones = tuple(map(zone_of, config.zones))
+        workspace = cls(Mechanism.of(config), boom, line_b, line_c, limit, grain, zones)
         if workspace.section.shrunk(_INSETS[-1]).is_empty():
             reason = "with these lengths and strokes no place keeps it, so nothing is reachable"
             raise InvalidConfig(key="safety.tension_limit", value=limit, reason=reason)

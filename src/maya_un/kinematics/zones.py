@@ -18,6 +18,7 @@ from math import hypot, inf
 import numpy as np
 from numpy.typing import NDArray
 
+from maya_un.config.zones import AnyZone, BoxConfig, CylinderConfig, HalfSpaceConfig
 from maya_un.kinematics.convex import Tangents, least
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.values import Joints, Point
@@ -145,6 +146,18 @@ class HalfSpace(Zone):
         unit = (np.array(self.normal) / hypot(*self.normal)).reshape(column)
         distances = ((places - np.array(self.point).reshape(column)) * unit).sum(axis=0)
         return distances, np.broadcast_to(unit, places.shape)
+
+
+def zone_of(config: AnyZone) -> Zone:
+    """Return the zone that is written so."""
+    match config:
+        case BoxConfig():
+            return Box(config.name, Point(*config.low), Point(*config.high), config.margin, config.lines)
+        case CylinderConfig():
+            axis = config.x, config.y
+            return Cylinder(config.name, *axis, config.radius, config.low, config.high, config.margin, config.lines)
+        case HalfSpaceConfig():
+            return HalfSpace(config.name, Point(*config.point), Point(*config.normal), config.margin, config.lines)
 
 
 def _joined(beyond: Floats) -> tuple[Floats, Floats]:
