@@ -1,0 +1,155 @@
+"""The workspace from above, at one height: what the gripper point reaches, the boom, the directions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, degrees, sin
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Arc, FancyArrowPatch, Wedge
+
+from maya_un.kinematics import Workspace
+from maya_un.plots import zones
+from maya_un.plots.marks import Marked
+from maya_un.plots.style import BOOM, GREY, INK, LINE_B, LINE_C, REACHABLE, quiet_grid
+
+_COLUMNS = 801
+_GRID = 0.015
+_ROOM = 0.3
+
+
+def rings(workspace: Workspace, height: float) -> list[tuple[float, float]]:
+    """Return the ranges of the distance d from axis a [m] that are reachable at a `height` z [m], zones aside."""
+    mechanism, section = workspace.mechanism, workspace.section
+    h = mechanism.reach_down - height
+    found: list[tuple[float, float]] = []
+    begun: float | None = None
+    last = 0.0
+    for u in np.linspace(0.0, mechanism.width, _COLUMNS):
+        depths = section.depths(float(u))
+        inside = depths is not None and depths[0] <= h <= depths[1]
+        if inside:
+            begun = float(u) if begun is None else begun
+            last = float(u)
+        elif begun is not None:
+            found.append((begun, last))
+            begun = None
+    if begun is not None:
+        found.append((begun, last))
+    return [(mechanism.delta + start, mechanism.delta + end) for start, end in found]
+
+
+def draw_plan(axes: Axes, workspace: Workspace, height: float, bearing: float, marked: Marked | None = None) -> None:
+    """Draw what is reachable at `height` [m], with the boom at the angle `bearing` [rad]."""
+    _Drawing(axes, workspace, height, bearing).all(marked)
+
+
+def frame(axes: Axes, workspace: Workspace) -> None:
+    """Set up `axes` to show everything that the boom passes over, in metres, seen from above."""
+    quiet_grid(axes)
+    left, right, low, high = _extent(workspace)
+    axes.set(aspect="equal", xlim=(left, right), ylim=(low, high), xlabel="x [m]", ylabel="y [m]")
+
+
+def sectors(axes: Axes, workspace: Workspace, height: float) -> None:
+    """Fill what is reachable at `height` [m], zones aside."""
+    start, end = (90.0 - degrees(angle) for angle in reversed(workspace.boom))
+    for inner, outer in rings(workspace, height):
+        axes.add_patch(
+            Wedge((0.0, 0.0), outer, start, end, width=outer - inner, fc=REACHABLE, ec=INK, lw=1.4, zorder=1.5)
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _Drawing:
+    axes: Axes
+    workspace: Workspace
+    height: float
+    bearing: float
+
+    def all(self, marked: Marked | None) -> None:
+        frame(self.axes, self.workspace)
+        sectors(self.axes, self.workspace, self.height)
+        self._radii()
+        self._range()
+        self._directions()
+        self._boom()
+        self._zones()
+        if marked is not None:
+            marked.show(self.axes, marked.target[:2], marked.held[:2])
+        self.axes.set_title(f"From above, at z = {self.height:.2f} m")
+
+    def _radii(self) -> None:
+        """Write the ends of what is reachable along the start of the boom's range."""
+        angle = self.workspace.boom[0]
+        for ring in rings(self.workspace, self.height):
+            for radius, side in zip(ring, (10, -10), strict=True):
+                x, y = _at(radius, angle)
+                self.axes.annotate(
+                    f"{radius:.2f} m", (x, y), (4, side), textcoords="offset points", fontsize=8, va="center"
+                )
+
+    def _range(self) -> None:
+        """Draw where the anchors pass, and name the ends of the boom's range."""
+        axes, mechanism = self.axes, self.workspace.mechanism
+        start, end = (90.0 - degrees(angle) for angle in reversed(self.workspace.boom))
+        for radius, colour in ((mechanism.delta, LINE_B), (mechanism.length, LINE_C)):
+            axes.add_patch(
+                Arc((0, 0), 2 * radius, 2 * radius, theta1=start, theta2=end, color=colour, lw=0.9, ls="dotted")
+            )
+        for angle in self.workspace.boom:
+            x, y = _at(mechanism.length + 0.04, angle)
+            axes.plot((0.0, x), (0.0, y), color=GREY, linewidth=0.8, linestyle="dashed", zorder=1.4)
+            x, y = _at(mechanism.length + 0.13, angle)
+            axes.text(x, y, f"α = {degrees(angle):.0f}°", color=INK, fontsize=8, ha="center", va="center")
+
+    def _directions(self) -> None:
+        """Draw the directions +x and +y, and which way α grows."""
+        axes = self.axes
+        for x, y, name in ((0.0, 0.42, "+y"), (0.42, 0.0, "+x")):
+            axes.add_patch(FancyArrowPatch((0, 0), (x, y), arrowstyle="-|>", mutation_scale=9, color=INK, zorder=5))
+            axes.annotate(name, (x, y), (3, 3), textcoords="offset points", fontsize=8, zorder=5)
+
+    def _boom(self) -> None:
+        axes, mechanism, bearing = self.axes, self.workspace.mechanism, self.bearing
+        x, y = _at(mechanism.length + 0.06, bearing)
+        axes.plot((0.0, x), (0.0, y), color=GREY, linewidth=3.5, solid_capstyle="butt", zorder=4)
+        for radius, colour in ((mechanism.delta, LINE_B), (mechanism.length, LINE_C)):
+            x, y = _at(radius, bearing)
+            axes.plot(x, y, marker="o", markersize=5.5, color=colour, zorder=6)
+        axes.plot(0.0, 0.0, marker="o", markersize=9, color=GREY, zorder=6)
+        axes.annotate("axis a", (0.0, 0.0), (-8, -10), textcoords="offset points", ha="right", fontsize=8, color=GREY)
+        self._angle()
+
+    def _angle(self) -> None:
+        """Show how the boom's angle is counted: from +y, clockwise."""
+        radius, first = 0.62, self.workspace.boom[0]
+        swept = np.linspace(0.0, self.bearing, 61)
+        if self.bearing - first < 0.15:
+            return
+        x, y = radius * np.sin(swept), radius * np.cos(swept)
+        self.axes.plot(x, y, color=BOOM, linewidth=1.2, zorder=4)
+        tip = FancyArrowPatch((x[-4], y[-4]), (x[-1], y[-1]), arrowstyle="-|>", mutation_scale=9, color=BOOM, zorder=4)
+        self.axes.add_patch(tip)
+        place = _at(radius + 0.02, 0.5 * self.bearing)
+        self.axes.annotate("α", place, (3, 3), textcoords="offset points", color=BOOM, fontsize=10, zorder=5)
+
+    def _zones(self) -> None:
+        left, right, low, high = _extent(self.workspace)
+        x, y = np.arange(left, right + _GRID, _GRID), np.arange(low, high + _GRID, _GRID)
+        across, up = np.meshgrid(x, y)
+        places = np.stack((across, up, np.full_like(across, self.height)))
+        zones.draw(self.axes, self.workspace, x, y, places)
+
+
+def _at(radius: float, angle: float) -> tuple[float, float]:
+    return radius * sin(angle), radius * cos(angle)
+
+
+def _extent(workspace: Workspace) -> tuple[float, float, float, float]:
+    """Return left, right, low and high ends of what the boom passes over, with some room [m]."""
+    reach = workspace.mechanism.length
+    turned = np.linspace(*workspace.boom, 181)
+    x, y = np.append(reach * np.sin(turned), 0.0), np.append(reach * np.cos(turned), 0.0)
+    return float(x.min()) - _ROOM, float(x.max()) + _ROOM, float(y.min()) - _ROOM, float(y.max()) + _ROOM

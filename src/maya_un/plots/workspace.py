@@ -1,0 +1,75 @@
+"""Figures of the workspace: from the side, from above, in space, or all three."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+from matplotlib.figure import Figure
+from matplotlib.gridspec import SubplotSpec
+from mpl_toolkits.mplot3d import Axes3D
+
+from maya_un.kinematics import Workspace
+from maya_un.plots.marks import Marked
+from maya_un.plots.plan import draw_plan
+from maya_un.plots.section import draw_section
+from maya_un.plots.style import blank, house_style
+from maya_un.plots.surface import draw_surface
+from maya_un.values import Point
+
+
+class View(StrEnum):
+    """What of the workspace a figure shows."""
+
+    SECTION = "section"
+    PLAN = "plan"
+    SPACE = "3d"
+    ALL = "all"
+
+
+def workspace_figure(workspace: Workspace, height: float, view: View = View.ALL, target: Point | None = None) -> Figure:
+    """Return a figure of the workspace.
+
+    `height` [m] is where the plan is cut. A `target` [m] is marked together with the reachable place nearest to it,
+    and the boom points there; without one it points to the middle of its range.
+    """
+    marked = None if target is None else Marked.of(workspace, target)
+    bearing = 0.5 * sum(workspace.boom) if marked is None else workspace.mechanism.ik(marked.held).a
+    with house_style():
+        match view:
+            case View.SECTION:
+                figure = blank(7.2, 6.8)
+                draw_section(figure.add_subplot(), workspace, bearing, marked)
+            case View.PLAN:
+                figure = blank(5.4, 7.0)
+                draw_plan(figure.add_subplot(), workspace, height, bearing, marked)
+            case View.SPACE:
+                figure = blank(7.2, 6.4)
+                draw_surface(_in_space(figure), workspace, bearing, marked)
+            case View.ALL:
+                figure = _all(workspace, height, bearing, marked)
+        if marked is not None:
+            _explain(figure, marked)
+    return figure
+
+
+def _all(workspace: Workspace, height: float, bearing: float, marked: Marked | None) -> Figure:
+    figure = blank(12.6, 11.0)
+    grid = figure.add_gridspec(2, 2, width_ratios=(1.25, 1.0), height_ratios=(1.25, 1.0))
+    draw_section(figure.add_subplot(grid[0, 0]), workspace, bearing, marked)
+    draw_plan(figure.add_subplot(grid[:, 1]), workspace, height, bearing, marked)
+    draw_surface(_in_space(figure, grid[1, 0]), workspace, bearing, marked)
+    return figure
+
+
+def _in_space(figure: Figure, place: SubplotSpec | None = None) -> Axes3D:
+    axes = figure.add_subplot(projection="3d") if place is None else figure.add_subplot(place, projection="3d")
+    assert isinstance(axes, Axes3D)
+    return axes
+
+
+def _explain(figure: Figure, marked: Marked) -> None:
+    """Put what the marks mean, and where they are, under the figure."""
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    places = ([] if marked.reachable else [marked.target]) + [marked.held]
+    words = [f"{label} ({at.x:.3f}, {at.y:.3f}, {at.z:.3f}) m" for label, at in zip(labels, places, strict=True)]
+    figure.legend(handles, words, loc="outside lower center", ncols=2)
