@@ -1,7 +1,7 @@
 """Motion as mathematics: paths in joint space, the proof that they are safe, and their timing on the controller."""
 
 from maya_un.motion.move import CoordinatedMove, Counts, Segment, commands
-from maya_un.motion.path import JointPath, between, check_path, first_breach, highest_point, lowest_point
+from maya_un.motion.path import JointPath, between, check_path, highest_point, lowest_point
 from maya_un.motion.profile import Piece, Profile
 from maya_un.motion.timing import Limits, plan
 
@@ -16,7 +16,6 @@ __all__ = [
     "between",
     "check_path",
     "commands",
-    "first_breach",
     "highest_point",
     "lowest_point",
     "plan",

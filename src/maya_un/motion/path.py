@@ -6,13 +6,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
+import numpy as np
+
 from maya_un.errors import TrajectoryRefused
 from maya_un.kinematics import Mechanism, Workspace
 from maya_un.motion.clearance import highest, lowest
-from maya_un.motion.proof import between, first_breach, prove_legs
+from maya_un.motion.proof import between, prove
 from maya_un.values import Joints, Point
 
-__all__ = ["JointPath", "between", "check_path", "first_breach", "highest_point", "lowest_point"]
+__all__ = ["JointPath", "between", "check_path", "highest_point", "lowest_point"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,8 +51,8 @@ class JointPath:
 
 
 def check_path(workspace: Workspace, path: JointPath) -> None:
-    """Prove that every point of the path is in the workspace, or refuse it (see `prove_legs`)."""
-    prove_legs(workspace, path.waypoints)
+    """Prove that every point of the path is in the workspace, or refuse it (see `maya_un.motion.proof.prove`)."""
+    prove(workspace, np.array(path.waypoints), range(1, len(path.waypoints) - 1))
 
 
 def lowest_point(mechanism: Mechanism, path: JointPath) -> Point:

@@ -1,36 +1,38 @@
 """The proof that every point of a path is in the workspace.
 
 A path is not safe because its ends are: between them the lines can become too straight, hang slack, or let the
-gripper down to the table. Between two knots the controller drives straight in (a, b, c): along such a chord b and c
-are linear in t, u = (W² + b² − c²)/2W is quadratic, and every limit of the workspace is a polynomial condition on
-0 ≤ t ≤ 1:
+gripper down to the table. Between two knots the controller drives straight in (a, b, c); what holds along such a
+chord is proved, not sampled (`maya_un.motion.conditions`).
 
-    strokes, boom, b + c ≥ W      degree 1: kept between the ends if kept at the ends
-    u ≥ 0,  W − u ≥ 0             degree 2
-    z ≥ 0                         (H − Φ)² − b² + u² ≥ 0, degree 4
-    T_b ≤ k                       k²W²(b² − u²) − (W − u)²b² ≥ 0, degree 6
-    T_c ≤ k                       k²W²(b² − u²) − u²c² ≥ 0, degree 6
-
-Each is proved, not sampled (`maya_un.motion.bernstein`). Coordinated motion keeps the axes on this path at every
-speed, and a coordinated stop decelerates along it. Where a stop at any instant ends, and all of its way there, are
-therefore points of the same chords: the proof for the path holds for every stop on it.
+Coordinated motion keeps the axes on this path at every speed, and a coordinated stop decelerates along it. Where a
+stop at any instant ends, and all of its way there, are therefore points of the same chords: the proof for the path
+holds for every stop on it. What a fault may do beside the path is `maya_un.motion.stopping`'s affair.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from bisect import bisect_right
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
 
 from maya_un.errors import PathRefused
-from maya_un.kinematics.workspace import Workspace
-from maya_un.motion.bernstein import Polynomial, falls_below, product, raised, value
+from maya_un.kinematics.mechanism import Floats
+from maya_un.kinematics.workspace import TOLERANCE, Workspace
+from maya_un.motion.conditions import along, falling, values
 from maya_un.values import Joints
 
 _SAMPLES = 64
-_ROUNDING = 1e-11
-"""Rounding of the coefficients, relative to the size of the terms they are made of."""
+_SURE = 1e-12
+"""Conditions kept to this much need no second look: it is far below `TOLERANCE`, far above rounding."""
 
-_ONE = (1.0, 2.0, 1.0)
+
+class Place(NamedTuple):
+    """A place on a path: `share` (0 to 1) of the chord with this number."""
+
+    chord: int
+    share: float
 
 
 def between(start: Joints, end: Joints, t: float) -> Joints:
@@ -39,73 +41,98 @@ def between(start: Joints, end: Joints, t: float) -> Joints:
     return Joints(a + (end.a - a) * t, b + (end.b - b) * t, c + (end.c - c) * t)
 
 
-def prove_legs(workspace: Workspace, waypoints: Sequence[Joints]) -> None:
-    """Prove that every point of the straight legs between waypoints is in the workspace, or refuse them.
+def prove(workspace: Workspace, joints: Floats, vias: Sequence[int] = ()) -> None:
+    """Prove that every point of the chords between knots is in the workspace, or refuse the path.
 
-    Waypoints may lie outside by the size of an encoder count, because places on the edge are rounded to
-    counts; between two of them no limit is broken further than at these two. Raises `Unreachable` for a
-    waypoint outside, `PathRefused` for a way between two good waypoints that leaves the workspace, or for a
-    start that is outside already.
+    `joints` are the knots, shape (n, 3) [rad, m, m]; `vias` are the numbers of those, but for the first and the
+    last, that somebody asked for. Knots may lie outside by the size of an encoder count, because places on the edge
+    are rounded to counts; between two of them no limit is broken further than at these two. Raises `Unreachable` for
+    an end or a via outside, `PathRefused` for a way between good ones that leaves the workspace, or for a start that
+    is outside already. Where it is left, the details have the joints there, `at`, and `share`, how much of the way
+    to `target` has then been gone in counts.
     """
-    for waypoint in waypoints[1:]:
-        if not workspace.holds_grain(waypoint):
-            workspace.require(waypoint)
-    if not workspace.holds_grain(waypoints[0]):
-        reason = f"it starts outside the workspace: {workspace.why_not(waypoints[0])}"
-        raise PathRefused(target=_words(workspace, waypoints[-1]), reason=reason)
-    for start, end in pairwise(waypoints):
-        t = first_breach(workspace, start, end)
-        if t is not None:
-            raise _refusal(workspace, start, end, t)
+    waypoints = [0, *vias, len(joints) - 1]
+    coefficients = along(workspace, joints)
+    if _surely_inside(workspace, joints, coefficients):
+        return
+    _prove_knots(workspace, joints, coefficients, waypoints)
+    broken = falling(coefficients)
+    if broken:
+        raise _refusal(workspace, joints, waypoints, broken[0])
 
 
-def first_breach(workspace: Workspace, start: Joints, end: Joints) -> float | None:
-    """Return a share t of the line between two good waypoints where a limit is broken worst, None if proved."""
-    if start.b == end.b and start.c == end.c:
-        return None
-    breaches: list[tuple[float, float]] = []
-    for condition, scale in _conditions(workspace, start, end):
-        allowed = min(0.0, condition[0], condition[-1]) - _ROUNDING * scale
-        if falls_below(condition, allowed) is not None:
-            t = min((step / _SAMPLES for step in range(_SAMPLES + 1)), key=lambda at: value(condition, at))
-            breaches.append((value(condition, t) / scale, t))
-    return min(breaches)[1] if breaches else None
-
-
-def _sections(W: float, start: Joints, end: Joints) -> tuple[list[float], list[float], list[float], list[float]]:
-    """Return b², c², u and h² along the line, in scaled Bernstein form of degree 2, 2, 2 and 4."""
-    _, b0, c0 = start
-    _, b1, c1 = end
-    bb = [b0 * b0, 2.0 * b0 * b1, b1 * b1]
-    cc = [c0 * c0, 2.0 * c0 * c1, c1 * c1]
-    u = [0.5 * W * one + (b - c) / (2.0 * W) for one, b, c in zip(_ONE, bb, cc, strict=True)]
-    return bb, cc, u, [one - two for one, two in zip(raised(bb), product(u, u), strict=True)]
-
-
-def _conditions(workspace: Workspace, start: Joints, end: Joints) -> Iterator[tuple[Polynomial, float]]:
-    """Yield every condition that the ends do not settle, with the size of its terms."""
-    W, deepest = workspace.mechanism.width, workspace.mechanism.reach_down
-    bb, cc, u, hh = _sections(W, start, end)
-    rest = [W * one - at for one, at in zip(_ONE, u, strict=True)]
-    yield u, W
-    yield rest, W
-    yield [deepest**2 * one - h for one, h in zip(raised(_ONE), hh, strict=True)], deepest**2
-    strength = (workspace.tension_limit * W) ** 2
-    carried = [strength * h for h in raised(hh)]
-    for across, length in ((rest, bb), (u, cc)):
-        pulled = product(product(across, across), length)
-        yield [one - two for one, two in zip(carried, pulled, strict=True)], strength * max(bb[0], bb[2])
-
-
-def _refusal(workspace: Workspace, start: Joints, end: Joints, t: float) -> PathRefused:
-    worst = between(start, end, t)
-    reason = workspace.why_not(worst) or "it comes too close to a limit for a proof"
-    return PathRefused(
-        target=_words(workspace, end),
-        reason=f"{t:.0%} of the way there {reason}",
-        at=tuple(worst),
-        share=t,
+def _surely_inside(workspace: Workspace, joints: Floats, coefficients: Floats) -> bool:
+    """Whether all limits are kept beyond doubt: what most paths need is a look at the least of everything."""
+    if not coefficients.min() >= -_SURE:
+        return False
+    least, most = joints.min(axis=0).tolist(), joints.max(axis=0).tolist()
+    strokes = (workspace.boom, workspace.line_b, workspace.line_c)
+    return all(
+        stroke[0] - TOLERANCE <= low and high <= stroke[1] + TOLERANCE
+        for low, high, stroke in zip(least, most, strokes, strict=True)
     )
+
+
+def _prove_knots(workspace: Workspace, joints: Floats, coefficients: Floats, waypoints: list[int]) -> None:
+    outside = _outside(workspace, joints, coefficients)
+    for waypoint in waypoints[1:]:
+        if waypoint in outside:
+            workspace.require(_at(joints, waypoint))
+    if 0 in outside:
+        reason = f"it starts outside the workspace: {workspace.why_not(_at(joints, 0))}"
+        raise PathRefused(target=_words(workspace, _at(joints, -1)), reason=reason)
+    if outside:
+        raise _refusal(workspace, joints, waypoints, min(outside) - 1)
+
+
+def _outside(workspace: Workspace, joints: Floats, coefficients: Floats) -> set[int]:
+    """Return the numbers of the knots that lie outside by more than an encoder count."""
+    low, high = np.array((workspace.boom, workspace.line_b, workspace.line_c)).T
+    sure = ((joints >= low - TOLERANCE) & (joints <= high + TOLERANCE)).all(axis=1)
+    sure[:-1] &= (coefficients[0] >= -_SURE).all(axis=0)
+    sure[-1] &= bool((coefficients[-1, :, -1] >= -_SURE).all())
+    doubtful = np.flatnonzero(~sure).tolist()
+    return {knot for knot in doubtful if not workspace.holds_grain(_at(joints, knot))}
+
+
+def _refusal(workspace: Workspace, joints: Floats, waypoints: list[int], chord: int) -> PathRefused:
+    """Return the refusal of the way between the waypoints around a chord that is broken."""
+    leg = bisect_right(waypoints, chord)
+    first, last = waypoints[leg - 1], waypoints[leg]
+    knots = joints[first : last + 1]
+    worst = _worst(workspace, knots)
+    at = between(_at(knots, worst.chord), _at(knots, worst.chord + 1), worst.share)
+    reason = workspace.why_not(at) or "it comes too close to a limit for a proof"
+    share = _gone(workspace, knots, worst)
+    return PathRefused(
+        target=_words(workspace, _at(knots, -1)),
+        reason=f"{share:.0%} of the way there {reason}",
+        at=tuple(at),
+        share=share,
+    )
+
+
+def _worst(workspace: Workspace, knots: Floats) -> Place:
+    """Return where the chords between knots break a limit furthest beyond what it is at the first and the last."""
+    shares = np.linspace(0.0, 1.0, _SAMPLES + 1)
+    places = knots[:-1, np.newaxis] + (knots[1:] - knots[:-1])[:, np.newaxis] * shares[:, np.newaxis]
+    strokes = np.array((workspace.boom, workspace.line_b, workspace.line_c))
+    inside = np.minimum(places - strokes[:, 0], strokes[:, 1] - places) / (strokes[:, 1] - strokes[:, 0])
+    kept = np.concatenate((values(workspace, places[..., 1], places[..., 2]), np.moveaxis(inside, -1, 0)))
+    ends = np.minimum(kept[:, 0, 0], kept[:, -1, -1])
+    short = (kept - np.minimum(0.0, ends)[:, np.newaxis, np.newaxis]).min(axis=0)
+    chord, sample = np.unravel_index(int(np.argmin(short)), short.shape)
+    return Place(int(chord), float(shares[sample]))
+
+
+def _gone(workspace: Workspace, knots: Floats, place: Place) -> float:
+    """Return the share of the way along all chords that has been gone at a place, in counts."""
+    lengths = np.sqrt((((knots[1:] - knots[:-1]) / workspace.grain) ** 2).sum(axis=1))
+    return float((lengths[: place.chord].sum() + place.share * lengths[place.chord]) / lengths.sum())
+
+
+def _at(joints: Floats, knot: int) -> Joints:
+    return Joints(*joints[knot].tolist())
 
 
 def _words(workspace: Workspace, joints: Joints) -> str:

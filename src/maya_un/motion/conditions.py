@@ -1,0 +1,113 @@
+"""The limits of the workspace as polynomials along many chords at once.
+
+Along a chord, straight in (a, b, c), b and c are linear in t and u = (W² + b² − c²)/2W is quadratic, so every limit
+is a polynomial condition on 0 ≤ t ≤ 1:
+
+    strokes, boom, b + c ≥ W      degree 1: kept between the ends if kept at the ends
+    u ≥ 0,  W − u ≥ 0             degree 2
+    z ≥ 0                         (H − Φ)² − b² + u² ≥ 0, degree 4
+    T_b ≤ k                       k²W²(b² − u²) − (W − u)²b² ≥ 0, degree 6
+    T_c ≤ k                       k²W²(b² − u²) − u²c² ≥ 0, degree 6
+
+A polynomial of degree 6 is known by its values at seven places, and its Bernstein coefficients are these values
+times a constant matrix. On [0, 1] it lies between the least and the greatest coefficient, the first and the last are
+its values at the ends, and the coefficients of its two halves are again constant matrices away (de Casteljau).
+"""
+
+from __future__ import annotations
+
+from math import comb
+
+import numpy as np
+
+from maya_un.kinematics.mechanism import Floats
+from maya_un.kinematics.workspace import Workspace
+
+ROUNDING = 1e-11
+"""Rounding of the coefficients, relative to the size of the terms they are made of."""
+
+_DEGREE = 6
+_DEEPEST = 30
+
+
+def _basis(shares: Floats) -> Floats:
+    """Return the Bernstein polynomials of degree 6 at `shares` (n,), shape (n, 7)."""
+    columns = [comb(_DEGREE, i) * shares**i * (1.0 - shares) ** (_DEGREE - i) for i in range(_DEGREE + 1)]
+    return np.stack(columns, axis=1)
+
+
+_SHARES = np.arange(_DEGREE + 1.0) / _DEGREE
+_TO_COEFFICIENTS = np.linalg.inv(_basis(_SHARES))
+_FIRST_HALF = _TO_COEFFICIENTS @ _basis(0.5 * _SHARES)
+_SECOND_HALF = _TO_COEFFICIENTS @ _basis(0.5 + 0.5 * _SHARES)
+
+
+def values(workspace: Workspace, b: Floats, c: Floats) -> Floats:
+    """Return the five conditions that the ends of a chord do not settle, at lengths of shape s: shape (5, *s).
+
+    They are u, W − u, z, T_b and T_c, as the module's head has them, each divided by the size of its terms: kept
+    where it is at least 0.
+    """
+    W, deepest = workspace.mechanism.width, workspace.mechanism.reach_down
+    out = np.empty((5, *b.shape))
+    bb, cc = b * b, c * c
+    u = (bb - cc) * (0.5 / (W * W)) + 0.5  # all lengths as shares of W from here
+    rest = 1.0 - u
+    bb *= 1.0 / (W * W)
+    cc *= 1.0 / (W * W)
+    uu = u * u
+    hh = bb - uu
+    out[0], out[1] = u, rest
+    np.subtract(1.0, hh * (W * W / (deepest * deepest)), out=out[2])
+    strength = workspace.tension_limit**-2
+    rest *= rest
+    rest *= strength
+    rest *= bb
+    np.subtract(hh, rest, out=out[3])
+    uu *= strength
+    uu *= cc
+    np.subtract(hh, uu, out=out[4])
+    return out
+
+
+def along(workspace: Workspace, joints: Floats) -> Floats:
+    """Return the Bernstein coefficients of the conditions along the chords between knots (n, 3): (7, 5, n − 1)."""
+    starts, ways = joints[:-1], joints[1:] - joints[:-1]
+    shares = _SHARES[:, np.newaxis]
+    b = starts[:, 1] + shares * ways[:, 1]
+    c = starts[:, 2] + shares * ways[:, 2]
+    sampled = values(workspace, b, c)
+    coefficients = _TO_COEFFICIENTS @ sampled.transpose(1, 0, 2).reshape(_DEGREE + 1, -1)
+    # The matrix leaves the ends as they are but for rounding, which must not matter to what is at rest at a limit.
+    coefficients[0], coefficients[-1] = sampled[:, 0].reshape(-1), sampled[:, -1].reshape(-1)
+    return coefficients.reshape(_DEGREE + 1, 5, -1)
+
+
+def falling(coefficients: Floats) -> list[int]:
+    """Return the numbers of the chords on which a condition is broken further than at both ends, in order.
+
+    `coefficients` has shape (7, 5, n). Where thirty halvings prove neither, the chord counts as broken.
+    """
+    chords = coefficients.shape[-1]
+    allowed = np.minimum(0.0, np.minimum(coefficients[0], coefficients[-1])) - ROUNDING
+    doubtful = np.flatnonzero((coefficients.min(axis=0) < allowed).ravel())
+    if not len(doubtful):
+        return []
+    pieces = coefficients.reshape(_DEGREE + 1, -1)[:, doubtful] - allowed.ravel()[doubtful]
+    return sorted({int(number) % chords for number in doubtful[_fall_below_zero(pieces)]})
+
+
+def _fall_below_zero(polynomials: Floats) -> list[int]:
+    """Return which columns of Bernstein coefficients (7, n) belong to polynomials that are not proved ≥ 0."""
+    owners = np.arange(polynomials.shape[1])
+    broken: set[int] = set()
+    for _ in range(_DEEPEST):
+        below = (polynomials[0] < 0.0) | (polynomials[-1] < 0.0)
+        broken.update(owners[below].tolist())
+        doubtful = (polynomials.min(axis=0) < 0.0) & ~np.isin(owners, list(broken))
+        if not doubtful.any():
+            return sorted(broken)
+        polynomials, owners = polynomials[:, doubtful], owners[doubtful]
+        polynomials = np.concatenate((_FIRST_HALF @ polynomials, _SECOND_HALF @ polynomials), axis=1)
+        owners = np.concatenate((owners, owners))
+    return sorted(broken | set(owners.tolist()))

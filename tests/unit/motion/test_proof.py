@@ -1,0 +1,100 @@
+"""Knots of a path: which of them may lie outside, which are waypoints, and what a refusal says."""
+
+from __future__ import annotations
+
+from math import nan
+
+import numpy as np
+import pytest
+
+from maya_un.errors import PathRefused, Unreachable
+from maya_un.kinematics import Floats, Workspace
+from maya_un.motion.proof import prove
+from maya_un.values import Joints, Point
+from tests.strategies import WORKSPACE, configuration
+
+LOW = Workspace.of(configuration(geometry={"height": 2.0}))
+"""A lower frame: the table is within reach of the lines."""
+
+
+def level(workspace: Workspace, z: float, inner: float, outer: float, knots: int) -> Floats:
+    """Return the knots of a straight level way of the gripper at height z, evenly spaced between two radii."""
+    radii = np.linspace(inner, outer, knots)
+    return np.array([workspace.mechanism.ik(Point(0.0, radius, z)) for radius in radii])
+
+
+def test_a_curve_in_the_middle_is_accepted() -> None:
+    prove(WORKSPACE, level(WORKSPACE, 1.0, 0.5, 2.1, 101))
+
+
+def test_a_curve_that_leaves_between_its_waypoints_is_refused_with_how_far_it_has_come() -> None:
+    # Both lines carry 5 loads at z = 2.0624, radius 0.93; at z = 2.07 it is too high from 1.07 to 1.53.
+    path = level(WORKSPACE, 2.065, 0.90, 1.70, 81)
+    with pytest.raises(PathRefused, match="times the load, more than the 5 allowed") as refused:
+        prove(WORKSPACE, path)
+    share, at = refused.value.details["share"], refused.value.details["at"]
+    assert isinstance(at, tuple)
+    assert not WORKSPACE.contains(Joints(*at))
+    assert share == pytest.approx(0.5, abs=0.02)
+    assert f"{share:.0%} of the way there" in str(refused.value)
+
+
+def test_the_same_place_asked_for_cannot_be_reached() -> None:
+    path = level(WORKSPACE, 2.065, 0.90, 1.70, 81)
+    with pytest.raises(Unreachable, match="times the load"):
+        prove(WORKSPACE, path, vias=[40])
+
+
+def test_shares_count_from_the_waypoint_before() -> None:
+    up = level(WORKSPACE, 2.065, 0.90, 1.70, 81)
+    path = np.concatenate((level(WORKSPACE, 1.0, 0.5, 0.9, 20), up))
+    with pytest.raises(PathRefused) as whole:
+        prove(WORKSPACE, path)
+    with pytest.raises(PathRefused) as leg:
+        prove(WORKSPACE, path, vias=[20])
+    assert leg.value.details["share"] == pytest.approx(0.5, abs=0.02)
+    assert leg.value.details["at"] == whole.value.details["at"]
+    share = whole.value.details["share"]
+    assert isinstance(share, float)
+    assert share > 0.6
+
+
+def test_a_stroke_that_is_too_short_between_waypoints_is_refused() -> None:
+    path = np.array([(0.0, 2.0, 1.8), (0.0, 2.2, 1.8), (0.0, 2.3, 1.8), (0.0, 2.2, 1.8)])
+    with pytest.raises(PathRefused, match=r"line b would have to be 2300\.0 mm long"):
+        prove(WORKSPACE, path)
+
+
+def test_the_dip_between_two_knots_is_refused_though_all_knots_are_good() -> None:
+    path = np.concatenate((level(LOW, 0.3, 0.9, 0.9, 1), level(LOW, 0.02, 0.9, 1.6, 2), level(LOW, 0.3, 1.6, 1.6, 1)))
+    with pytest.raises(PathRefused, match="below the table top") as refused:
+        prove(LOW, path)
+    at = refused.value.details["at"]
+    assert isinstance(at, tuple)
+    assert at == pytest.approx((path[1] + path[2]) / 2.0, abs=0.01)
+    finer = level(LOW, 0.02, 0.9, 1.6, 80)
+    prove(LOW, np.concatenate((path[:1], finer, path[3:])))
+
+
+def test_knots_on_the_edge_that_counts_have_rounded_outside_are_accepted() -> None:
+    path = np.array([(0.0, 1.8, 1.8), (0.0, 2.2600005, 1.9), (0.0, 2.2600005, 2.1), (0.0, 1.8, 1.8)])
+    prove(WORKSPACE, path)
+    with pytest.raises(PathRefused, match="line b"):
+        prove(WORKSPACE, path + np.array((0.0, 2e-6, 0.0)))
+
+
+def test_a_start_outside_and_knots_that_are_no_numbers_are_named() -> None:
+    good = np.array([(0.0, 1.5, 1.7)] * 3)
+    start = good.copy()
+    start[0] = 0.0, 0.575, 2.30
+    with pytest.raises(PathRefused, match="it starts outside the workspace"):
+        prove(WORKSPACE, start)
+    end = good.copy()
+    end[2, 1] = nan
+    with pytest.raises(Unreachable, match="finite"):
+        prove(WORKSPACE, end)
+
+
+def test_turning_at_the_very_edge_is_accepted() -> None:
+    turns = np.linspace(WORKSPACE.boom[0], WORKSPACE.boom[1], 50)
+    prove(WORKSPACE, np.column_stack((turns, np.full(50, 2.260), np.full(50, 2.300))))
