@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
-from typing import Literal
+from math import hypot
+from typing import Literal, NamedTuple
 
 import numpy as np
 
-from tests.judge.mechanism import Floats, Frame, from_cylinder, joints_at, margins, places, to_cylinder
+from tests.judge.mechanism import Floats, Frame, from_cylinder, joints_at, margins
 from tests.judge.zones import Solid, clearances
 
 Space = Literal["joint", "cartesian", "cylindrical"]
@@ -37,24 +38,80 @@ class Verdict:
     share: float
 
 
-def drawn(frame: Frame, space: Space, waypoints: Floats, samples: int = SAMPLES) -> Floats:
-    """Return the joints (m, 3) of about `samples` points of the path, every leg's as many, waypoints included.
+class Piece(NamedTuple):
+    """A line or a parabola by its control points (3, 3), in the coordinates of its way.
 
-    `waypoints` (n, 3) are joints, whatever the space; legs are straight in joints, in x, y, z, or in angle, radius
-    and height.
+    `width` is what its parameter runs over, so that the way's derivative is the same before and behind a blend;
+    `sharp` is True where it ends at a corner, or at the end of the way.
     """
-    if space == "joint":
-        return _legs(waypoints, samples)
-    points = places(frame, waypoints)
-    if space == "cartesian":
-        return joints_at(frame, _legs(points, samples))
-    return joints_at(frame, from_cylinder(_legs(to_cylinder(points), samples)))
+
+    points: Floats
+    width: float
+    sharp: bool
 
 
-def _legs(waypoints: Floats, samples: int) -> Floats:
-    shares = np.linspace(0.0, 1.0, max(2, samples // (len(waypoints) - 1)), endpoint=False)[:, None]
-    legs = [start + shares * (end - start) for start, end in pairwise(waypoints)]
-    return np.concatenate([*legs, waypoints[-1:]])
+@dataclass(frozen=True, slots=True)
+class Way:
+    """A path as it is asked for: straight legs in one space, corners cut by parabolas.
+
+    Waypoints are in the coordinates of `space`: a, b, c; or x, y, z; or a, d, z [rad, m]. A corner with a blend is left
+    so long before the waypoint and met so long behind it [m] (an angle counts at 1 m in joints, at the leg's mean
+    radius in cylindrical coordinates), at most half of a leg that has corners at both ends, or all of one that has not.
+    """
+
+    space: Space
+    waypoints: tuple[tuple[float, float, float], ...]
+    blends: tuple[float, ...] = ()
+
+    def pieces(self) -> list[Piece]:
+        """Return all lines and parabolas, in order."""
+        corners, cuts, lengths = np.array(self.waypoints), self._cuts(), self._lengths()
+        pieces: list[Piece] = []
+        for leg, (one, two) in enumerate(pairwise(corners)):
+            behind, before = cuts[leg][1], cuts[leg + 1][0]
+            begin, end = one + behind * (two - one), two + before * (one - two)
+            if behind + before < 1.0 - 1e-12:
+                line = np.array((begin, 0.5 * (begin + end), end))
+                pieces.append(Piece(line, (1.0 - behind - before) * lengths[leg], before == 0.0))
+            if before > 0.0:
+                onward = two + cuts[leg + 1][1] * (corners[leg + 2] - two)
+                pieces.append(Piece(np.array((end, two, onward)), 2.0 * before * lengths[leg], sharp=False))
+        return pieces
+
+    def _cuts(self) -> list[tuple[float, float]]:
+        """Return which share of the legs before and behind each waypoint its blend takes."""
+        lengths = self._lengths()
+        cuts = [(0.0, 0.0)]
+        for via, blend in enumerate(self.blends or (0.0,) * (len(self.waypoints) - 2), start=1):
+            before, behind = lengths[via - 1], lengths[via]
+            most = (before if via == 1 else 0.5 * before, behind if via == len(lengths) - 1 else 0.5 * behind)
+            reach = min(blend, *most)
+            cuts.append((reach / before, reach / behind) if reach > 0.0 else (0.0, 0.0))
+        return [*cuts, (0.0, 0.0)]
+
+    def _lengths(self) -> list[float]:
+        return [self._length(*ends) for ends in pairwise(self.waypoints)]
+
+    def _length(self, one: tuple[float, float, float], two: tuple[float, float, float]) -> float:
+        across, second, third = (there - here for here, there in zip(one, two, strict=True))
+        return hypot(across * (0.5 * (one[1] + two[1]) if self.space == "cylindrical" else 1.0), second, third)
+
+    def joints(self, frame: Frame, piece: Piece, shares: Floats) -> Floats:
+        """Return the joints (n, 3) at shares (n,) of one of `pieces`."""
+        rest, share = (1.0 - shares)[:, None], shares[:, None]
+        first, control, last = piece.points
+        places = rest * rest * first + 2.0 * rest * share * control + share * share * last
+        if self.space == "joint":
+            return places
+        return joints_at(frame, places if self.space == "cartesian" else from_cylinder(places))
+
+
+def drawn(frame: Frame, way: Way, samples: int = SAMPLES) -> Floats:
+    """Return the joints (m, 3) of about `samples` points of the way, as many on every line and parabola."""
+    pieces = way.pieces()
+    shares = np.linspace(0.0, 1.0, max(2, samples // len(pieces)), endpoint=False)
+    joints = [way.joints(frame, piece, shares) for piece in pieces]
+    return np.concatenate([*joints, way.joints(frame, pieces[-1], np.ones(1))])
 
 
 def judged(frame: Frame, joints: Floats, zones: Sequence[Solid] = (), doubt: float = 1e-6) -> Verdict:

@@ -8,58 +8,95 @@ import numpy as np
 import pytest
 
 from tests.judge.mechanism import Floats, Frame, joints_at, places, to_cylinder
-from tests.judge.paths import Opinion, Space, deviations, drawn, judged
+from tests.judge.paths import Opinion, Space, Way, deviations, drawn, judged
 from tests.judge.zones import Block
 
 FRAME = Frame(2.35, 2.30, 0.30, 0.20, ((-0.5, 2.0 * pi / 3.0), (0.575, 2.260), (0.565, 2.300)), 5.0)
-ENDS = joints_at(FRAME, np.array([(0.0, 0.9, 0.5), (1.2, 0.9, 0.8), (1.2, 0.3, 1.0)]))
+ENDS = ((0.0, 0.9, 1.5), (1.2, 0.9, 1.6), (1.2, 1.3, 1.0))
+"""Fit as joints, as points, and as angle, radius, height."""
+
+
+def in_space(space: Space, joints: Floats) -> Floats:
+    if space == "joint":
+        return joints
+    points = places(FRAME, joints)
+    return points if space == "cartesian" else to_cylinder(points)
 
 
 @pytest.mark.parametrize("space", ["joint", "cartesian", "cylindrical"])
-def test_every_path_goes_through_its_waypoints(space: Space) -> None:
-    path = drawn(FRAME, space, ENDS, 2_000)
+def test_legs_go_straight_through_every_waypoint_in_their_own_space(space: Space) -> None:
+    path = in_space(space, drawn(FRAME, Way(space, ENDS), 2_000))
     assert len(path) == 2_001
-    assert np.abs(path[[0, 1_000, 2_000]] - ENDS).max() < 1e-12
+    assert np.abs(path[[0, 1_000, 2_000]] - np.array(ENDS)).max() < 1e-12
+    assert path[250] == pytest.approx((0.3, 0.9, 1.525))
 
 
-def test_legs_are_straight_in_their_own_space() -> None:
-    line = places(FRAME, drawn(FRAME, "cartesian", ENDS, 2_000))
-    assert line[250] == pytest.approx((0.3, 0.9, 0.575))
-    swing = to_cylinder(places(FRAME, drawn(FRAME, "cylindrical", ENDS[:2], 1_000)))
-    assert swing[500] == pytest.approx((to_cylinder(places(FRAME, ENDS))[:2].sum(axis=0)) / 2.0)
-    joint = drawn(FRAME, "joint", ENDS[:2], 1_000)
-    assert joint[500] == pytest.approx(ENDS[:2].mean(axis=0))
+@pytest.mark.parametrize("space", ["joint", "cartesian"])
+def test_a_blend_leaves_the_corner_on_a_parabola(space: Space) -> None:
+    """Half way the parabola is half way between its control point, the corner, and the middle of its ends."""
+    way = Way(space, ((0.2, 1.0, 1.5), (0.6, 1.0, 1.5), (0.6, 1.3, 1.5)), (0.1,))
+    line, parabola, onward = way.pieces()
+    assert line.points[2] == pytest.approx((0.5, 1.0, 1.5))
+    assert onward.points[0] == pytest.approx((0.6, 1.1, 1.5))
+    middle = in_space(space, way.joints(FRAME, parabola, np.array([0.5])))[0]
+    assert middle == pytest.approx((0.575, 1.025, 1.5))
 
 
-def along(*places: tuple[float, float]) -> Floats:
-    """Return the joints at (radius, height) straight ahead."""
-    return joints_at(FRAME, np.array([(0.0, d, z) for d, z in places]))
+def test_a_blend_is_at_most_half_of_a_leg_between_corners_and_counts_arcs_at_their_radius() -> None:
+    way = Way("cylindrical", ((0.0, 1.0, 1.0), (0.2, 1.0, 1.0), (0.2, 1.0, 1.3), (0.3, 1.4, 1.3)), (0.18, 0.4))
+    line, first, second, rest = way.pieces()
+    assert line.points[2] == pytest.approx((0.05, 1.0, 1.0))
+    assert first.points[2] == pytest.approx((0.2, 1.0, 1.15))
+    assert second.points[0] == pytest.approx((0.2, 1.0, 1.15))
+    taken = 0.15 / (0.4**2 + 0.12**2) ** 0.5
+    assert rest.points[0] == pytest.approx((0.2 + 0.1 * taken, 1.0 + 0.4 * taken, 1.3))
+
+
+def test_the_parameter_goes_smoothly_through_a_blend() -> None:
+    way = Way("cylindrical", ((0.0, 1.0, 1.0), (0.2, 1.2, 1.0), (0.2, 1.0, 1.3), (0.3, 1.4, 1.3)), (0.1, 0.0))
+    pieces = way.pieces()
+    assert [piece.sharp for piece in pieces] == [False, False, True, True]
+    rates = [np.diff(piece.points, axis=0) * 2.0 / piece.width for piece in pieces]
+    assert rates[0][1] == pytest.approx(rates[1][0])
+    assert rates[1][1] == pytest.approx(rates[2][0])
+
+
+Places = tuple[tuple[float, float, float], ...]
+
+
+def ahead(*spots: tuple[float, float]) -> Places:
+    """Return the points at (radius, height) along +y."""
+    return tuple((0.0, d, z) for d, z in spots)
+
+
+def in_joints(points: Places) -> Places:
+    return tuple((float(a), float(b), float(c)) for a, b, c in joints_at(FRAME, np.array(points)))
 
 
 def test_a_straight_joint_path_between_good_places_may_be_outside() -> None:
     """Below the outer anchor line b changes less than line c: straight in joints, the way bulges outwards."""
-    ends = along((2.299, 1.55), (2.299, 1.15))
-    assert judged(FRAME, ends).opinion is Opinion.INSIDE
-    straight = judged(FRAME, drawn(FRAME, "cartesian", ends))
+    ends = ahead((2.299, 1.55), (2.299, 1.15))
+    assert judged(FRAME, np.array(in_joints(ends))).opinion is Opinion.INSIDE
+    straight = judged(FRAME, drawn(FRAME, Way("cartesian", ends)))
     assert (straight.opinion, straight.limit) == (Opinion.INSIDE, "outer")
     assert straight.margin == pytest.approx(0.001, abs=1e-9)
-    bulging = judged(FRAME, drawn(FRAME, "joint", ends))
+    bulging = judged(FRAME, drawn(FRAME, Way("joint", in_joints(ends))))
     assert (bulging.opinion, bulging.limit) == (Opinion.OUTSIDE, "outer")
     assert 0.4 < bulging.share < 0.6
 
 
 def test_verdicts_name_the_limit_and_doubt_what_is_near() -> None:
-    verdict = judged(FRAME, drawn(FRAME, "cartesian", along((1.0, 1.3), (2.4, 1.3))))
+    verdict = judged(FRAME, drawn(FRAME, Way("cartesian", ahead((1.0, 1.3), (2.4, 1.3)))))
     assert (verdict.opinion, verdict.limit) == (Opinion.OUTSIDE, "outer")
     assert verdict.margin == pytest.approx(-0.1)
-    verdict = judged(FRAME, drawn(FRAME, "cartesian", along((1.0, 1.3), (2.3 - 5e-7, 1.3))))
+    verdict = judged(FRAME, drawn(FRAME, Way("cartesian", ahead((1.0, 1.3), (2.3 - 5e-7, 1.3)))))
     assert verdict.opinion is Opinion.UNDECIDED
 
 
 def test_verdicts_name_the_zone() -> None:
     vice = Block("vice", 0.05, True, (-0.1, 1.4, 0.0), (0.1, 1.6, 1.5))
-    assert judged(FRAME, along((1.0, 1.3)), [vice]).opinion is Opinion.INSIDE
-    verdict = judged(FRAME, drawn(FRAME, "cartesian", along((1.0, 1.3), (2.0, 1.3))), [vice])
+    assert judged(FRAME, joints_at(FRAME, np.array(ahead((1.0, 1.3)))), [vice]).opinion is Opinion.INSIDE
+    verdict = judged(FRAME, drawn(FRAME, Way("cartesian", ahead((1.0, 1.3), (2.0, 1.3)))), [vice])
     assert (verdict.opinion, verdict.limit) == (Opinion.OUTSIDE, "vice")
     assert verdict.margin == pytest.approx(-0.15, abs=1e-6)
 
