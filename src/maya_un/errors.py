@@ -6,13 +6,14 @@ MayaError
 │   │   TwinNotFound 1022
 │   ├── Unreachable 2101 · PathRefused 2102 · NotHomed 2103 · Busy 2104 · Faulted 2105
 │   │   MarkerMissing 2106 · TrajectoryRefused 2107 · NothingToRecover 2108 · GuardBlocked 2109
-│   │   ProgramRuns 2110
+│   │   ProgramRuns 2110 · CannotPause 2111 · NotPaused 2112
 │   ├── Stopped 2201 · Cancelled 2202
 │   ├── GripperNotEmpty 3001 · GripperEmpty 3002
 │   ├── InvalidValue 4001 · InvalidJob 4002 · UnknownName 4003 · NotFound 4004 · InvalidRequest 4005
 │   │   SpeedOnRealMachine 4006 · FileUnreadable 4007 · InvalidCommandLine 4008
+│   │   NotIdentifiable 4009 · NotTaught 4010 · NameTaken 4011
 │   └── InvalidConfig 5001 · FileUnwritable 5002 · AddressInUse 5003 · AlreadyRunning 5004
-│       FileNotOurs 5005
+│       FileNotOurs 5005 · NothingToRevert 5006
 └── MachineError            the machine did something unexpected: motion ends, a person recovers
     ├── LinkLost 1001 · ConnectFailed 1002 · LinkTimeout 1003 · CommandRejected 1004
     │   WrongController 1005 · UnexpectedReply 1006 · ParameterMismatch 1007
@@ -200,6 +201,18 @@ class ProgramRuns(RequestError):
     code = 2110
 
 
+class CannotPause(RequestError):
+    """A pause was asked for where there is no motion on a path that could be held."""
+
+    code = 2111
+
+
+class NotPaused(RequestError):
+    """Going on was asked for, but nothing is paused."""
+
+    code = 2112
+
+
 class Stopped(RequestError):
     """The wish ended early because somebody said stop."""
 
@@ -356,6 +369,24 @@ class InvalidCommandLine(RequestError):
     code = 4008
 
 
+class NotIdentifiable(RequestError):
+    """Measured points cannot tell constants of the machine apart; names them and what to measure next."""
+
+    code = 4009
+
+
+class NotTaught(RequestError):
+    """No pose or pallet has been taught under this name; lists those that have."""
+
+    code = 4010
+
+
+class NameTaken(RequestError):
+    """Something is taught under this name already."""
+
+    code = 4011
+
+
 class InvalidConfig(RequestError):
     """A configuration key is unknown, out of range or contradicts another."""
 
@@ -384,6 +415,12 @@ class FileNotOurs(RequestError):
     """A file that we would write over is somebody else's."""
 
     code = 5005
+
+
+class NothingToRevert(RequestError):
+    """There is no calibration to take back, or its values were changed since."""
+
+    code = 5006
 
 
 class InternalError(MachineError):

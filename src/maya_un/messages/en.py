@@ -34,6 +34,8 @@ SENTENCES: dict[int, str] = {
     2109: "The guard cannot be put beside the program in the controller: {reason}.",
     2110: "A program runs in the controller, so no other can be downloaded. End `maya up` where it is Maya's guard, halt "
     "others with HX, and download again.",
+    2111: "This cannot be paused: {reason}. Say `maya stop` where something moves that should not.",
+    2112: "Nothing is paused, so nothing goes on. What was stopped is begun anew.",
     2201: "Stopped before the end, because somebody said stop.",
     2202: "Cancelled before the end.",
     2301: "Axis {axis} met its {side} limit switch. Look what moved it there, then `maya recover` and home again.",
@@ -67,10 +69,15 @@ SENTENCES: dict[int, str] = {
     4006: "`--speed` scales the twin's time; {address} is a real machine. Leave it out.",
     4007: "{path} cannot be read: {reason}.",
     4008: "{reason}. See `{command} --help`.",
+    4009: "These points do not tell {what}: {reason}. To tell them, {remedy}.",
+    4010: "No {what} is taught under the name {name!r}; there are {known}. `maya teach` keeps the place "
+    "where the gripper is.",
+    4011: "{name!r} is taught already. Choose another name, or teach it anew with `--replace`.",
     5001: "The configuration is refused at {key} = {value}: {reason}.",
     5002: "{path} cannot be written: {reason}.",
     5003: "{address} is in use already. Choose another port, or stop what listens there.",
     5004: "`maya up` runs already (process {pid}). Use it, or end it first.",
     5005: "{path} is somebody else's: {remedy}.",
+    5006: "No calibration can be taken back in {path}: {reason}.",
     5999: "Something went wrong inside ({reason}). This is a defect of ours; please report it with the log.",
 }

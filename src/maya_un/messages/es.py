@@ -34,6 +34,8 @@ SENTENCES: dict[int, str] = {
     2109: "El guardián no puede convivir con el programa del controlador: {reason}.",
     2110: "En el controlador se ejecuta un programa y no admite otro. Termine `maya up` si es el guardián de Maya, "
     "detenga los demás con HX y descargue de nuevo.",
+    2111: "Esto no se puede pausar: {reason}. Diga `maya stop` si algo se mueve y no debería.",
+    2112: "Nada está en pausa, así que nada continúa. Lo que se detuvo se empieza de nuevo.",
     2201: "Detenido antes del final, porque alguien lo pidió.",
     2202: "Cancelado antes del final.",
     2301: "El eje {axis} tocó su final de carrera {side}. Mire qué lo llevó allí; luego `maya recover` y homing.",
@@ -67,10 +69,15 @@ SENTENCES: dict[int, str] = {
     4006: "`--speed` escala el tiempo del gemelo; {address} es una máquina real. Quítelo.",
     4007: "No se puede leer {path}: {reason}.",
     4008: "{reason}. Vea `{command} --help`.",
+    4009: "Estos puntos no determinan {what}: {reason}. Para determinarlos, {remedy}.",
+    4010: "No se ha enseñado {what} con el nombre {name!r}; existen {known}. `maya teach` guarda el lugar donde está la "
+    "pinza.",
+    4011: "{name!r} ya está enseñado. Elija otro nombre, o enséñelo de nuevo con `--replace`.",
     5001: "La configuración se rechaza en {key} = {value}: {reason}.",
     5002: "No se puede escribir {path}: {reason}.",
     5003: "{address} ya está en uso. Elija otro puerto o cierre lo que escucha allí.",
     5004: "`maya up` ya está en marcha (proceso {pid}). Úselo o ciérrelo antes.",
     5005: "{path} es ajeno: {remedy}.",
+    5006: "No hay calibración que deshacer en {path}: {reason}.",
     5999: "Algo falló por dentro ({reason}). Es un defecto nuestro; repórtelo con el registro.",
 }

@@ -1,0 +1,21 @@
+"""Calibration: the mechanism's constants fitted to measured points, and the poses at which to measure them.
+
+Pure mathematics on arrays: counts and points in, constants and their uncertainty out. scipy is imported only when
+something is fitted.
+"""
+
+from maya_un.kinematics.calibration.fit import calibrate
+from maya_un.kinematics.calibration.observations import Observations
+from maya_un.kinematics.calibration.parameters import FITTED, WORDS, Parameters, named
+from maya_un.kinematics.calibration.result import Calibration, LineDifference
+
+__all__ = [
+    "FITTED",
+    "WORDS",
+    "Calibration",
+    "LineDifference",
+    "Observations",
+    "Parameters",
+    "calibrate",
+    "named",
+]

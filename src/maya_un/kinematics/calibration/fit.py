@@ -1,0 +1,175 @@
+"""The fit: robust first, so that gross errors are found; then least squares over what is left.
+
+The robust stage minimises Σ 2 (√(1 + r²) − 1) with r the residuals over their own scale (the median of their sizes
+over 0.6745). A point farther than `GROSS` scales from where the model has it is an outlier. What stays is fitted by
+least squares; its covariance is s² (JᵀJ)⁻¹, with s = 1 where each row has its sigma, else estimated with 3n − p
+degrees of freedom.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maya_un.kinematics.calibration import identify, model
+from maya_un.kinematics.calibration.observations import Observations
+from maya_un.kinematics.calibration.parameters import FITTED, Parameters
+from maya_un.kinematics.calibration.result import Calibration, LineDifference
+from maya_un.kinematics.mechanism import Floats
+
+GROSS = 5.0
+"""A point so many scales away is an outlier; of good ones, one in 65 000 is (χ² with 3 degrees of freedom)."""
+
+_FINEST = 1e-7
+"""The scale of residuals is never taken smaller [m]: an encoder counts micrometres."""
+
+_ROUNDS = 8
+_MEDIAN = 0.6744897501960817
+"""Median size of a normal deviate of standard deviation 1."""
+
+
+def calibrate(observations: Observations, now: Parameters, hold: Collection[str] = ("gripper_height",)) -> Calibration:
+    """Fit the constants to measured points, starting from `now`.
+
+    `hold` names what stays as it is. Gripper points show only H − Φ: where neither is held, Φ is. Raises
+    `NotIdentifiable` where the points cannot tell the others apart.
+    """
+    held = frozenset(hold) if {"height", "gripper_height"} & set(hold) else frozenset(hold) | {"gripper_height"}
+    free = tuple(name for name in FITTED if name not in held)
+    identify.require_enough(observations, free)
+    problem = _Problem(observations, now, free)
+    start, scale = problem.robust(np.zeros(len(free)))
+    problem.require_told(start, scale)
+    solution, inliers = problem.trimmed(start)
+    return problem.conclude(solution, inliers)
+
+
+class _Problem:
+    """One fit: steps from `now` in units of the plausible errors, residuals over sigma where it is known."""
+
+    def __init__(self, observations: Observations, now: Parameters, free: Sequence[str]) -> None:
+        self._seen = observations
+        self._now = now
+        self._free = tuple(free)
+        self._columns = identify.columns(free)
+        self._units = identify.typical(free)
+        self._finest = _FINEST if observations.sigma is None else _FINEST * float(np.max(observations.weights))
+
+    def at(self, step: Floats) -> Parameters:
+        """Return the constants after a step."""
+        changed = np.array(self._now, dtype=float)
+        changed[self._columns] += step * self._units
+        return Parameters(*(float(value) for value in changed))
+
+    def residuals(self, step: Floats) -> Floats:
+        """Return weighted residuals, shape (n, 3)."""
+        missed = model.points(self.at(step), self._seen.counts) - self._seen.points
+        return missed * self._seen.weights[:, None]
+
+    def jacobian(self, step: Floats) -> Floats:
+        """Return their derivatives by the step, shape (n, 3, p)."""
+        by_constants = model.jacobian(self.at(step), self._seen.counts)[:, :, self._columns]
+        return by_constants * self._units * self._seen.weights[:, None, None]
+
+    def scale(self, residuals: Floats) -> float:
+        """Return the robust standard deviation of weighted residuals; at least 1 where sigma is known."""
+        left = 1.0 - len(self._free) / residuals.size
+        found = float(np.median(np.abs(residuals))) / (_MEDIAN * np.sqrt(left))
+        return max(found, self._finest if self._seen.sigma is None else 1.0)
+
+    def robust(self, step: Floats) -> tuple[Floats, float]:
+        """Return the robust solution and the scale of its residuals."""
+        every = np.ones(len(self._seen), dtype=bool)
+        scale = self.scale(self.residuals(step))
+        for _ in range(_ROUNDS):
+            step = self._solved(step, every, scale)
+            before, scale = scale, self.scale(self.residuals(step))
+            if abs(scale - before) <= 0.02 * before:
+                break
+        return step, scale
+
+    def trimmed(self, step: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+        """Return the least-squares solution without outliers, and which rows are none."""
+        inliers = self._inliers(step)
+        for _ in range(_ROUNDS):
+            step = self._solved(step, inliers, None)
+            before, inliers = inliers, self._inliers(step)
+            if np.array_equal(before, inliers):
+                break
+        return step, inliers
+
+    def require_told(self, step: Floats, scale: float) -> None:
+        """Raise `NotIdentifiable` where the rows that are no outliers leave a direction unknown."""
+        inliers = self._inliers(step)
+        identify.require_enough(self._seen.chosen(inliers), self._free)
+        weighted = self.jacobian(step)[inliers].reshape(-1, len(self._free)) / scale
+        names = identify.unknown(weighted, self._free)
+        if names:
+            joints = model.joints(self.at(step), self._seen.counts[inliers])
+            raise identify.refusal(names, joints, self._seen.points[inliers])
+
+    def conclude(self, step: Floats, inliers: NDArray[np.bool_]) -> Calibration:
+        """Return the result of a solution."""
+        kept = self.residuals(step)[inliers]
+        freedom = kept.size - len(self._free)
+        noise = float(np.sqrt(np.sum(kept * kept) / freedom))
+        spread = noise if self._seen.sigma is None else 1.0
+        rows = self.jacobian(step)[inliers].reshape(-1, len(self._free))
+        covariance = spread * spread * np.linalg.inv(rows.T @ rows) * np.outer(self._units, self._units)
+        missed = self.residuals(np.zeros(len(self._free)))
+        weights = self._seen.weights[:, None]
+        return Calibration(
+            now=self._now,
+            fitted=self.at(step),
+            free=self._free,
+            covariance=covariance,
+            noise=noise,
+            freedom=freedom,
+            observations=self._seen,
+            residuals_before=missed / weights,
+            residuals_after=self.residuals(step) / weights,
+            inliers=inliers,
+            line_difference=self._line_difference(step, inliers, spread),
+        )
+
+    def _inliers(self, step: Floats) -> NDArray[np.bool_]:
+        residuals = self.residuals(step)
+        within = GROSS * self.scale(residuals)
+        return np.sum(residuals * residuals, axis=1) <= within * within
+
+    def _solved(self, step: Floats, rows: NDArray[np.bool_], robust_scale: float | None) -> Floats:
+        from scipy.optimize import least_squares  # noqa: PLC0415 - half a second, and only a fit needs it
+
+        def missed(at: Floats) -> Floats:
+            return self.residuals(at)[rows].ravel()
+
+        def slopes(at: Floats) -> Floats:
+            return self.jacobian(at)[rows].reshape(-1, len(self._free))
+
+        found = least_squares(
+            missed,
+            step,
+            jac=cast("Any", slopes),
+            loss="linear" if robust_scale is None else "soft_l1",
+            f_scale=1.0 if robust_scale is None else robust_scale,
+            xtol=1e-12,
+            ftol=1e-12,
+            gtol=1e-12,
+        )
+        return np.asarray(found.x, dtype=np.float64)
+
+    def _line_difference(self, step: Floats, inliers: NDArray[np.bool_], spread: float) -> LineDifference | None:
+        """Return what freeing e would give, by one step of Gauss and Newton; None where the points cannot tell."""
+        free = (*self._free, "line_difference")
+        units = identify.typical(free)
+        by_constants = model.jacobian(self.at(step), self._seen.counts)[:, :, identify.columns(free)]
+        weighted = (by_constants * units * self._seen.weights[:, None, None])[inliers].reshape(-1, len(free))
+        if identify.unknown(weighted / spread, free):
+            return None
+        normal = np.linalg.inv(weighted.T @ weighted)
+        move = -normal @ weighted.T @ self.residuals(step)[inliers].ravel()
+        error = spread * float(np.sqrt(normal[-1, -1]))
+        return LineDifference(float(move[-1] * units[-1]), error * float(units[-1]))

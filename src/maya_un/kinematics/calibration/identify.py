@@ -1,0 +1,95 @@
+"""What a set of points can tell, and what it cannot: the null directions of the weighted Jacobian.
+
+The Jacobian is scaled so that a step of 1 in every constant is a plausible error of it (`parameters.TYPICAL`), and
+weighted by the noise. A singular value s then says that the constants are known along its direction to 1/s plausible
+errors. A direction known worse than `UNKNOWN` is one that the points do not tell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import degrees
+
+import numpy as np
+
+from maya_un.errors import NotIdentifiable
+from maya_un.kinematics.calibration.observations import Observations
+from maya_un.kinematics.calibration.parameters import FITTED, TYPICAL, Parameters, listed
+from maya_un.kinematics.mechanism import Floats
+
+UNKNOWN = 10.0
+"""A direction known to no better than so many plausible errors (100 mm, 10 %, 10°) is not known at all."""
+
+_SINGULAR = 1e-9
+"""Singular values below this share of the largest are zero but for rounding."""
+
+_PART = 0.2
+"""A constant takes part in what cannot be told apart from this share of its largest member on."""
+
+LEAST_FREEDOM = 3
+"""So many coordinates more than constants are needed, or the noise cannot be seen."""
+
+
+def typical(free: Sequence[str]) -> Floats:
+    """Return the plausible errors of the constants `free`, shape (p,)."""
+    return np.array([getattr(TYPICAL, name) for name in free])
+
+
+def columns(free: Sequence[str]) -> list[int]:
+    """Return where the constants `free` stand among all."""
+    return [Parameters._fields.index(name) for name in free]
+
+
+def unknown(weighted: Floats, free: Sequence[str]) -> tuple[str, ...]:
+    """Return the constants that cannot be told apart from a scaled and weighted Jacobian of shape (m, p).
+
+    They are those that take part in a null direction; empty where all are told.
+    """
+    _, singular, directions = np.linalg.svd(weighted, full_matrices=True)
+    known = np.zeros(len(free))
+    known[: len(singular)] = singular
+    null = directions[known < max(1.0 / UNKNOWN, _SINGULAR * float(known.max(initial=0.0)))]
+    share = np.sqrt(np.sum(null * null, axis=0))
+    return tuple(name for name, part in zip(free, share, strict=True) if part > _PART * float(share.max(initial=0.0)))
+
+
+def require_enough(observations: Observations, free: Sequence[str]) -> None:
+    """Raise `NotIdentifiable` where there are fewer points than `free` constants and the noise need."""
+    needed = -(-(len(free) + LEAST_FREEDOM) // 3)
+    if len(observations) < needed:
+        reason = f"{len(observations)} points are too few for {len(free)} constants"
+        raise NotIdentifiable(what=listed(free), reason=reason, remedy=f"measure at least {needed}, better 20")
+
+
+def refusal(names: Sequence[str], joints: Floats, points: Floats) -> NotIdentifiable:
+    """Return the refusal of points that cannot tell `names` apart.
+
+    `joints` (rad, m, m) and `points` [m], each of shape (n, 3), say what is lacking.
+    """
+    if len(names) == 1:
+        reason = "the points do not show it"
+    else:
+        reason = "changed together they leave the gripper where it is at all these points"
+    lacking = _lacking(joints, points)
+    remedy = f"measure at {lacking}, or hold what you know otherwise (--hold {_likeliest(names)})"
+    return NotIdentifiable(what=listed(names), reason=reason, remedy=remedy)
+
+
+def _likeliest(names: Sequence[str]) -> str:
+    """Return which to hold: a zero before a length, a length before a scale."""
+    return max(names, key=lambda name: FITTED.index(name) if name.startswith("zero") else -FITTED.index(name))
+
+
+def _lacking(joints: Floats, points: Floats) -> str:
+    """Return in words which variety the points lack."""
+    distance = np.hypot(points[:, 0], points[:, 1])
+    lacks = [
+        words
+        for spread, least, words in (
+            (degrees(float(np.ptp(joints[:, 0]))), 20.0, "angles of the boom farther apart"),
+            (float(np.ptp(distance)), 0.3, "distances from the axis farther apart"),
+            (float(np.ptp(points[:, 2])), 0.3, "heights farther apart"),
+        )
+        if spread < least
+    ]
+    return " and ".join(lacks) or "more places all over the workspace"

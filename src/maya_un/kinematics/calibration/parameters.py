@@ -1,0 +1,118 @@
+"""The constants that a calibration fits, what they are called, and how they become keys of the configuration.
+
+With counts n read from the controller, scales k and zeros o (index a, b, c):
+
+    α = n_a / k_a + o_a     b = n_b / (k (1 + e/2)) + o_b     c = n_c / (k (1 − e/2)) + o_c
+
+A zero is what the joint really measures where the present configuration reads 0. Homing defines the counts at the
+short-end switches, so a zero that is not 0 means that a switch trips elsewhere than `axes.*.minimum` says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import pi, radians
+from typing import NamedTuple
+
+from maya_un.config import Config, Units
+from maya_un.errors import UnknownName
+from maya_un.values import AXES
+
+
+class Parameters(NamedTuple):
+    """The constants of one machine as a calibration sees them.
+
+    `height`, `length`, `delta`, `gripper_height` are H, D, Δ, Φ [m]; `pulses_per_metre` is the mean of lines b and c,
+    `pulses_per_degree` belongs to axis a; the zeros are in rad, m, m. `line_difference` is e, by which share line b
+    has more counts per metre than line c; the configuration knows one scale for both, so it is 0 in every fit and
+    only looked at afterwards.
+    """
+
+    height: float
+    length: float
+    delta: float
+    gripper_height: float
+    pulses_per_metre: float
+    pulses_per_degree: float
+    zero_a: float = 0.0
+    zero_b: float = 0.0
+    zero_c: float = 0.0
+    line_difference: float = 0.0
+
+    @classmethod
+    def of(cls, config: Config) -> Parameters:
+        """Return what a configuration says; its zeros are 0."""
+        geometry, scale = config.geometry, config.scale
+        return cls(
+            geometry.height,
+            geometry.length,
+            geometry.delta,
+            geometry.gripper_height,
+            scale.pulses_per_metre,
+            scale.pulses_per_degree,
+        )
+
+    def keys(self, config: Config) -> dict[str, float]:
+        """Return the keys of `config` that these constants change, with their new values.
+
+        The ends of a stroke stay at the same counts, that is at the same places of the machine, and get new lengths
+        (angles): an end at n counts is n / k + o. So the zeros come into force with the next homing, which defines
+        the counts at `axes.*.minimum`. Lengths are rounded to nanometres.
+        """
+        new = {f"geometry.{name}": round(getattr(self, name), 9) for name in _LENGTHS}
+        new |= {f"scale.{name}": round(getattr(self, name), 6) for name in _SCALES}
+        before = Units.of(config).per_unit
+        after = (self.pulses_per_degree * 180.0 / pi, self.pulses_per_metre, self.pulses_per_metre)
+        for index, (name, zero) in enumerate(zip(AXES, (self.zero_a, self.zero_b, self.zero_c), strict=True)):
+            for end in ("minimum", "maximum"):
+                counts = getattr(config.axes[index], end) * before[index]
+                new[f"axes.{name}.{end}"] = round(counts / after[index] + zero, 9)
+        return {key: value for key, value in new.items() if abs(value - value_of(config, key)) > 1e-8 * abs(value)}
+
+
+_LENGTHS = ("height", "length", "delta", "gripper_height")
+_SCALES = ("pulses_per_metre", "pulses_per_degree")
+
+FITTED = Parameters._fields[:-1]
+"""The constants that can be fitted, in the order of `Parameters`."""
+
+TYPICAL = Parameters(0.01, 0.01, 0.01, 0.01, 1e4, 3.7106, radians(1.0), 0.01, 0.01, 0.01)
+"""How far a constant may plausibly be from what the configuration says: 10 mm, 1 %, 1°. Scales every fit."""
+
+WORDS = {
+    "height": "height (H)",
+    "length": "length (D)",
+    "delta": "delta (Δ)",
+    "gripper_height": "gripper_height (Φ)",
+    "pulses_per_metre": "counts per metre",
+    "pulses_per_degree": "counts per degree",
+    "zero_a": "zero of a",
+    "zero_b": "zero of b",
+    "zero_c": "zero of c",
+}
+"""What people call the constants."""
+
+_SHORT = {"h": "height", "d": "length", "phi": "gripper_height", "sigma": "gripper_height"}
+
+
+def value_of(config: Config, key: str) -> float:
+    """Return the value of a dotted key of the configuration."""
+    found: object = config
+    for part in key.split("."):
+        found = getattr(found, part)
+    assert isinstance(found, float)
+    return found
+
+
+def named(text: str) -> str:
+    """Return the constant that `text` means: its name, or H, D, Delta, Phi; raises `UnknownName`."""
+    name = _SHORT.get(text.lower(), text.lower().replace("-", "_"))
+    if name not in FITTED:
+        raise UnknownName(name=text, known=", ".join(FITTED))
+    return name
+
+
+def listed(names: Iterable[str]) -> str:
+    """Return constants in words, in their order: "length (D), zero of b and zero of c"."""
+    words = [WORDS[name] for name in FITTED if name in set(names)]
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
