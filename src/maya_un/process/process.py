@@ -24,10 +24,12 @@ from maya_un.errors import (
 )
 from maya_un.events import Kind
 from maya_un.process.job import Job
+from maya_un.process.names import Recall
 from maya_un.process.preview import JobPreview, preview_job
 from maya_un.process.report import JobRecord, JobReport, JobSummary, StepRecord
 from maya_un.process.states import TaskState
 from maya_un.process.tasks import Expansion, expand, single
+from maya_un.process.taught import Taught
 from maya_un.robot.plan import Pose
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import Robot
@@ -48,10 +50,14 @@ class _Entry:
 
 
 class Process:
-    """Runs jobs on a robot, first come first served; see the module for what ends the queue."""
+    """Runs jobs on a robot, first come first served; see the module for what ends the queue.
 
-    def __init__(self, robot: Robot, controller: Controller, config: Config) -> None:
+    `recall` tells what has been taught, when a job names something that it does not explain itself.
+    """
+
+    def __init__(self, robot: Robot, controller: Controller, config: Config, recall: Recall = Taught) -> None:
         self._robot = robot
+        self._recall = recall
         self._controller = controller
         self._grasp_height = config.cell.grasp_height
         self._entries: dict[int, _Entry] = {}
@@ -69,14 +75,18 @@ class Process:
     def submit(self, job: Job) -> int:
         """Append a job and return its number; it starts when its turn comes.
 
-        Raises `UnknownName` and `InvalidJob` for what it says, `NotConnected` and `Faulted` while nothing can
-        run.
+        Raises `UnknownName` and `InvalidJob` for what it says, `FileUnreadable` where the book of taught places is
+        needed and broken, `NotConnected` and `Faulted` while nothing can run.
         """
-        return self._append(job.name, expand(job, self._grasp_height))
+        return self._append(job.name, expand(job, self._grasp_height, self._recall))
 
     def wish(self, primitive: Primitive) -> int:
         """Append a job of one primitive and return its number; raises `NotConnected`, `Faulted`."""
         return self._append(primitive.command, single(primitive))
+
+    def summary(self, number: int) -> JobSummary:
+        """Return the line of a job; raises `NotFound`."""
+        return self._entry(number).record.summary()
 
     def report(self, number: int) -> JobReport:
         """Return what is known of a job now; raises `NotFound`."""
@@ -107,8 +117,8 @@ class Process:
             self._running.end_by = self._running.end_by or error
 
     async def preview(self, job: Job, start: Pose) -> JobPreview:
-        """Return what `job` would be from `start`; raises `UnknownName` and `InvalidJob`; sends nothing."""
-        return await preview_job(self._robot, expand(job, self._grasp_height).tasks, start)
+        """Return what `job` would be from `start`; raises as `submit` for what it says; sends nothing."""
+        return await preview_job(self._robot, expand(job, self._grasp_height, self._recall).tasks, start)
 
     async def close(self) -> None:
         """Cancel what runs and what waits, and return when the robot is at rest."""

@@ -1,4 +1,4 @@
-"""What a job comes to: one task a step and round, names resolved to points.
+"""What a job comes to: one task a step, cell and round, names resolved to points.
 
 A part is where it stood at the start until it is placed, then where it was placed; so a job may be repeated, and
 a part may be picked by name wherever the job itself put it.
@@ -6,10 +6,17 @@ a part may be picked by name wherever the job itself put it.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from math import dist
+from typing import NamedTuple
 
-from maya_un.errors import InvalidJob, UnknownName
-from maya_un.process.job import Coordinates, Job, Step, point_of
+from maya_un.errors import InvalidJob
+from maya_un.process.job import MOST_TASKS, TOO_MANY, Job
+from maya_un.process.names import Loop, Names, Recall
+from maya_un.process.spots import Coordinates, point_of
+from maya_un.process.step import ForEach, Step
+from maya_un.process.taught import Taught
 from maya_un.robot.approach import Approach
 from maya_un.robot.gripper import Gripper
 from maya_un.robot.home import Home
@@ -18,6 +25,9 @@ from maya_un.robot.pick import Pick
 from maya_un.robot.place import Place
 from maya_un.robot.primitives import Primitive
 from maya_un.values import Point
+
+_SAME = 1e-6
+"""Places nearer to each other than this [m] are one: less than a count of any axis moves the gripper."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,17 +53,25 @@ class Expansion:
     parts: dict[str, Point | None]
 
 
-def expand(job: Job, grasp_height: float) -> Expansion:
-    """Return the tasks of `job`; a place without z is at `grasp_height` [m].
+def expand(job: Job, grasp_height: float, recall: Recall = Taught) -> Expansion:
+    """Return the tasks of `job`; a place without z is at `grasp_height` [m], `recall` tells what has been taught.
 
-    Raises `UnknownName` for a name that is neither part nor place, `InvalidJob` for the pick of a part that the
-    job dropped somewhere.
+    Raises `UnknownName` for a name that stands for nothing, `InvalidJob` for the pick of a part that the job dropped
+    somewhere, for cells that are not there, and for more than `MOST_TASKS` tasks.
     """
-    table = _Table(job, grasp_height)
-    named = [(step, f"steps.{number}", str(step)) for number, step in enumerate(job.steps)]
-    rounds = (named_step for _ in range(job.repeat) for named_step in named)
-    tasks = tuple(table.task(step, index, key, label) for index, (step, key, label) in enumerate(rounds, 1))
-    return Expansion(tasks, table.parts)
+    table = _Table(job, grasp_height, recall)
+    tasks: list[Task] = []
+    for planned in table.rounds():
+        if len(tasks) == MOST_TASKS:
+            raise InvalidJob(key="job", reason=TOO_MANY)
+        tasks.append(table.task(planned, len(tasks) + 1))
+    return Expansion(tuple(tasks), table.parts)
+
+
+def starting_parts(job: Job, grasp_height: float, recall: Recall = Taught) -> dict[str, Point]:
+    """Return where the parts of a job stand at its start [m]; raises as `expand`."""
+    parts = Names(job, grasp_height, recall).parts()
+    return {name: place for name, place in parts.items() if place is not None}
 
 
 def single(primitive: Primitive) -> Expansion:
@@ -74,54 +92,88 @@ def _arguments(primitive: Primitive) -> tuple[object, ...]:
             return ()
 
 
+class _Planned(NamedTuple):
+    """A step on its turn: its place in the file, and the cell of the loop around it."""
+
+    step: Step
+    key: str
+    loop: Loop | None = None
+
+
 class _Table:
     """Where the parts are while the steps are walked through."""
 
-    def __init__(self, job: Job, grasp_height: float) -> None:
-        self.parts: dict[str, Point | None] = {**job.part_points(grasp_height)}
-        self._places = job.place_points(grasp_height)
+    def __init__(self, job: Job, grasp_height: float, recall: Recall) -> None:
+        self._job = job
+        self._names = Names(job, grasp_height, recall)
+        self.parts = self._names.parts()
         self._grasp_height = grasp_height
         self._held: str | None = None
 
-    def task(self, step: Step, index: int, key: str, label: str) -> Task:
+    def rounds(self) -> Iterator[_Planned]:
+        """Yield every step of every round, those of a loop once for each of its cells."""
+        for _ in range(self._job.repeat):
+            for number, step in enumerate(self._job.steps):
+                key = f"steps.{number}"
+                if isinstance(step, Step):
+                    yield _Planned(step, key)
+                else:
+                    yield from self._looped(step, key)
+
+    def _looped(self, loop: ForEach, key: str) -> Iterator[_Planned]:
+        for cell in self._names.cells(loop.for_each, f"{key}.for_each"):
+            for number, step in enumerate(loop.do):
+                yield _Planned(step, f"{key}.do.{number}", cell)
+
+    def task(self, planned: _Planned, index: int) -> Task:
         """Return the task of a step and remember what it does to the parts."""
-        held = self._held
-        primitive = self._primitive(step, key)
+        held, key = self._held, planned.key
+        primitive, label = self._primitive(planned)
         if isinstance(primitive, Pick):
             return Task(index, key, label, primitive, part=self._held)
         if held is None or self._held is not None:
             return Task(index, key, label, primitive)
         return Task(index, key, label, primitive, part=held, put=self.parts[held])
 
-    def _primitive(self, step: Step, key: str) -> Primitive:
+    def _primitive(self, planned: _Planned) -> tuple[Primitive, str]:
+        """Return what a step does and how it is called, with the cells of pallets by their numbers."""
+        step = planned.step
         if step.pick is not None:
-            target = self._point(step.pick, f"{key}.pick")
-            self._held = next((name for name, place in self.parts.items() if place == target), None)
-            return Pick(target)
+            target, label = self._spot(step.pick, planned)
+            self._held = self._part_at(target)
+            return Pick(target), label
         if step.place is not None:
-            target = self._point(step.place, f"{key}.place")
+            target, label = self._spot(step.place, planned)
             self._let_go(target)
-            return Place(target)
+            return Place(target), label
         if step.approach is not None:
-            return Approach(self._point(step.approach, f"{key}.approach"))
+            target, label = self._spot(step.approach, planned)
+            return Approach(target), label
+        return self._without_place(step, planned.key), str(step)
+
+    def _without_place(self, step: Step, key: str) -> Primitive:
         if step.gripper is not None:
             if step.gripper == "open":
                 self._let_go(None)
             return Gripper(step.gripper == "open")
-        return MoveJoints(step.move) if step.move is not None else Home()
+        if step.move is None:
+            return Home()
+        return MoveJoints(self._names.joints(step.move, f"{key}.move") if isinstance(step.move, str) else step.move)
+
+    def _part_at(self, target: Point) -> str | None:
+        """Return the part that stands at a place, however that place was named and computed."""
+        near = (name for name, place in self.parts.items() if place is not None and abs(place.x - target.x) < _SAME)
+        return next((name for name in near if dist(self.parts[name] or target, target) < _SAME), None)
 
     def _let_go(self, where: Point | None) -> None:
         if self._held is not None:
             self.parts[self._held] = where
         self._held = None
 
-    def _point(self, spot: str | Coordinates, key: str) -> Point:
+    def _spot(self, spot: str | Coordinates, planned: _Planned) -> tuple[Point, str]:
+        step = planned.step
         if not isinstance(spot, str):
-            return point_of(spot, self._grasp_height)
-        if spot not in self.parts and spot not in self._places:
-            known = ", ".join((*self.parts, *self._places)) or "no parts and no places"
-            raise UnknownName(name=spot, known=known, key=key)
-        point = self._places[spot] if spot in self._places else self.parts[spot]
-        if point is None:
-            raise InvalidJob(key=key, reason=f"nobody knows where {spot!r} is since the gripper was opened on it")
-        return point
+            return point_of(spot, self._grasp_height), str(step)
+        key = f"{planned.key}.{step.command}"
+        point, name = self._names.spot(spot, self.parts, planned.loop, key, step.command)
+        return point, f"{step.command} {name}"

@@ -1,0 +1,238 @@
+"""The book of taught poses and pallets: a TOML file that people may read, edit and put under version control.
+
+    [poses.shelf]
+    joints = [0.42, 1.61, 1.3]                  # a [rad], b, c [m]: this is what is taught
+    point = [0.51, 1.12, 0.4]                   # x, y, z [m] on that day; for people, never read
+    taught = "2026-11-21T16:02:21+00:00"
+
+    [pallets.tray]
+    corners = ["tray.first", "tray.right", [0.3, 1.2]]
+    rows = 3
+    columns = 4
+    taught = "2026-11-21T16:05:00+00:00"
+
+The file is read whenever something is looked up and written anew, whole or not at all, when something is taught;
+comments in it are not kept then.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tomllib
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    model_validator,
+)
+
+from maya_un.errors import FileUnreadable, FileUnwritable, InvalidValue, NameTaken, NotTaught, Unreachable
+from maya_un.kinematics.mechanism import Mechanism
+from maya_un.process.spots import Grid, JointValues
+from maya_un.process.taught import Taught, TaughtPallet, TaughtPose, checked_name
+from maya_un.values import Joints, Point
+
+_HEAD = "# Taught places of Maya: `maya poses` lists them, `maya teach NAME` adds one. Angles in rad, lengths in m.\n"
+
+
+def _name(text: str) -> str:
+    try:
+        return checked_name(text)
+    except InvalidValue as error:
+        raise ValueError(error.details["reason"]) from error
+
+
+_Name = Annotated[str, AfterValidator(_name)]
+_Date = Annotated[str, BeforeValidator(str)]
+
+
+class _Pose(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    joints: JointValues
+    point: Any = None
+    taught: _Date = ""
+
+
+class _Pallet(Grid):
+    taught: _Date = ""
+
+
+class _File(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    poses: dict[_Name, _Pose] = Field(default_factory=dict)
+    pallets: dict[_Name, _Pallet] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _one_meaning(self) -> Self:
+        both = sorted(self.poses.keys() & self.pallets.keys())
+        if both:
+            raise ValueError(f"{both[0]!r} is both a pose and a pallet")
+        return self
+
+
+class Book:
+    """Keeps what has been taught in the file at `path`, without one for as long as it lives.
+
+    `mechanism` holds the constants in force, by which joints become points. Every method raises `FileUnreadable` for
+    a file that cannot be understood, and those that change it `FileUnwritable`.
+    """
+
+    def __init__(self, mechanism: Mechanism, path: Path | None = None) -> None:
+        self._mechanism = mechanism
+        self._path = path
+        self._text = ""
+
+    def taught(self) -> Taught:
+        """Return everything that is taught now."""
+        try:
+            file = _File.model_validate(tomllib.loads(self._read()))
+        except (ValueError, RecursionError) as error:
+            raise FileUnreadable(path=self._path, reason=_reason(error)) from error
+        poses = {name: self._pose(name, pose) for name, pose in file.poses.items()}
+        return Taught(poses, {name: _pallet(name, pallet) for name, pallet in file.pallets.items()})
+
+    def teach(self, name: str, joints: Joints, date: str, *, replacing: bool = False) -> TaughtPose:
+        """Keep `joints` (rad, m, m) under `name`, taught on `date`, and return the pose.
+
+        Raises `InvalidValue` for what is no name, and `NameTaken`, with `replacing` for the name of a pallet only.
+        """
+        known = self.taught()
+        _require_free(name, known, replaced=known.poses if replacing else {})
+        pose = self._pose(name, _Pose(joints=joints, taught=date))
+        self._write(replace(known, poses={**known.poses, name: pose}))
+        return pose
+
+    def teach_pallet(
+        self, name: str, grid: Grid, date: str, grasp_height: float, *, replacing: bool = False
+    ) -> TaughtPallet:
+        """Keep a grid under `name`, taught on `date`, and return the pallet.
+
+        Raises `InvalidValue` for what is no name and for corners that span no grid, and `NameTaken`, with `replacing`
+        for the name of a pose only.
+        """
+        known = self.taught()
+        _require_free(name, known, replaced=known.pallets if replacing else {})
+        known.spanned(name, grid, grasp_height)
+        pallet = TaughtPallet(name, grid, date)
+        self._write(replace(known, pallets={**known.pallets, name: pallet}))
+        return pallet
+
+    def forget(self, name: str) -> None:
+        """Remove a pose or a pallet; raises `NotTaught`, and `InvalidValue` for a pose that is a pallet's corner."""
+        known = self.taught()
+        require_known(name, known)
+        for pallet in known.pallets.values():
+            if pallet.name != name and name in pallet.grid.corners:
+                reason = f"it is a corner of the pallet {pallet.name}; remove that first"
+                raise InvalidValue(key="name", value=name, reason=reason)
+        self._write(Taught(_without(known.poses, name), _without(known.pallets, name)))
+
+    def rename(self, old: str, new: str) -> None:
+        """Give a pose or a pallet another name, and have pallets know their corners by it.
+
+        Raises `NotTaught`, `NameTaken` and `InvalidValue` for what is no name.
+        """
+        known = self.taught()
+        require_known(old, known)
+        _require_free(new, known, replaced={})
+        poses = {new if name == old else name: pose for name, pose in known.poses.items()}
+        pallets = {
+            new if name == old else name: replace(pallet, grid=_renamed(pallet.grid, old, new))
+            for name, pallet in known.pallets.items()
+        }
+        self._write(Taught(poses, pallets))
+
+    def _pose(self, name: str, pose: _Pose) -> TaughtPose:
+        point: Point | None = None
+        with suppress(Unreachable):
+            point = self._mechanism.fk(pose.joints)
+        return TaughtPose(name, pose.joints, point, pose.taught)
+
+    def _read(self) -> str:
+        if self._path is None:
+            return self._text
+        try:
+            return self._path.read_text(encoding="utf-8")
+        except FileNotFoundError:
+            return ""
+        except OSError as error:
+            raise FileUnreadable(path=self._path, reason=error.strerror or str(error)) from error
+
+    def _write(self, taught: Taught) -> None:
+        text = to_toml(taught)
+        if self._path is None:
+            self._text = text
+            return
+        place = self._path.resolve()  # a link, as people keep who version their files elsewhere, stays one
+        draft = place.with_name(f"{place.name}.new")
+        try:
+            place.parent.mkdir(parents=True, exist_ok=True)
+            with draft.open("w", encoding="utf-8") as file:
+                file.write(text)
+                file.flush()
+                os.fsync(file.fileno())
+            draft.replace(place)
+        except OSError as error:
+            raise FileUnwritable(path=self._path, reason=error.strerror or str(error)) from error
+
+
+def require_known(name: str, known: Taught, what: str = "pose or pallet") -> None:
+    """Raise `NotTaught` where nothing is taught under `name`."""
+    if name not in known.names:
+        raise NotTaught(what=what, name=name, known=", ".join(known.names) or "none yet")
+
+
+def _require_free(name: str, known: Taught, replaced: Mapping[str, object]) -> None:
+    checked_name(name)
+    if name in known.names and name not in replaced:
+        raise NameTaken(name=name)
+
+
+def _pallet(name: str, pallet: _Pallet) -> TaughtPallet:
+    return TaughtPallet(name, Grid(corners=pallet.corners, rows=pallet.rows, columns=pallet.columns), pallet.taught)
+
+
+def _renamed(grid: Grid, old: str, new: str) -> Grid:
+    return grid.model_copy(update={"corners": tuple(new if corner == old else corner for corner in grid.corners)})
+
+
+def _without(entries: Mapping[str, Any], name: str) -> dict[str, Any]:
+    return {key: entry for key, entry in entries.items() if key != name}
+
+
+def to_toml(taught: Taught) -> str:
+    """Return everything as the text of a file."""
+    lines = [_HEAD]
+    for name, pose in taught.poses.items():
+        values = {"joints": list(pose.joints), "point": pose.point and list(pose.point), "taught": pose.taught}
+        lines += _table("poses", name, values)
+    for name, pallet in taught.pallets.items():
+        grid = pallet.grid
+        corners = [corner if isinstance(corner, str) else list(corner) for corner in grid.corners]
+        values = {"corners": corners, "rows": grid.rows, "columns": grid.columns, "taught": pallet.taught}
+        lines += _table("pallets", name, values)
+    return "\n".join(lines)
+
+
+def _table(kind: str, name: str, values: Mapping[str, object]) -> list[str]:
+    head = f"[{kind}.{json.dumps(name, ensure_ascii=False)}]"
+    said = ((key, value) for key, value in values.items() if value is not None)
+    return [head, *(f"{key} = {json.dumps(value, ensure_ascii=False)}" for key, value in said), ""]
+
+
+def _reason(error: Exception) -> str:
+    if not isinstance(error, ValidationError):
+        return f"it is not TOML: {error}"
+    first = error.errors(include_url=False)[0]
+    place = ".".join(str(part) for part in first["loc"] if part != "[key]")
+    return f"{place}: {first['msg']}".removeprefix(": ").replace("Value error, ", "")

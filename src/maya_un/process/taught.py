@@ -1,0 +1,86 @@
+"""What has been taught: poses and pallets, each under a name of its own, and the rule for names.
+
+One name belongs to one of them. On the command line and in a job they stand where a place stands, so a name cannot
+be taken for a number or for a cell.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from maya_un.errors import InvalidValue
+from maya_un.process.pallet import Pallet
+from maya_un.process.spots import Grid, point_of
+from maya_un.values import Joints, Point
+
+_NAME = re.compile(r"[^\W\d_][\w.-]{0,63}")
+
+
+def checked_name(name: object) -> str:
+    """Return `name`; raises `InvalidValue` where it may not be one."""
+    if not isinstance(name, str) or _NAME.fullmatch(name) is None:
+        reason = "a name is a letter and up to 63 letters, digits, dots, hyphens and underscores"
+        raise InvalidValue(key="name", value=repr(name), reason=reason)
+    return name
+
+
+@dataclass(frozen=True, slots=True)
+class TaughtPose:
+    """Where the gripper was on the day `taught` (as the one who taught it wrote it; ISO 8601 by ours).
+
+    `joints` (rad, m, m) are what was taught. `point` [m] is what they come to with the constants in force: where
+    those have been corrected since, the same lengths of line still lead to the same place of the real table, and the
+    point as it was computed then does not. None where lines of these lengths cannot meet.
+    """
+
+    name: str
+    joints: Joints
+    point: Point | None
+    taught: str
+
+
+@dataclass(frozen=True, slots=True)
+class TaughtPallet:
+    """A grid of places; its corners are points or names of taught poses."""
+
+    name: str
+    grid: Grid
+    taught: str
+
+
+@dataclass(frozen=True, slots=True)
+class Taught:
+    """All poses and pallets by their names, in the order in which they were taught."""
+
+    poses: Mapping[str, TaughtPose] = field(default_factory=dict[str, TaughtPose])
+    pallets: Mapping[str, TaughtPallet] = field(default_factory=dict[str, TaughtPallet])
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All names that are taken."""
+        return (*self.poses, *self.pallets)
+
+    def pallet(self, name: str, grasp_height: float) -> Pallet:
+        """Return the grid of a taught pallet as it is now; a corner without z is at `grasp_height` [m].
+
+        Raises `InvalidValue` where its corners are not what they were when it was taught.
+        """
+        return self.spanned(name, self.pallets[name].grid, grasp_height)
+
+    def spanned(self, name: str, grid: Grid, grasp_height: float) -> Pallet:
+        """Return the pallet `name` that `grid` describes; raises `InvalidValue` for corners that span none."""
+        corners = [self._corner(name, corner, grasp_height) for corner in grid.corners]
+        try:
+            return Pallet.spanned(corners, grid.rows, grid.columns)
+        except ValueError as error:
+            raise InvalidValue(key=name, value="its corners", reason=str(error)) from error
+
+    def _corner(self, pallet: str, corner: str | tuple[float, ...], grasp_height: float) -> Point:
+        if not isinstance(corner, str):
+            return point_of(corner, grasp_height)
+        point = self.poses[corner].point if corner in self.poses else None
+        if point is None:
+            raise InvalidValue(key=pallet, value=repr(corner), reason="its corner is no taught pose with a place")
+        return point
