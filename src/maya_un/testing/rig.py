@@ -38,8 +38,9 @@ async def rig(
     start: Start | None = None,
     parts: Mapping[str, Point] | None = None,
     live: bool = False,
+    trace: bool = False,
 ) -> AsyncIterator[Rig]:
-    """Open a controller floor on a twin for the length of the block.
+    """Open a controller floor on a twin for the length of the block; with `trace` its mechanics keep samples.
 
     Raises what `GalilController.open` raises. Use it in virtual time (`run_virtual`), where it costs nothing.
     """
@@ -48,6 +49,7 @@ async def rig(
         Truth() if truth is None else truth,
         Start() if start is None else start,
         parts=parts or {},
+        trace=trace,
     )
     virtual = VirtualController(VirtualDmc(mechanics))
 
