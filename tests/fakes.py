@@ -9,6 +9,7 @@ from dataclasses import replace
 from maya_un.config import Config, Units
 from maya_un.controller.homing import homed_pose
 from maya_un.controller.protocol import Preview
+from maya_un.controller.run import OnVia
 from maya_un.errors import Busy, MayaError, Stopped
 from maya_un.events import EventLog, Kind
 from maya_un.kinematics.mechanism import Mechanism
@@ -98,8 +99,8 @@ class FakeController:
         assert self.state.joints is not None
         await self._travel("move", [self.state.joints, target], speed)
 
-    async def follow(self, path: Sequence[Joints], *, speed: float = 1.0) -> None:
-        """Take the path's time and stand at its end."""
+    async def follow(self, path: Sequence[Joints], *, speed: float = 1.0, on_via: OnVia | None = None) -> None:
+        """Take the path's time and stand at its end; `on_via` hears nothing."""
         await self._travel("follow", path, speed)
 
     async def jog(self, axis: str, distance: float, *, speed: float = 1.0) -> None:
@@ -119,6 +120,20 @@ class FakeController:
         if self._stop is not None and not self._stop.done():
             self._stop.set_exception(Stopped())
         return StopReport(moving, 0.5 if moving else 0.0, (0.0, 0.0, 0.0))
+
+    async def override(self, ratio: float) -> None:
+        """Note it."""
+        self.calls.append(("override", ratio))
+        self.state = replace(self.state, override=ratio)
+
+    async def pause(self, *, ahead: bool = False) -> StopReport:
+        """Note it; what is under way goes on all the same."""
+        self.calls.append(("pause", ahead))
+        return StopReport(self._stop is not None, 0.0, (0.0, 0.0, 0.0))
+
+    async def resume(self) -> None:
+        """Note it."""
+        self.calls.append(("resume", None))
 
     async def abort(self) -> None:
         """As stop."""

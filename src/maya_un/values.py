@@ -42,6 +42,7 @@ class Mode(StrEnum):
     HOMING = "homing"
     IDLE = "idle"
     MOVING = "moving"
+    PAUSED = "paused"
     STOPPING = "stopping"
     FAULT = "fault"
 
@@ -73,7 +74,8 @@ class State:
     """Latest known state of the machine; a new one replaces the old one, slow readers skip.
 
     `joints` and `point` are None before homing, when the counts say nothing about lengths.
-    `counts` are the encoder positions, `velocity` is in rad/s and m/s, limits are True where active.
+    `counts` are the encoder positions, `velocity` is in rad/s and m/s, limits are True where active. `override` is
+    the factor on the speed of all motion, `moving` also true of axes that a pause holds on their way.
     """
 
     time: float
@@ -91,6 +93,7 @@ class State:
     gripper_closed: bool
     progress: Progress | None
     fault: Notice | None
+    override: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -99,6 +99,22 @@ class Service:
         self._process.halt(Stopped())
         return await self._controller.stop()
 
+    async def pause(self) -> StopReport:
+        """Brake on the path and hold all motion until `resume`; tell how long and how far it takes.
+
+        The job under way stays what it is and goes on from there; one between two motions is held before the next.
+        Raises `CannotPause` where nothing is under way, or a homing; `NotConnected`, `Faulted`.
+        """
+        return await self._controller.pause(ahead=self._process.running is not None)
+
+    async def resume(self) -> None:
+        """Go on after a pause; raises `NotPaused`, `NotConnected`."""
+        await self._controller.resume()
+
+    async def speed(self, ratio: float) -> None:
+        """Scale the speed of all motion, also of what is under way, by `ratio` (0.01 to 1); raises `InvalidValue`."""
+        await self._controller.override(ratio)
+
     async def abort(self) -> None:
         """Stop without deceleration and empty the queue; raises `NotConnected`."""
         self._process.halt(Stopped())

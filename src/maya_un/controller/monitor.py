@@ -5,13 +5,13 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Coroutine, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 
 from maya_un.config import AxisConfig, Config, Units
 from maya_un.controller import faults, marker
 from maya_un.controller.guard import Guard, Watch
 from maya_un.controller.guard_program import REPORT
 from maya_un.controller.link import Dial, Link
+from maya_un.controller.run import Pace, Run
 from maya_un.controller.snapshot import Lens, Standing
 from maya_un.controller.wish import Desk, Wish
 from maya_un.errors import (
@@ -33,20 +33,10 @@ from maya_un.galil.driver import Driver
 from maya_un.galil.record import DataRecord
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Stroke, Workspace
-from maya_un.motion.move import CoordinatedMove
 from maya_un.values import AXES, Joints, Mode, Progress, State
 
 OFF_SWITCH = (0.002, 0.001, 0.001)
 """Travel ends this far short of a long end's switch (rad, m, m), so that arriving there does not trip it."""
-
-
-@dataclass(frozen=True, slots=True)
-class Run:
-    """A coordinated motion under way: its plan, the loop time it began at [s], the axes in it (0 to 2)."""
-
-    move: CoordinatedMove
-    began: float
-    members: tuple[int, ...]
 
 
 class Monitor:
@@ -66,6 +56,7 @@ class Monitor:
         self.order = faults.indices(config)
         self.desk = Desk()
         self.link = Link(dial, address, config.controller.timeout, self._on_lost, self._on_back)
+        self.pace = Pace()
         self.run: Run | None = None
         self.phase: tuple[str, float] | None = None
         self.stopping = False
@@ -145,7 +136,7 @@ class Monitor:
         now = self._loop.time()
         if self.run is not None:
             name = self.desk.current.name if self.desk.current else "move"
-            return Progress(name, now - self.run.began, self.run.move.duration)
+            return Progress(name, *self.run.times(now))
         if self.phase is not None:
             return Progress(self.phase[0], now - self.phase[1], 0.0)
         return None
@@ -218,6 +209,11 @@ class Monitor:
         self.events.emit(Kind.PHASE, name=name)
         self.publish()
 
+    def release(self) -> None:
+        """End a pause: what it held is over."""
+        if self.pace.paused:
+            self.pace.change(paused=False)
+
     def fail(self, error: MachineError, driver: Driver) -> None:
         """Enter the fault state; the first cause stays until `recover`. A lost link is announced as that."""
         if driver.lost.done():
@@ -233,6 +229,7 @@ class Monitor:
 
     def _fail(self, error: MayaError) -> None:
         self.fault = error
+        self.release()
         self.events.emit(faults.kind(error), error.code, message=str(error))
         self.publish()
 
@@ -242,6 +239,7 @@ class Monitor:
             return
         self._down = True
         self.fault = reason
+        self.release()
         self.events.emit(Kind.DISCONNECTED, reason.code, message=str(reason))
         if self.desk.current is not None:
             self.desk.current.interrupt(reason)
@@ -369,12 +367,14 @@ class Monitor:
             return Mode.STOPPING
         if self.phase is not None:
             return Mode.HOMING
-        if self.run is not None:
-            return Mode.MOVING
+        if self.pace.paused or self.run is not None:
+            return Mode.PAUSED if self.pace.paused else Mode.MOVING
         return Mode.IDLE if self.homed else Mode.NOT_HOMED
 
     def _compose(self) -> State:
-        standing = Standing(self._loop.time(), self._mode(), self.homed, self.progress(), self.fault)
+        standing = Standing(
+            self._loop.time(), self._mode(), self.homed, self.progress(), self.fault, self.pace.override
+        )
         return self._lens.state(self.record, standing)
 
 

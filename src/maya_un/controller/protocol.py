@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from maya_un.config import Config
+from maya_un.controller.run import OnVia
 from maya_un.events import EventLog
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
@@ -80,8 +81,12 @@ class Controller(Protocol):
         """Go to `target` (rad, m, m) on a straight line in joint space; `speed` 0 to 1 of the limits."""
         ...
 
-    async def follow(self, path: Sequence[Joints], *, speed: float = 1.0) -> None:
-        """Go along `path`, whose first point is where the robot is; raises `TrajectoryRefused` otherwise."""
+    async def follow(self, path: Sequence[Joints], *, speed: float = 1.0, on_via: OnVia | None = None) -> None:
+        """Go along `path`, whose first point is where the robot is; raises `TrajectoryRefused` otherwise.
+
+        `on_via` is told the number of every waypoint between the ends, from 0, as it is passed; in order, each once,
+        before this returns, and none after a stop.
+        """
         ...
 
     async def jog(self, axis: str, distance: float, *, speed: float = 1.0) -> None:
@@ -94,6 +99,21 @@ class Controller(Protocol):
 
     async def stop(self) -> StopReport:
         """Begin to brake at once, on the path, past every queue; answer how long and how far it takes."""
+        ...
+
+    async def override(self, ratio: float) -> None:
+        """Scale the speed of the motion under way and of all later ones by `ratio`, from 0.01 to 1."""
+        ...
+
+    async def pause(self, *, ahead: bool = False) -> StopReport:
+        """Brake on the path and hold all motion until `resume`; answer how long and how far it takes.
+
+        With `ahead` also where nothing is under way now; otherwise that raises `CannotPause`, as a homing does.
+        """
+        ...
+
+    async def resume(self) -> None:
+        """Let motion go on after a pause; raises `NotPaused`."""
         ...
 
     async def abort(self) -> None:

@@ -16,13 +16,14 @@ _BLANK = (False, False, False)
 
 @dataclass(frozen=True, slots=True)
 class Standing:
-    """What the controller floor knows beside the record: its mode, whether it is homed, the fault, the progress."""
+    """What the controller floor knows beside the record: mode, whether homed, progress, fault, speed override."""
 
     time: float
     mode: Mode
     homed: bool
     progress: Progress | None
     fault: MayaError | None
+    override: float = 1.0
 
 
 class Lens:
@@ -60,6 +61,7 @@ class Lens:
             gripper_closed=self.gripper_closed(record),
             progress=standing.progress,
             fault=fault,
+            override=standing.override,
         )
 
     def _place(self, joints: Joints) -> Point | None:
@@ -92,4 +94,5 @@ def _unknown(standing: Standing, fault: Notice | None) -> State:
         gripper_closed=False,
         progress=None,
         fault=fault,
+        override=standing.override,
     )

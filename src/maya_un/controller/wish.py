@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Iterator
 from contextlib import contextmanager
+from math import inf
+from typing import Any
 
 from maya_un.errors import Busy, MayaError
 
@@ -26,11 +28,15 @@ class Wish:
         if self.interrupted.done():
             raise self.interrupted.result()
 
-    async def pause(self, until: float) -> None:
-        """Wait until a loop time [s]; raises at once what interrupts the wish."""
+    async def wait(self, until: float, news: asyncio.Future[None] | None = None) -> None:
+        """Wait until a loop time [s], which may be infinite, or until `news` come; raises what interrupts the wish."""
         remaining = until - asyncio.get_running_loop().time()
         if remaining > 0.0:
-            await asyncio.wait({self.interrupted}, timeout=remaining)
+            awaited: set[asyncio.Future[Any]] = {self.interrupted}
+            if news is not None:
+                awaited.add(news)
+            timeout = None if remaining == inf else remaining
+            await asyncio.wait(awaited, timeout=timeout, return_when=asyncio.FIRST_COMPLETED)
         self.check()
 
 

@@ -134,15 +134,20 @@ class CoordinatedMove:
         return self.units.to_joints((a, b, c))
 
 
-def commands(move: CoordinatedMove) -> list[str]:
+def speed_ratio(ratio: float) -> str:
+    """Return the command that scales the speeds of a sequence, also of one under way (Galil DMC-41x3, command VR)."""
+    return f"VR {round(ratio, 4):g}"
+
+
+def commands(move: CoordinatedMove, ratio: float = 1.0) -> list[str]:
     """Return the commands that load a move into the controller, in order; BGS starts it.
 
-    Plane S is chosen and its speed ratio set to 1, whatever somebody else left; the sequence of an earlier stop is
-    cleared. A move without segments needs no commands.
+    Plane S is chosen and its speed ratio set to `ratio`, whatever somebody else left; the sequence of an earlier stop
+    is cleared. A move without segments needs no commands.
     """
     if not move.segments:
         return []
-    setup = ["CA S", "CS S", "VR 1", f"LM {move.axes}", f"VA {move.va}", f"VD {move.vd}", f"VS {move.vs}"]
+    setup = ["CA S", "CS S", speed_ratio(ratio), f"LM {move.axes}", f"VA {move.va}", f"VD {move.vd}", f"VS {move.vs}"]
     return [*setup, *(_li(segment, move.columns) for segment in move.segments), "LE"]
 
 

@@ -107,7 +107,7 @@ class Robot:
                 raise Busy(doing=state.mode.value)
             case Mode.NOT_HOMED if not isinstance(primitive, Home | Gripper):
                 raise NotHomed
-            case Mode.NOT_HOMED | Mode.IDLE:
+            case Mode.NOT_HOMED | Mode.IDLE | Mode.PAUSED:  # in a pause the controller holds it until resume
                 pass
 
     def _plan(self, primitive: Primitive, start: Pose) -> Plan:

@@ -36,7 +36,7 @@ async def seeking(
         await monitor.power(driver)
         wish = Wish("home")
         del bench.sent[:]
-        yield Seeker(driver, bench.controller.config, bench.controller.units, wish.pause, now, unguarded), bench, wish
+        yield Seeker(driver, bench.controller.config, bench.controller.units, wish.wait, now, unguarded), bench, wish
 
 
 async def unguarded(driver: Driver, commands: Sequence[str]) -> None:
@@ -93,7 +93,7 @@ async def test_a_move_is_sent_whole_before_it_begins(
     still = record_of(AxisRecord(), AxisRecord(), AxisRecord()).encode() + b":"
     answers = box(config)
     async with conversation(lambda command: still if command == "QR" else answers(command)) as (driver, peer):
-        seeker = Seeker(driver, config, Units.of(config), Wish("home").pause, now, unguarded)
+        seeker = Seeker(driver, config, Units.of(config), Wish("home").wait, now, unguarded)
         await seeker.go(deltas, 0.03)
     setup = [command for command in peer.commands if command[:2] not in {"QR", "VS", "VA", "VD"}]
     assert setup == ["CA S", "CS S", "VR 1", lines[0], lines[1], "LE", "BGS", *[""] * (setup.count(""))]

@@ -41,9 +41,9 @@ async def test_the_first_interruption_decides() -> None:
 
 async def test_a_pause_lasts_until_its_time() -> None:
     wish = Wish("move")
-    await wish.pause(now() + 2.5)
+    await wish.wait(now() + 2.5)
     assert now() == 2.5
-    await wish.pause(1.0)
+    await wish.wait(1.0)
     assert now() == 2.5
 
 
@@ -51,7 +51,7 @@ async def test_an_interruption_ends_a_pause_at_once() -> None:
     wish = Wish("move")
     asyncio.get_running_loop().call_later(0.75, wish.interrupt, LinkLost(address="box", reason="cut"))
     with pytest.raises(LinkLost):
-        await wish.pause(now() + 100.0)
+        await wish.wait(now() + 100.0)
     assert now() == 0.75
 
 
@@ -59,12 +59,12 @@ async def test_a_pause_that_is_over_still_tells_of_an_interruption() -> None:
     wish = Wish("move")
     wish.interrupt(Stopped())
     with pytest.raises(Stopped):
-        await wish.pause(now() - 1.0)
+        await wish.wait(now() - 1.0)
 
 
 async def test_a_cancelled_pause_interrupts_nothing() -> None:
     wish = Wish("move")
-    pause = asyncio.create_task(wish.pause(now() + 9.0))
+    pause = asyncio.create_task(wish.wait(now() + 9.0))
     asyncio.get_running_loop().call_later(1.0, pause.cancel)
     await asyncio.wait({pause})
     assert pause.cancelled()

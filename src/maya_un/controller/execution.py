@@ -1,0 +1,110 @@
+"""Carrying out one plan: send it, begin it, wait for its end as its speed is changed, make sure of it."""
+
+from __future__ import annotations
+
+import asyncio
+from math import inf
+
+from maya_un.controller import faults
+from maya_un.controller.monitor import Monitor
+from maya_un.controller.run import OnVia, Run
+from maya_un.controller.seek import SETTLE
+from maya_un.controller.wish import Wish
+from maya_un.errors import CommandRejected, EndNotReached, Stopped
+from maya_un.galil.driver import Driver
+from maya_un.galil.record import DataRecord
+from maya_un.motion.move import CoordinatedMove, commands
+from maya_un.values import AXES
+
+LATE = 1.0
+"""A motion may end this much later than predicted [s], and a twentieth of its duration, before that is an error."""
+
+HELD_LOOK = 0.25
+"""In a pause the record is read this often [s]: what is paused at its very end may be there."""
+
+_ROUNDING = 1e-6
+"""Times that differ by less [s] are the same."""
+
+
+class Execution:
+    """Carries out plans, one at a time, on the controller that `monitor` keeps."""
+
+    def __init__(self, monitor: Monitor) -> None:
+        self._monitor = monitor
+        self._loop = asyncio.get_running_loop()
+
+    async def allowed(self, wish: Wish) -> None:
+        """Wait until nobody holds all motion."""
+        while self._monitor.pace.paused:
+            await wish.wait(inf, self._monitor.pace.news)
+
+    async def carry_out(self, wish: Wish, driver: Driver, move: CoordinatedMove, on_via: OnVia | None = None) -> bool:
+        """Do a move and return True; False, and nothing moved, where the wanted pace changed as it was sent."""
+        monitor = self._monitor
+        ratio = monitor.pace.ratio
+        await monitor.wake_guard(driver)
+        await monitor.load(driver, commands(move, ratio))
+        # Between this look at wish and pace and the bytes of BGS nothing can come in: no await stands there.
+        wish.check()
+        if monitor.pace.ratio != ratio:
+            return False
+        run = self._run(move, ratio, on_via)
+        monitor.run = run
+        try:
+            await driver.send("BGS")
+        except CommandRejected as refusal:
+            await monitor.look()
+            raise monitor.motor_off() or refusal from refusal
+        monitor.publish()
+        await self._to_its_end(wish, driver, run)
+        monitor.run = None
+        return True
+
+    def _run(self, move: CoordinatedMove, factor: float, on_via: OnVia | None) -> Run:
+        axes = self._monitor.config.axes
+        members = tuple(i for i in range(3) if axes[i].letter in move.axes)
+        return Run(move, self._loop.time(), members, factor, on_via=on_via)
+
+    async def _to_its_end(self, wish: Wish, driver: Driver, run: Run) -> None:
+        record = await self._ended(wish, run)
+        try:
+            self._arrived(record, run)
+        except Stopped:
+            await self._monitor.load(driver, [])  # the guard did it, if this program slept until now
+            wish.check()
+            raise
+        run.tell_vias(inf)
+
+    async def _ended(self, wish: Wish, run: Run) -> DataRecord:
+        """Wait for the predicted end, however it changes, and look until the axes are at rest."""
+        pace = self._monitor.pace
+        while True:
+            await wish.wait(self._due(run), pace.news)
+            now = self._loop.time()
+            run.tell_vias(now)
+            if not pace.paused and now < run.end + SETTLE - _ROUNDING:
+                continue
+            record = await self._monitor.look()
+            if not self._monitor.moving():
+                return record
+            if now > run.began + 1.05 * (run.end - run.began) + LATE:
+                raise EndNotReached(axis="a, b or c", distance="an unknown way, still moving,")
+
+    def _due(self, run: Run) -> float:
+        """Return when to act next: at a via, at the end, in a pause and behind the end again and again."""
+        now = self._loop.time()
+        if self._monitor.pace.paused:
+            return max(run.rest + SETTLE, now + HELD_LOOK)
+        if now < run.end + SETTLE - _ROUNDING:
+            return min(run.next_via(), run.end + SETTLE)
+        return now + 0.01
+
+    def _arrived(self, record: DataRecord, run: Run) -> None:
+        found = faults.cause(record, self._monitor.order, run.members)
+        if found is not None:
+            raise found
+        for i in run.members:
+            axis = record.axes[self._monitor.order[i]]
+            away, end = abs(axis.position - run.move.end[i]), run.move.end[i]
+            if axis.reference != end or away > self._monitor.config.axes[i].error_limit_counts // 4:
+                raise EndNotReached(axis=AXES[i], distance=f"{away} counts")

@@ -1,0 +1,93 @@
+"""Stopping: past every queue, on the path, with an answer of what it comes to; and the wait until nothing moves."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import suppress
+
+from maya_un.controller.monitor import Monitor
+from maya_un.controller.seek import brake
+from maya_un.errors import CommandRejected, MachineError, NotConnected, Stopped
+from maya_un.events import Kind
+from maya_un.galil.driver import Driver
+from maya_un.galil.record import DataRecord
+from maya_un.values import StopReport
+
+
+class Stopping:
+    """Ends what moves on the controller that `monitor` keeps."""
+
+    def __init__(self, monitor: Monitor) -> None:
+        self._monitor = monitor
+        self._loop = asyncio.get_running_loop()
+
+    async def stop(self) -> StopReport:
+        """Begin to brake at once, tell how long and how far it takes; raises `NotConnected`."""
+        monitor = self._monitor
+        driver = monitor.link.driver
+        sent = driver.urgent("ST S")
+        report = None if monitor.run is None else monitor.run.stop_report(self._loop.time())
+        wish = monitor.desk.current
+        if wish is not None:
+            monitor.stopping = monitor.run is not None or monitor.phase is not None
+            wish.interrupt(Stopped())
+        if wish is not None or monitor.pace.paused:
+            monitor.release()
+            monitor.publish()
+        with suppress(CommandRejected):  # a refused ST S means that there is no sequence
+            await sent
+        record = await self._stop_strays(driver)
+        if wish is None and monitor.moving():
+            monitor.events.emit(Kind.STOPPED)
+        return report or self._braking(record)
+
+    async def rest(self, driver: Driver) -> None:
+        """Brake on the path and wait until nothing moves; a cancel that comes meanwhile takes effect afterwards."""
+        resting = self._loop.create_task(self._come_to_rest(driver))
+        cancelled = False
+        while not resting.done():
+            try:
+                await asyncio.wait({resting})
+            except asyncio.CancelledError:
+                cancelled = True
+        resting.result()
+        if cancelled:
+            raise asyncio.CancelledError
+
+    async def _come_to_rest(self, driver: Driver) -> None:
+        """Brake and look until nothing moves; a lost link cannot be waited for."""
+        if driver.lost.done():
+            return
+        try:
+            await brake(driver)
+            await self._monitor.look()
+            while self._monitor.moving():
+                await asyncio.sleep(0.02)
+                await self._monitor.look()
+        except (NotConnected, MachineError):
+            if not driver.lost.done():
+                raise
+
+    async def _stop_strays(self, driver: Driver) -> DataRecord:
+        """Stop axes that move outside the coordinated sequence, which ST S does not reach; return the record."""
+        record = await self._monitor.look()
+        axes = ((axis.letter, record.axes[place]) for axis, place in self._monitor.places())
+        letters = sorted(letter for letter, axis in axes if axis.moving and not axis.coordinated)
+        if letters:
+            await driver.urgent(f"ST{''.join(letters)}")
+        return record
+
+    def _braking(self, record: DataRecord) -> StopReport:
+        """Return what a stop makes of a motion known by its speeds only: v / a and v t / 2 of every axis.
+
+        Axes of a sequence come to rest together, with the one that takes longest.
+        """
+        axes = [(record.axes[place], axis.stop_deceleration_counts) for axis, place in self._monitor.places()]
+        alone = [abs(axis.velocity) / rate if axis.moving else 0.0 for axis, rate in axes]
+        together = max((time for time, (axis, _) in zip(alone, axes, strict=True) if axis.coordinated), default=0.0)
+        times = [together if axis.coordinated else time for time, (axis, _) in zip(alone, axes, strict=True)]
+        a, b, c = (
+            0.5 * axis.velocity * time / unit
+            for (axis, _), time, unit in zip(axes, times, self._monitor.units.per_unit, strict=True)
+        )
+        return StopReport(self._monitor.moving(), max(times), (a, b, c))
