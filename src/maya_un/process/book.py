@@ -227,7 +227,12 @@ def to_toml(taught: Taught) -> str:
 def _table(kind: str, name: str, values: Mapping[str, object]) -> list[str]:
     head = f"[{kind}.{json.dumps(name, ensure_ascii=False)}]"
     said = ((key, value) for key, value in values.items() if value is not None)
-    return [head, *(f"{key} = {json.dumps(value, ensure_ascii=False)}" for key, value in said), ""]
+    return [head, *(f"{key} = {_toml(value)}" for key, value in said), ""]
+
+
+def _toml(value: object) -> str:
+    """Return a text, a number or a list of them; as JSON has it, but for the one letter that TOML forbids."""
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def _reason(error: Exception) -> str:

@@ -24,6 +24,8 @@ steps:
 repeat: 3
 """
 
+GRID = {"corners": [[0.3, 1.0], [0.5, 1.0]], "rows": 1, "columns": 3}
+
 
 def job(**changes: Any) -> dict[str, Any]:
     return {"parts": {"cube": [0.5, 1.1]}, "places": {"tray": [1.1, 0.5]}, "steps": ["home"], **changes}
@@ -58,6 +60,24 @@ def test_a_json_file_is_the_same(tmp_path: Path) -> None:
 )
 def test_a_job_without_a_name_is_called_as_its_file(file: str, name: str, tmp_path: Path) -> None:
     assert load_job(written(tmp_path, json.dumps(job()), file)).name == name
+
+
+def test_what_was_read_can_be_written_down_and_read_again() -> None:
+    loop = {"for_each": "box[1,*]", "do": [{"pick": "box[each]"}, {"move": "shelf"}, "home"]}
+    read = Job.parse(job(pallets={"box": {**GRID, "full": True}}, steps=[loop, {"pick": "cube"}, "home"]))
+    written = json.loads(json.dumps(read.model_dump(exclude_none=True, warnings=False)))
+    assert Job.parse(written) == read
+
+
+def test_an_unknown_key_of_a_step_a_loop_a_pallet_is_told_those_that_are_known() -> None:
+    with pytest.raises(InvalidJob, match=r"steps\.0\.pik: .* known are home, pick, place"):
+        Job.parse(job(steps=[{"pik": "cube"}]))
+    with pytest.raises(InvalidJob, match=r"steps\.0\.as: .* known are for_each, do\."):
+        Job.parse(job(steps=[{"for_each": "box", "do": ["home"], "as": 1}]))
+    with pytest.raises(InvalidJob, match=r"steps\.0\.do\.0\.pik: .* known are home, pick"):
+        Job.parse(job(steps=[{"for_each": "box", "do": [{"pik": 1}]}]))
+    with pytest.raises(InvalidJob, match=r"known are corners, rows, columns, full"):
+        Job.parse(job(pallets={"box": {**GRID, "colour": 1}}))
 
 
 def test_height_left_out_is_the_grasp_height() -> None:
@@ -105,6 +125,22 @@ def test_height_left_out_is_the_grasp_height() -> None:
         (job(parts={3: [1, 2]}), "parts.3"),
         (job(parts={"x" * 65: [1, 2]}), "parts." + "x" * 65),
         (job(places={"cube": [1, 2]}), "job"),
+        (job(pallets={"cube": GRID}), "job"),
+        (job(pallets={"box": [1, 2]}), "pallets.box"),
+        (job(pallets={"box": {"corners": [[1, 2]], "rows": 1}}), "pallets.box.columns"),
+        (job(pallets={"box": {**GRID, "corners": []}}), "pallets.box.corners"),
+        (job(pallets={"box": {**GRID, "corners": [[1]]}}), "pallets.box.corners.0"),
+        (job(pallets={"box": {**GRID, "rows": 0}}), "pallets.box"),
+        (job(pallets={"box": {**GRID, "rows": 2.0}}), "pallets.box.rows"),
+        (job(pallets={"box": {**GRID, "full": 1}}), "pallets.box.full"),
+        (job(pallets={"box": {**GRID, "colour": 1}}), "pallets.box.colour"),
+        (job(steps=[{"for_each": "box"}]), "steps.0.do"),
+        (job(steps=[{"for_each": 3, "do": ["home"]}]), "steps.0.for_each"),
+        (job(steps=[{"for_each": "box", "do": []}]), "steps.0.do"),
+        (job(steps=[{"for_each": "box", "do": ["home", "fly"]}]), "steps.0.do.1"),
+        (job(steps=[{"for_each": "box", "do": ["home"], "as": "x"}]), "steps.0.as"),
+        (job(steps=[{"for_each": "box", "do": [{"for_each": "box", "do": ["home"]}]}]), "steps.0.do.0"),
+        (job(steps=[{"for_each": "box", "do": ["home"] * 31}], repeat=100), "job"),
         (job(name=""), "name"),
         (job(name=7), "name"),
         (job(speed=2), "speed"),

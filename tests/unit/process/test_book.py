@@ -1,0 +1,221 @@
+"""The book of taught places: what goes in comes out, from a file that people edit too."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from maya_un.config import Config
+from maya_un.errors import FileUnreadable, FileUnwritable, InvalidValue, NameTaken, NotTaught
+from maya_un.kinematics.mechanism import Mechanism
+from maya_un.process.book import Book
+from maya_un.process.pallet import Cell
+from maya_un.process.spots import Grid
+from maya_un.process.taught import checked_name
+from maya_un.values import Joints, Point
+
+MECHANISM = Mechanism.of(Config())
+SHELF, BENCH = Joints(0.4, 1.6, 1.3), Joints(1.1, 1.5, 1.6)
+DAY = "2026-11-21T16:02:21+00:00"
+GRID = Grid.model_validate({"corners": ["shelf", "bench", [0.3, 1.2]], "rows": 3, "columns": 4})
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "maya" / "poses.toml"
+
+
+@pytest.fixture
+def book(path: Path) -> Book:
+    kept = Book(MECHANISM, path)
+    kept.teach("shelf", SHELF, DAY)
+    kept.teach("bench", BENCH, DAY)
+    return kept
+
+
+def test_a_taught_pose_is_there_for_every_reader_of_the_file(book: Book, path: Path) -> None:
+    pose = Book(MECHANISM, path).taught().poses["shelf"]
+    assert (pose.name, pose.joints, pose.taught) == ("shelf", SHELF, DAY)
+    assert pose.point == MECHANISM.fk(SHELF)
+    assert book.taught().names == ("shelf", "bench")
+
+
+def test_the_file_says_where_the_gripper_was(book: Book, path: Path) -> None:
+    entry = tomllib.loads(path.read_text(encoding="utf-8"))["poses"]["shelf"]
+    assert entry == {"joints": list(SHELF), "point": list(MECHANISM.fk(SHELF)), "taught": DAY}
+    assert [file.name for file in path.parent.iterdir()] == ["poses.toml"]
+
+
+def test_joints_are_kept_and_the_point_is_that_of_the_constants_in_force(book: Book, path: Path) -> None:
+    geometry = Config().geometry.model_copy(update={"height": 2.36})
+    corrected = Mechanism.of(Config().model_copy(update={"geometry": geometry}))
+    pose = Book(corrected, path).taught().poses["shelf"]
+    before = MECHANISM.fk(SHELF)
+    assert pose.joints == SHELF
+    assert pose.point == pytest.approx((before.x, before.y, before.z + 0.01))
+
+
+def test_a_pose_whose_lines_cannot_meet_has_no_point(book: Book) -> None:
+    assert book.teach("slack", Joints(0.4, 0.6, 0.6), DAY).point is None
+    assert book.taught().poses["slack"].point is None
+
+
+def test_a_name_is_taught_once_unless_it_is_to_be_replaced(book: Book) -> None:
+    with pytest.raises(NameTaken, match="shelf"):
+        book.teach("shelf", BENCH, DAY)
+    assert book.taught().poses["shelf"].joints == SHELF
+    book.teach("shelf", BENCH, DAY, replacing=True)
+    assert book.taught().poses["shelf"].joints == BENCH
+    assert book.taught().names == ("shelf", "bench")
+
+
+def test_a_pallet_follows_the_poses_at_its_corners(book: Book) -> None:
+    book.teach_pallet("tray", GRID, DAY, 0.4)
+    assert book.taught().pallet("tray", 0.4).place(Cell(1, 1)) == MECHANISM.fk(SHELF)
+    assert book.taught().pallet("tray", 0.4).place(Cell(3, 1)) == Point(0.3, 1.2, 0.4)
+    moved = SHELF._replace(a=0.45)
+    book.teach("shelf", moved, DAY, replacing=True)
+    assert book.taught().pallet("tray", 0.4).place(Cell(1, 1)) == MECHANISM.fk(moved)
+
+
+def test_one_name_is_a_pose_or_a_pallet(book: Book) -> None:
+    with pytest.raises(NameTaken):
+        book.teach_pallet("shelf", GRID, DAY, 0.4, replacing=True)
+    book.teach_pallet("tray", GRID, DAY, 0.4)
+    with pytest.raises(NameTaken):
+        book.teach("tray", SHELF, DAY, replacing=True)
+    book.teach_pallet("tray", GRID.model_copy(update={"rows": 2}), DAY, 0.4, replacing=True)
+    assert book.taught().pallets["tray"].grid.rows == 2
+
+
+@pytest.mark.parametrize(
+    ("corners", "reason"),
+    [
+        (["shelf", "nowhere", "bench"], "'nowhere'.*no taught pose"),
+        (["shelf", "slack", "bench"], "'slack'.*no taught pose with a place"),
+        (["shelf", "shelf", "bench"], "the same place"),
+    ],
+)
+def test_corners_that_span_nothing_are_not_taught(book: Book, corners: list[str], reason: str) -> None:
+    book.teach("slack", Joints(0.4, 0.6, 0.6), DAY)
+    grid = Grid.model_validate({"corners": corners, "rows": 2, "columns": 2})
+    with pytest.raises(InvalidValue, match=reason):
+        book.teach_pallet("tray", grid, DAY, 0.4)
+    assert not book.taught().pallets
+
+
+def test_what_is_forgotten_is_gone_and_its_name_free(book: Book) -> None:
+    book.forget("shelf")
+    assert book.taught().names == ("bench",)
+    book.teach("shelf", BENCH, DAY)
+    with pytest.raises(NotTaught, match=r"'tray'; there are bench, shelf"):
+        book.forget("tray")
+
+
+def test_a_corner_is_not_forgotten_before_its_pallet(book: Book) -> None:
+    book.teach_pallet("tray", GRID, DAY, 0.4)
+    with pytest.raises(InvalidValue, match="corner of the pallet tray"):
+        book.forget("shelf")
+    book.forget("tray")
+    book.forget("shelf")
+    assert book.taught().names == ("bench",)
+
+
+def test_a_renamed_pose_is_still_the_corner_it_was(book: Book) -> None:
+    book.teach_pallet("tray", GRID, DAY, 0.4)
+    book.rename("shelf", "ledge")
+    book.rename("tray", "bandeja")
+    assert book.taught().names == ("ledge", "bench", "bandeja")
+    assert book.taught().pallets["bandeja"].grid.corners == ("ledge", "bench", (0.3, 1.2))
+    assert book.taught().pallet("bandeja", 0.4).place(Cell(1, 1)) == MECHANISM.fk(SHELF)
+
+
+def test_a_name_is_not_renamed_onto_another(book: Book) -> None:
+    with pytest.raises(NameTaken):
+        book.rename("shelf", "bench")
+    with pytest.raises(NotTaught):
+        book.rename("tray", "tablet")
+    with pytest.raises(InvalidValue):
+        book.rename("shelf", "2")
+
+
+@pytest.mark.parametrize("name", ["", "2", "0.5", "-1", "tray[1,2]", "a b", "a/b", "x" * 65, "_a", "a\n", None, 3])
+def test_what_could_be_taken_for_something_else_is_no_name(name: object) -> None:
+    with pytest.raises(InvalidValue, match="a name is a letter"):
+        checked_name(name)
+
+
+@pytest.mark.parametrize("name", ["a", "tray.first", "año-2", "Ω_1", "next"])
+def test_letters_of_any_language_make_names(book: Book, name: str) -> None:
+    assert book.teach(name, SHELF, DAY).name == checked_name(name)
+    assert name in book.taught().poses
+
+
+@given(
+    st.lists(st.tuples(*[st.floats(-10.0, 10.0)] * 3), min_size=1, max_size=5),
+    st.text(st.characters(exclude_categories=["Cs"]), max_size=30),
+)
+def test_every_number_comes_back_as_it_was(joints: list[tuple[float, float, float]], date: str) -> None:
+    book = Book(MECHANISM)
+    for number, values in enumerate(joints):
+        book.teach(f"pose{number}", Joints(*values), date)
+    assert [(pose.joints, pose.taught) for pose in book.taught().poses.values()] == [(it, date) for it in joints]
+
+
+def test_a_book_may_be_written_by_hand(path: Path) -> None:
+    path.parent.mkdir()
+    path.write_text(
+        "[poses.shelf]  # no point, no date\njoints = {a = 0.4, b = 1.6, c = 1.3}\n"
+        "[poses.bench]\njoints = [1, 1.5, 1.6]\ntaught = 2026-11-21T16:02:21Z\n"
+        "[pallets.row]\ncorners = ['shelf', [0.3, 1.2]]\nrows = 1\ncolumns = 2\n",
+        encoding="utf-8",
+    )
+    taught = Book(MECHANISM, path).taught()
+    assert taught.poses["shelf"].joints == SHELF
+    assert taught.poses["bench"].taught == "2026-11-21 16:02:21+00:00"
+    assert len(taught.pallet("row", 0.4)) == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("[poses.shelf", "not TOML"),
+        ("[poses.shelf]\njoints = [1, 2]", r"poses\.shelf\.joints: it must be \[a, b, c\]"),
+        ("[poses.shelf]\njoints = [1, 2, inf]", r"poses\.shelf\.joints: 2: it must be a finite number"),
+        ("[poses.shelf]\njoints = [1, 2, 3]\ncolour = 1", r"poses\.shelf\.colour: "),
+        ("[poses.'2']\njoints = [1, 2, 3]", r"poses\.2: a name is a letter"),
+        ("[pallets.tray]\ncorners = [[1, 2]]\nrows = 2\ncolumns = 2", r"pallets\.tray: 2 x 2 cells have 3 to 4"),
+        ("[poses.x]\njoints=[1,2,3]\n[pallets.x]\ncorners=[[1,2]]\nrows=1\ncolumns=1", "both a pose and a pallet"),
+        ("tray = 3", "tray: "),
+        ("poses = 3", "poses: "),
+    ],
+)
+def test_a_broken_file_is_told_and_left_as_it_is(path: Path, text: str, reason: str) -> None:
+    path.parent.mkdir()
+    path.write_text(text, encoding="utf-8")
+    book = Book(MECHANISM, path)
+    with pytest.raises(FileUnreadable, match=reason):
+        book.taught()
+    with pytest.raises(FileUnreadable):
+        book.teach("shelf", SHELF, DAY, replacing=True)
+    assert path.read_text(encoding="utf-8") == text
+
+
+def test_a_place_that_cannot_be_read_or_written_is_told(tmp_path: Path) -> None:
+    with pytest.raises(FileUnreadable):
+        Book(MECHANISM, tmp_path).taught()
+    (tmp_path / "file").write_text("")
+    with pytest.raises((FileUnwritable, FileUnreadable)):
+        Book(MECHANISM, tmp_path / "file" / "poses.toml").teach("shelf", SHELF, DAY)
+
+
+def test_a_link_to_the_file_stays_a_link(tmp_path: Path) -> None:
+    (tmp_path / "kept").mkdir()
+    (tmp_path / "poses.toml").symlink_to(tmp_path / "kept" / "poses.toml")
+    Book(MECHANISM, tmp_path / "poses.toml").teach("shelf", SHELF, DAY)
+    assert (tmp_path / "poses.toml").is_symlink()
+    assert Book(MECHANISM, tmp_path / "kept" / "poses.toml").taught().names == ("shelf",)
