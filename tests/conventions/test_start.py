@@ -14,6 +14,7 @@ HEAVY = [
     "asyncio",
     "fastapi",
     "httpx",
+    "matplotlib",
     "maya_un.controller",
     "maya_un.kinematics",
     "maya_un.virtual",

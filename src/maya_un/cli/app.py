@@ -24,6 +24,8 @@ dmc = typer.Typer(add_completion=False, rich_markup_mode=None, help="A virtual D
 config = typer.Typer(add_completion=False, rich_markup_mode=None, help="The machine's constants.")
 app.add_typer(dmc, name="dmc")
 app.add_typer(config, name="config")
+plot = typer.Typer(add_completion=False, rich_markup_mode=None, help="Pictures: SVG, PNG or PDF.")
+app.add_typer(plot, name="plot")
 gclib = typer.Typer(add_completion=False, rich_markup_mode=None, help="A module gclib for scripts written for Galil's.")
 dmc.add_typer(gclib, name="gclib")
 
@@ -36,6 +38,7 @@ Table = Annotated[str | None, typer.Option(metavar="JOB", help="the parts of thi
 _ADDRESSES = "sim, real (the configured controller), HOST or HOST:PORT"
 Address = Annotated[str, typer.Option(help=_ADDRESSES)]
 SkipHome = Annotated[bool, typer.Option("--skip-home", help="take over the homing whose mark stands in the controller")]
+Picture = Annotated[str | None, typer.Option(metavar="FILE", help="ends in .svg, .png or .pdf")]
 File = Annotated[str | None, typer.Argument(metavar="[FILE]", help="default: --config, else the user's own")]
 
 
@@ -209,6 +212,24 @@ def reach(context: typer.Context, x: Length, y: Length, z: Length) -> int:
     from maya_un.cli import offline
 
     return offline.reach(_point(x, y, z), _settings(context))
+
+
+@plot.command("workspace", **_HOW)
+def plot_workspace(
+    context: typer.Context,
+    view: Annotated[Literal["section", "plan", "3d", "all"], typer.Option(help="what of it")] = "all",
+    height: Annotated[str | None, typer.Option(metavar="Z", help="of the plan  [default: the grasp height]")] = None,
+    point: Annotated[
+        tuple[str, str, str] | None, typer.Option(metavar="X Y Z", help="marks a place and the nearest reachable one")
+    ] = None,
+    output: Picture = None,
+) -> int:
+    """Draw what the gripper can reach, with strokes, tensions and zones."""
+    from maya_un.cli import plot as command
+
+    high = None if height is None else length(height, "--height")
+    request = command.Request(view, high, None if point is None else _point(*point), output)
+    return command.workspace(request, _settings(context))
 
 
 @dmc.command(**_HOW)

@@ -60,6 +60,7 @@ _WORDS: dict[str, tuple[str, str]] = {
     "config_good": ("{path} is a good configuration.", "{path} es una buena configuración."),
     "config_defaults": ("no file at {path}: the manual's values hold", "sin archivo en {path}: valen los del manual"),
     "config_written": ("Written: {path}", "Escrito: {path}"),
+    "picture": ("Picture: {path}", "Imagen: {path}"),
     "no_faults": ("Nothing is wrong with it.", "No le pasa nada."),
     "fault_ends": ("for {seconds:.1f} s more", "durante {seconds:.1f} s más"),
     "left": ("left", "faltan"),

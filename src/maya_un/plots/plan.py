@@ -78,7 +78,7 @@ class _Drawing:
         self._zones()
         if marked is not None:
             marked.show(self.axes, marked.target[:2], marked.held[:2])
-        self.axes.set_title(f"From above, at z = {self.height:.2f} m")
+        self.axes.set_title(f"From above, at z = {self.height:.2f} m", loc="left")
 
     def _radii(self) -> None:
         """Write the ends of what is reachable along the start of the boom's range."""

@@ -85,8 +85,8 @@ class _Drawing:
             ylim=(-0.14, mechanism.height + 0.2),
             xlabel="distance from axis a, d [m]",
             ylabel="height, z [m]",
-            title=f"From the side, boom at {degrees(self.bearing):.0f}°",
         )
+        self.axes.set_title(f"From the side, boom at {degrees(self.bearing):.0f}°", loc="left")
 
     def _frame(self) -> None:
         """Draw what stands there: axis, boom, anchors, table."""

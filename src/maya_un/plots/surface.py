@@ -44,7 +44,8 @@ def draw_surface(axes: Axes3D, workspace: Workspace, bearing: float, marked: Mar
     low = Point(min(0.0, float(x.min())), min(0.0, float(y.min())), 0.0)
     high = Point(max(0.0, float(x.max())), max(0.0, float(y.max())), mechanism.height)
     draw_in_space(axes, workspace.zones, (low, high))
-    axes.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]", title="In space")
+    axes.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
+    axes.set_title("In space", loc="left")
     axes.set(xlim=(low.x, high.x), ylim=(low.y, high.y), zlim=(low.z, high.z))
     axes.set_box_aspect((high.x - low.x, high.y - low.y, high.z - low.z))
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):

@@ -1,0 +1,90 @@
+"""Figures of the workspace as a whole, and how they are written."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import matplotlib as mpl
+import pytest
+
+from maya_un.config import Config
+from maya_un.errors import FileUnwritable, InvalidValue
+from maya_un.kinematics import Workspace
+from maya_un.plots import style
+from maya_un.plots.workspace import View, workspace_figure
+from maya_un.values import Point
+
+WORKSPACE = Workspace.of(Config())
+TARGET = Point(1.9, 0.9, 0.4)
+
+
+@pytest.mark.parametrize(
+    ("view", "titles"),
+    [
+        (View.SECTION, ["From the side, boom at 60°"]),
+        (View.PLAN, ["From above, at z = 0.40 m"]),
+        (View.SPACE, ["In space"]),
+        (View.ALL, ["From the side, boom at 60°", "From above, at z = 0.40 m", "In space"]),
+    ],
+)
+def test_a_view_shows_what_it_is_called(view: View, titles: list[str]) -> None:
+    figure = workspace_figure(WORKSPACE, 0.4, view)
+    assert [axes.get_title(loc="left") for axes in figure.axes] == titles
+    assert figure.legends == []
+
+
+@pytest.mark.parametrize("view", list(View))
+def test_a_target_out_of_reach_is_shown_with_the_nearest_place(view: View) -> None:
+    figure = workspace_figure(WORKSPACE, 0.4, view, TARGET)
+    nearest = WORKSPACE.nearest(TARGET)
+    words = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert words == [
+        "target (1.900, 0.900, 0.400) m",
+        f"nearest reachable place ({nearest.x:.3f}, {nearest.y:.3f}, {nearest.z:.3f}) m",
+    ]
+
+
+def test_a_target_in_reach_is_one_mark() -> None:
+    figure = workspace_figure(WORKSPACE, 0.4, View.SECTION, Point(0.5, 1.2, 0.4))
+    words = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert words == ["target, reachable (0.500, 1.200, 0.400) m"]
+    # atan2(0.5, 1.2) is 22.6°.
+    assert figure.axes[0].get_title(loc="left") == "From the side, boom at 23°"
+
+
+@pytest.mark.parametrize("kind", style.FORMATS)
+def test_the_same_picture_is_the_same_file(kind: str) -> None:
+    view = View.ALL if kind == "svg" else View.PLAN
+    first, second = (style.rendered(workspace_figure(WORKSPACE, 0.4, view, TARGET), kind) for _ in range(2))
+    assert first == second
+
+
+def test_svg_has_its_text_as_text_and_no_date() -> None:
+    svg = style.rendered(workspace_figure(WORKSPACE, 0.4, View.PLAN), "svg").decode()
+    assert ">axis a</text>" in svg
+    assert "DejaVu Sans" in svg
+    assert not re.search(r"dc:date|matplotlib v", svg, re.IGNORECASE)
+
+
+def test_drawing_leaves_the_users_settings_alone() -> None:
+    before = dict(mpl.rcParams)
+    style.rendered(workspace_figure(WORKSPACE, 0.4, View.SECTION), "png")
+    assert dict(mpl.rcParams) == before
+
+
+def test_the_users_settings_leave_the_picture_alone() -> None:
+    plain = style.rendered(workspace_figure(WORKSPACE, 0.4, View.PLAN), "svg")
+    with mpl.rc_context({"font.size": 30.0, "axes.facecolor": "black"}):
+        assert style.rendered(workspace_figure(WORKSPACE, 0.4, View.PLAN), "svg") == plain
+
+
+def test_the_ending_says_the_format(tmp_path: Path) -> None:
+    figure = workspace_figure(WORKSPACE, 0.4, View.PLAN)
+    for name, begins in (("a.svg", b"<?xml"), ("a.PNG", b"\x89PNG"), ("a.pdf", b"%PDF")):
+        style.save(figure, tmp_path / name)
+        assert (tmp_path / name).read_bytes().startswith(begins)
+    with pytest.raises(InvalidValue, match=r"svg, \.png or \.pdf"):
+        style.save(figure, tmp_path / "a.jpg")
+    with pytest.raises(FileUnwritable):
+        style.save(figure, tmp_path / "nowhere" / "a.svg")
