@@ -2,7 +2,8 @@
 
 A path is not safe because its ends are: between them the lines can become too straight, hang slack, or let the
 gripper down to the table. Between two knots the controller drives straight in (a, b, c); what holds along such a
-chord is proved, not sampled (`maya_un.motion.conditions`).
+chord is proved, not sampled: the limits of the machine in `maya_un.motion.conditions`, zones in
+`maya_un.motion.keepout`.
 
 Coordinated motion keeps the axes on this path at every speed, and a coordinated stop decelerates along it. Where a
 stop at any instant ends, and all of its way there, are therefore points of the same chords: the proof for the path
@@ -13,26 +14,20 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from maya_un.errors import PathRefused
 from maya_un.kinematics.mechanism import Floats
 from maya_un.kinematics.workspace import TOLERANCE, Workspace
+from maya_un.kinematics.zones import Zone
 from maya_un.motion.conditions import along, falling, values
+from maya_un.motion.keepout import Entry, Place, first_entry
 from maya_un.values import Joints
 
 _SAMPLES = 64
 _SURE = 1e-12
 """Conditions kept to this much need no second look: it is far below `TOLERANCE`, far above rounding."""
-
-
-class Place(NamedTuple):
-    """A place on a path: `share` (0 to 1) of the chord with this number."""
-
-    chord: int
-    share: float
 
 
 def between(start: Joints, end: Joints, t: float) -> Joints:
@@ -48,17 +43,29 @@ def prove(workspace: Workspace, joints: Floats, vias: Sequence[int] = ()) -> Non
     last, that somebody asked for. Knots may lie outside by the size of an encoder count, because places on the edge
     are rounded to counts; between two of them no limit is broken further than at these two. Raises `Unreachable` for
     an end or a via outside, `PathRefused` for a way between good ones that leaves the workspace, or for a start that
-    is outside already. Where it is left, the details have the joints there, `at`, and `share`, how much of the way
-    to `target` has then been gone in counts.
+    is outside already, or inside a zone. Where it is left, the details have the joints there, `at`, and `share`, how
+    much of the way to `target` has then been gone in counts.
     """
+    if len(joints) == 1:
+        joints = np.concatenate((joints, joints))
     waypoints = [0, *vias, len(joints) - 1]
+    _prove_limits(workspace, joints, waypoints)
+    if workspace.zones:
+        entry = first_entry(workspace, joints)
+        if entry is not None:
+            raise _kept_out(workspace, joints, waypoints, entry)
+
+
+def _prove_limits(workspace: Workspace, joints: Floats, waypoints: list[int]) -> None:
     coefficients = along(workspace, joints)
     if _surely_inside(workspace, joints, coefficients):
         return
     _prove_knots(workspace, joints, coefficients, waypoints)
     broken = falling(coefficients)
     if broken:
-        raise _refusal(workspace, joints, waypoints, broken[0])
+        first, last = _leg(waypoints, broken[0])
+        knots = joints[first : last + 1]
+        raise _refusal(workspace, knots, _worst(workspace, knots), "it comes too close to a limit for a proof")
 
 
 def _surely_inside(workspace: Workspace, joints: Floats, coefficients: Floats) -> bool:
@@ -82,7 +89,9 @@ def _prove_knots(workspace: Workspace, joints: Floats, coefficients: Floats, way
         reason = f"it starts outside the workspace: {workspace.why_not(_at(joints, 0))}"
         raise PathRefused(target=_words(workspace, _at(joints, -1)), reason=reason)
     if outside:
-        raise _refusal(workspace, joints, waypoints, min(outside) - 1)
+        first, last = _leg(waypoints, min(outside) - 1)
+        knots = joints[first : last + 1]
+        raise _refusal(workspace, knots, _worst(workspace, knots), "it leaves the workspace")
 
 
 def _outside(workspace: Workspace, joints: Floats, coefficients: Floats) -> set[int]:
@@ -95,15 +104,32 @@ def _outside(workspace: Workspace, joints: Floats, coefficients: Floats) -> set[
     return {knot for knot in doubtful if not workspace.holds_grain(_at(joints, knot))}
 
 
-def _refusal(workspace: Workspace, joints: Floats, waypoints: list[int], chord: int) -> PathRefused:
-    """Return the refusal of the way between the waypoints around a chord that is broken."""
-    leg = bisect_right(waypoints, chord)
-    first, last = waypoints[leg - 1], waypoints[leg]
+def _kept_out(workspace: Workspace, joints: Floats, waypoints: list[int], entry: Entry) -> PathRefused:
+    """Return the refusal of a path that comes too near to a zone; raises `Unreachable` for a waypoint that does."""
+    zone, place = entry
+    inside = {at for at in waypoints if zone.clearance(workspace.mechanism, _at(joints, at)) < -workspace.zone_grain}
+    if 0 in inside:
+        reason = f"it starts too near to the zone {zone.name}; remove the zone to leave it"
+        return PathRefused(target=_words(workspace, _at(joints, -1)), reason=reason)
+    for waypoint in sorted(inside):
+        workspace.require(_at(joints, waypoint))
+    first, last = _leg(waypoints, place.chord)
     knots = joints[first : last + 1]
-    worst = _worst(workspace, knots)
-    at = between(_at(knots, worst.chord), _at(knots, worst.chord + 1), worst.share)
-    reason = workspace.why_not(at) or "it comes too close to a limit for a proof"
-    share = _gone(workspace, knots, worst)
+    deepest = _deepest(workspace, zone, knots)
+    return _refusal(workspace, knots, deepest, f"it comes too near to the zone {zone.name}")
+
+
+def _leg(waypoints: list[int], chord: int) -> tuple[int, int]:
+    """Return the numbers of the waypoints before and behind a chord."""
+    behind = bisect_right(waypoints, chord)
+    return waypoints[behind - 1], waypoints[behind]
+
+
+def _refusal(workspace: Workspace, knots: Floats, place: Place, otherwise: str) -> PathRefused:
+    """Return the refusal of the way along `knots`, whose ends are good; `otherwise` says why if nothing else does."""
+    at = between(_at(knots, place.chord), _at(knots, place.chord + 1), place.share)
+    reason = workspace.why_not(at) or otherwise
+    share = _gone(workspace, knots, place)
     return PathRefused(
         target=_words(workspace, _at(knots, -1)),
         reason=f"{share:.0%} of the way there {reason}",
@@ -112,17 +138,33 @@ def _refusal(workspace: Workspace, joints: Floats, waypoints: list[int], chord: 
     )
 
 
+def _deepest(workspace: Workspace, zone: Zone, knots: Floats) -> Place:
+    """Return where the chords between knots come nearest to a zone, or deepest into it."""
+    places = _sampled(knots)
+    clear = zone.clearances(workspace.mechanism, places.reshape(-1, 3))
+    return _place(clear.reshape(places.shape[:2]))
+
+
 def _worst(workspace: Workspace, knots: Floats) -> Place:
     """Return where the chords between knots break a limit furthest beyond what it is at the first and the last."""
-    shares = np.linspace(0.0, 1.0, _SAMPLES + 1)
-    places = knots[:-1, np.newaxis] + (knots[1:] - knots[:-1])[:, np.newaxis] * shares[:, np.newaxis]
+    places = _sampled(knots)
     strokes = np.array((workspace.boom, workspace.line_b, workspace.line_c))
     inside = np.minimum(places - strokes[:, 0], strokes[:, 1] - places) / (strokes[:, 1] - strokes[:, 0])
     kept = np.concatenate((values(workspace, places[..., 1], places[..., 2]), np.moveaxis(inside, -1, 0)))
     ends = np.minimum(kept[:, 0, 0], kept[:, -1, -1])
-    short = (kept - np.minimum(0.0, ends)[:, np.newaxis, np.newaxis]).min(axis=0)
-    chord, sample = np.unravel_index(int(np.argmin(short)), short.shape)
-    return Place(int(chord), float(shares[sample]))
+    return _place((kept - np.minimum(0.0, ends)[:, np.newaxis, np.newaxis]).min(axis=0))
+
+
+def _sampled(knots: Floats) -> Floats:
+    """Return evenly spaced joints of every chord with its ends, shape (n − 1, samples, 3)."""
+    shares = np.linspace(0.0, 1.0, _SAMPLES + 1)[:, np.newaxis]
+    return knots[:-1, np.newaxis] + (knots[1:] - knots[:-1])[:, np.newaxis] * shares
+
+
+def _place(sampled: Floats) -> Place:
+    """Return where samples (chords, samples) are least."""
+    chord, sample = np.unravel_index(int(np.argmin(sampled)), sampled.shape)
+    return Place(int(chord), float(sample) / _SAMPLES)
 
 
 def _gone(workspace: Workspace, knots: Floats, place: Place) -> float:
