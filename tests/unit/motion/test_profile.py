@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import sqrt
+from math import inf, sqrt
 
 import pytest
 
@@ -58,3 +58,65 @@ def test_before_and_after_it_rests() -> None:
 
 def test_no_segments_take_no_time() -> None:
     assert Profile.along([], 1.0, 1.0).at(5.0) == (0.0, 0.0)
+
+
+LONG = Profile.along([(10_550.0, 1000.0, 0.0)], va=1000.0, vd=10_000.0)
+"""As above: 1 s up, 10 s at 1000, 0.1 s down."""
+
+
+def test_half_the_speed_is_fallen_to_at_vd_and_kept() -> None:
+    # At 6 s 5500 counts are gone. 0.05 s and 37.5 counts down to 500, which brakes over 12.5 counts in 0.05 s.
+    slowed = LONG.changed(6.0, 0.5)
+    assert slowed.at(5.0) == LONG.at(5.0)
+    assert slowed.at(6.05) == pytest.approx((5537.5, 500.0))
+    assert slowed.duration == pytest.approx(6.05 + (10_550.0 - 5537.5 - 12.5) / 500.0 + 0.05)
+
+
+def test_full_speed_again_is_risen_to_at_va() -> None:
+    again = LONG.changed(6.0, 0.5).changed(7.0, 1.0)
+    assert again.at(7.5)[1] == pytest.approx(1000.0)
+    assert again.at(7.5)[0] == pytest.approx(5537.5 + 0.95 * 500.0 + 0.5 * 750.0)
+
+
+def test_a_pause_stands_where_vd_brings_it_to_rest() -> None:
+    paused = LONG.changed(6.0, 0.0)
+    assert paused.duration == inf
+    assert paused.at(6.1) == pytest.approx((5550.0, 0.0))
+    assert paused.at(1e6) == pytest.approx((5550.0, 0.0))
+    # From 5550 again 500 counts up in 1 s, 50 down in 0.1 s, the other 4450 at 1000.
+    assert paused.changed(100.0, 1.0).duration == pytest.approx(100.0 + 1.0 + 4.45 + 0.1)
+
+
+def test_a_pause_before_the_first_count_stands_at_the_start() -> None:
+    paused = LONG.changed(0.0, 0.0)
+    assert (paused.duration, paused.at(5.0)) == (inf, (0.0, 0.0))
+    assert paused.changed(5.0, 1.0).duration == pytest.approx(5.0 + LONG.duration)
+
+
+def test_an_end_speed_above_the_slower_target_is_not_risen_to() -> None:
+    profile = Profile.along([(1000.0, 1000.0, 900.0), (1000.0, 1000.0, 0.0)], va=1e5, vd=1e5, ratio=0.5)
+    assert max(piece.v for piece in profile.pieces) == pytest.approx(500.0)
+    assert profile.when(1000.0) == pytest.approx(0.0025 + 2.0 - 0.0)
+
+
+def test_after_the_end_nothing_changes() -> None:
+    assert LONG.changed(LONG.duration, 0.0) is LONG
+    assert LONG.changed(LONG.duration + 1.0, 0.5) is LONG
+
+
+def test_a_way_is_reached_in_every_part() -> None:
+    assert [LONG.when(way) for way in (0.0, 125.0, 5500.0, 10_537.5, 10_550.0)] == pytest.approx(
+        [0.0, 0.5, 6.0, 11.05, 11.1]
+    )
+
+
+def test_a_way_behind_a_pause_is_never_reached_and_one_before_was() -> None:
+    paused = LONG.changed(6.0, 0.0)
+    assert paused.when(5551.0) == inf
+    assert paused.when(125.0) == pytest.approx(0.5)
+
+
+def test_a_late_target_is_no_reason_to_pass_what_later_segments_need() -> None:
+    # 1000 cannot be braked to 0 within 5 counts at 10 000: the speed before is held to √(2·10⁴·5).
+    profile = Profile.along([(1000.0, 1000.0, 1000.0), (5.0, 1000.0, 0.0)], va=1e4, vd=1e4)
+    assert profile.at(profile.when(1000.0))[1] == pytest.approx(sqrt(1e5))

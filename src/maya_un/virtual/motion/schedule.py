@@ -64,7 +64,9 @@ class Schedule:
         return max(t, self._times[index] if index < len(self._times) else self.end)
 
     def splice(self, new: Path, t: float, route: Route) -> None:
-        """Let a new path replace the old one from time `t` on."""
+        """Let a new path replace the old one from time `t` on; one without any way left rests there."""
+        if not new.stretches and self._stretches and t <= self._times[0]:
+            new = new._replace(stretches=[self.state(t)._replace(a=0.0)])
         self._fresh = bisect_left(self._times, t)
         self._stretches[self._fresh :] = new.stretches
         self._times[self._fresh :] = [stretch.t for stretch in new.stretches]
