@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator
 from dataclasses import replace
 
 from maya_un.config import Config, Units
 from maya_un.controller.homing import homed_pose
+from maya_un.controller.planner import Planner
 from maya_un.controller.protocol import Preview
 from maya_un.controller.run import OnVia
 from maya_un.errors import Busy, MayaError, Stopped
 from maya_un.events import EventLog, Kind
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
-from maya_un.motion.path import JointPath, check_path, highest_point, lowest_point
-from maya_un.motion.timing import Limits, plan
+from maya_un.motion import Path, Route
 from maya_un.values import Joints, Mode, Notice, Progress, State, StopReport
 from tests.virtual_time import elapse
 
@@ -59,7 +59,7 @@ class FakeController:
         self.calls: list[tuple[str, object]] = []
         self.fail_at: dict[int, MayaError] = {}
         self.previews = 0
-        self._limits = Limits.of(self.config)
+        self._planner = Planner(self.config, self.mechanism)
         self._stop: asyncio.Future[None] | None = None
 
     def names(self) -> list[str]:
@@ -74,18 +74,10 @@ class FakeController:
         """Nothing to tell."""
         return None
 
-    def preview(self, path: Sequence[Joints], *, speed: float = 1.0) -> Preview:
+    def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
         """Check and time a path as the real floor does."""
         self.previews += 1
-        exact = tuple(self._exact(joints) for joints in path)
-        way = JointPath(exact)
-        check_path(self.workspace, way)
-        return Preview(
-            duration=plan(way, self._limits, self.units, speed).duration if len(set(exact)) > 1 else 0.0,
-            lowest=lowest_point(self.mechanism, way).z,
-            highest=highest_point(self.mechanism, way).z,
-            end=exact[-1],
-        )
+        return self._planner.preview(self.workspace, path, speed)
 
     async def home(self) -> None:
         """Take a minute and stand at the homed pose."""
@@ -99,7 +91,7 @@ class FakeController:
         assert self.state.joints is not None
         await self._travel("move", [self.state.joints, target], speed)
 
-    async def follow(self, path: Sequence[Joints], *, speed: float = 1.0, on_via: OnVia | None = None) -> None:
+    async def follow(self, path: Route, *, speed: float = 1.0, on_via: OnVia | None = None) -> None:
         """Take the path's time and stand at its end; `on_via` hears nothing."""
         await self._travel("follow", path, speed)
 
@@ -151,9 +143,9 @@ class FakeController:
     def _exact(self, joints: Joints) -> Joints:
         return self.units.to_joints(self.units.to_counts(joints))
 
-    async def _travel(self, name: str, path: Sequence[Joints], speed: float) -> None:
+    async def _travel(self, name: str, path: Route, speed: float) -> None:
         preview = self.preview(path, speed=speed)
-        await self._take(name, tuple(path), preview.duration)
+        await self._take(name, path if isinstance(path, Path) else tuple(path), preview.duration)
         self.state = state_of(preview.end, closed=self.state.gripper_closed)
 
     async def _take(self, name: str, argument: object, duration: float) -> None:

@@ -25,6 +25,7 @@ from maya_un.motion import (
     lowest_point,
     plan,
 )
+from maya_un.motion.knots import straight
 from maya_un.values import Joints
 from tests.campaign import Campaign
 from tests.strategies import WORKSPACE, configuration, edge_joints, paths, reachable_joints, shares
@@ -47,7 +48,7 @@ def moved(steps: list[Counts], scale: float = 1.0) -> CoordinatedMove:
     for step in steps:
         a, b, c = (at + way for at, way in zip(places[-1], step, strict=True))
         places.append((a, b, c))
-    return plan(JointPath(tuple(UNITS.to_joints(place) for place in places)), LIMITS, UNITS, scale)
+    return plan(straight(UNITS, [UNITS.to_joints(place) for place in places]), LIMITS, UNITS, scale)
 
 
 def timed(move: CoordinatedMove) -> list[tuple[Segment, float, float, float]]:
@@ -177,7 +178,7 @@ def test_a_stop_at_any_instant_stays_on_the_checked_path(start: Joints, end: Joi
         check_path(WORKSPACE, path)
     except PathRefused:
         return
-    move = plan(path, LIMITS, UNITS)
+    move = plan(straight(UNITS, path.waypoints), LIMITS, UNITS)
     _, rest = move.stop_at(share * move.duration)
     assert WORKSPACE.holds_grain(rest)
     reach = dist(start, end) or 1.0

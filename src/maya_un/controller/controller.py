@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 
 from maya_un.config import Config
@@ -29,16 +29,14 @@ from maya_un.errors import (
     MarkerMissing,
     NothingToRecover,
     Stopped,
-    TrajectoryRefused,
     UnknownName,
 )
 from maya_un.events import EventLog, Kind
 from maya_un.galil.driver import Driver
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
+from maya_un.motion.curve import Route
 from maya_un.values import AXES, Joints, Progress, State, StopReport
-
-_START_TOLERANCE = (1e-3, 1e-4, 1e-4)
 
 
 class GalilController:
@@ -171,22 +169,12 @@ class GalilController:
         """Go to `target` (rad, m, m), straight in joint space; `speed` scales the limits, above 0 up to 1."""
         await self._travel("move", lambda here: [here, target], speed)
 
-    async def follow(self, path: Sequence[Joints], *, speed: float = 1.0, on_via: OnVia | None = None) -> None:
+    async def follow(self, path: Route, *, speed: float = 1.0, on_via: OnVia | None = None) -> None:
         """Go along `path`; raises `TrajectoryRefused` unless it starts where the robot is.
 
         `on_via` is told every waypoint between the ends as it is passed, by its number from 0.
         """
-        points = [Joints(*point) for point in path]
-        if len(points) < 2:
-            raise TrajectoryRefused(reason="it needs at least two points")
-
-        def from_here(here: Joints) -> list[Joints]:
-            for axis, start, place, tolerance in zip(AXES, points[0], here, _START_TOLERANCE, strict=True):
-                if not abs(start - place) <= tolerance:
-                    raise TrajectoryRefused(reason=f"it starts at {axis} = {start:.4f}, the robot is at {place:.4f}")
-            return [here, *points[1:]]
-
-        await self._travel("follow", from_here, speed, on_via)
+        await self._travel("follow", lambda here: self._planner.begun_at(path, here), speed, on_via)
 
     async def jog(self, axis: str, distance: float, *, speed: float = 1.0) -> None:
         """Move one axis ("a", "b", "c") by `distance` (rad or m); raises `UnknownName` for another name."""
@@ -288,12 +276,12 @@ class GalilController:
                 self.events.emit(Kind.NOT_HOMED)
             monitor.publish()
 
-    def preview(self, path: Sequence[Joints], *, speed: float = 1.0) -> Preview:
+    def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
         """Check and time `path` as a motion would; raises what the motion would raise, sends nothing."""
-        return self._planner.preview(self.workspace, [Joints(*point) for point in path], speed)
+        return self._planner.preview(self.workspace, path, speed)
 
     async def _travel(
-        self, name: str, path: Callable[[Joints], list[Joints]], speed: float, on_via: OnVia | None = None
+        self, name: str, path: Callable[[Joints], Route], speed: float, on_via: OnVia | None = None
     ) -> None:
         async with self._motion(name, homed=True) as (wish, driver):
             plan = await self._planned(path, speed)
@@ -304,12 +292,12 @@ class GalilController:
                     plan = await self._planned(path, speed)
                     continue
                 wish.check()
-                self.events.emit(Kind.MOVING, to=str(tuple(round(value, 4) for value in plan.points[-1])))
+                self.events.emit(Kind.MOVING, to=str(tuple(round(value, 4) for value in plan.end)))
                 begun = await self._execution.carry_out(wish, driver, plan.move, on_via)
         if plan.move is not None:
             self.events.emit(Kind.IDLE)
 
-    async def _planned(self, path: Callable[[Joints], list[Joints]], speed: float) -> Plan:
+    async def _planned(self, path: Callable[[Joints], Route], speed: float) -> Plan:
         """Return the plan from where the reference is by the newest record; raises what motion raises."""
         monitor = self._monitor
         known = monitor.here()

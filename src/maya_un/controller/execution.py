@@ -63,7 +63,7 @@ class Execution:
     def _run(self, move: CoordinatedMove, factor: float, on_via: OnVia | None) -> Run:
         axes = self._monitor.config.axes
         members = tuple(i for i in range(3) if axes[i].letter in move.axes)
-        return Run(move, self._loop.time(), members, factor, on_via=on_via)
+        return Run(move, self._loop.time(), members, factor, vias=move.via_ways, on_via=on_via)
 
     async def _to_its_end(self, wish: Wish, driver: Driver, run: Run) -> None:
         record = await self._ended(wish, run)

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from math import isfinite
+from typing import NoReturn
+
+import numpy as np
 
 from maya_un.config import Config, Units
 from maya_un.controller.protocol import Preview
 from maya_un.controller.seek import SETTLE
-from maya_un.errors import InvalidValue, TrajectoryRefused
-from maya_un.kinematics.mechanism import Mechanism
+from maya_un.errors import InvalidValue, PathRefused, TrajectoryRefused
+from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.workspace import Workspace
-from maya_un.motion.move import CoordinatedMove, Counts
-from maya_un.motion.path import JointPath, check_path, highest_point, lowest_point
-from maya_un.motion.timing import Limits, plan
-from maya_un.values import Joints
+from maya_un.motion.clearance import highest, lowest
+from maya_un.motion.curve import Path, Route, Space
+from maya_un.motion.knots import Knots, lay
+from maya_un.motion.limits import Limits
+from maya_un.motion.move import CoordinatedMove
+from maya_un.motion.proof import prove
+from maya_un.motion.timing import plan
+from maya_un.values import AXES, Joints
 
 MOST_SEGMENTS = 511
 """Places in the controller's buffer of coordinated segments (Galil LM); a motion is sent whole before it begins."""
@@ -27,13 +32,27 @@ REMEMBERED = 1024
 AT_HAND = 8
 """Plans kept: a primitive's legs are previewed right before they are carried out. More would burden the collector."""
 
+START_TOLERANCE = (1e-3, 1e-4, 1e-4)
+"""A path starts where the robot is, to this much (rad, m, m)."""
+
+_COARSER = (1.0, 2.0, 4.0)
+
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A path in whole counts, as joints (rad, m, m), and the move along it, None where it goes nowhere."""
+    """The knots of a path in whole counts, as joints of shape (n, 3) [rad, m, m], and the move through them.
 
-    points: tuple[Joints, ...]
+    The move is None where it goes nowhere.
+    """
+
+    knots: Floats
     move: CoordinatedMove | None
+
+    @property
+    def end(self) -> Joints:
+        """Where it ends (rad, m, m)."""
+        a, b, c = self.knots[-1].tolist()
+        return Joints(a, b, c)
 
 
 class Planner:
@@ -46,47 +65,75 @@ class Planner:
         self._planned = lru_cache(maxsize=AT_HAND)(self._plan)
         self._previewed = lru_cache(maxsize=REMEMBERED)(self._preview)
 
-    def plan(self, workspace: Workspace, points: Sequence[Joints], speed: float) -> Plan:
-        """Return the plan of a path at `speed` (above 0 up to 1, of the limits).
+    def plan(self, workspace: Workspace, route: Route, speed: float) -> Plan:
+        """Return the plan of a route at `speed` (above 0 up to 1, of the limits).
 
         Raises `InvalidValue`, `Unreachable`, `PathRefused`, and `TrajectoryRefused` for more than the controller
         can hold.
         """
-        return self._planned(workspace, self._counts(points, speed), speed)
+        return self._planned(workspace, self._path(route), self._speed(speed))
 
-    def preview(self, workspace: Workspace, points: Sequence[Joints], speed: float) -> Preview:
-        """Return what the motion along a path will be; raises as `plan` does."""
-        return self._previewed(workspace, self._counts(points, speed), speed)
+    def preview(self, workspace: Workspace, route: Route, speed: float) -> Preview:
+        """Return what the motion along a route will be; raises as `plan` does."""
+        return self._previewed(workspace, self._path(route), self._speed(speed))
 
-    def _counts(self, points: Sequence[Joints], speed: float) -> tuple[Counts, ...]:
+    def begun_at(self, route: Route, here: Joints) -> Path:
+        """Return the route from exactly `here` on; raises `TrajectoryRefused` where it starts somewhere else."""
+        path = self._path(route)
+        for axis, start, place, tolerance in zip(
+            AXES, path.start(self._mechanism), here, START_TOLERANCE, strict=True
+        ):
+            if not abs(start - place) <= tolerance:
+                raise TrajectoryRefused(reason=f"it starts at {axis} = {start:.4f}, the robot is at {place:.4f}")
+        return path.begun_at(self._mechanism, here)
+
+    @staticmethod
+    def _path(route: Route) -> Path:
+        path = route if isinstance(route, Path) else Path.joints(*route)
+        if len(path.waypoints) > MOST_SEGMENTS:
+            _too_long(f"it has {len(path.waypoints)} points")
+        return path
+
+    @staticmethod
+    def _speed(speed: float) -> float:
         if not 0.0 < speed <= 1.0:
             raise InvalidValue(key="speed", value=speed, reason="it must lie above 0 and at most at 1")
-        for point in points:
-            if not all(isfinite(value) for value in point):
-                raise InvalidValue(key="target", value=tuple(point), reason="it must be finite")
-        if len(points) > MOST_SEGMENTS:
-            _too_long(f"it has {len(points)} points")
-        return tuple(self._units.to_counts(point) for point in points)
+        return speed
 
-    def _plan(self, workspace: Workspace, counts: tuple[Counts, ...], speed: float) -> Plan:
-        points = tuple(self._units.to_joints(count) for count in counts)
-        path = JointPath(points)
-        check_path(workspace, path)
-        move = plan(path, self._limits, self._units, speed)
-        if len(move.segments) > MOST_SEGMENTS:
-            _too_long(f"it needs {len(move.segments)} segments")
-        return Plan(points, move if move.segments else None)
+    def _plan(self, workspace: Workspace, path: Path, speed: float) -> Plan:
+        for coarseness in _COARSER:
+            knots = lay(path, self._mechanism, self._units, self._limits, coarseness)
+            joints = self._proved(workspace, path, knots)
+            move = plan(knots, self._limits, self._units, speed, coarseness=coarseness)
+            if len(move.segments) <= MOST_SEGMENTS:
+                return Plan(joints, move if move.segments else None)
+        _too_long(f"it needs {len(move.segments)} segments")
 
-    def _preview(self, workspace: Workspace, counts: tuple[Counts, ...], speed: float) -> Preview:
-        planned = self._planned(workspace, counts, speed)
-        path = JointPath(planned.points)
+    def _proved(self, workspace: Workspace, path: Path, knots: Knots) -> Floats:
+        """Return the knots as joints (n, 3) [rad, m, m] once every chord between them is proved."""
+        if path.space is not Space.JOINT:
+            workspace.require(path.end(self._mechanism))
+            if not np.isfinite(knots.exact).all():
+                raise PathRefused(target=_text(path), reason="it leads above the anchors of the lines")
+        joints = knots.counts / np.array(self._units.per_unit)
+        vias = range(1, len(joints) - 1) if path.is_joint else ()
+        prove(workspace, joints, vias)
+        return joints
+
+    def _preview(self, workspace: Workspace, path: Path, speed: float) -> Preview:
+        planned = self._planned(workspace, path, speed)
+        points = [Joints(*place) for place in planned.knots.tolist()] * (2 if len(planned.knots) == 1 else 1)
         return Preview(
             duration=0.0 if planned.move is None else planned.move.duration + SETTLE,
-            lowest=lowest_point(self._mechanism, path).z,
-            highest=highest_point(self._mechanism, path).z,
-            end=planned.points[-1],
+            lowest=lowest(self._mechanism, points).z,
+            highest=highest(self._mechanism, points).z,
+            end=planned.end,
         )
 
 
-def _too_long(what: str) -> None:
+def _text(path: Path) -> str:
+    return "(" + ", ".join(f"{value:.4f}" for value in path.waypoints[-1]) + ")"
+
+
+def _too_long(what: str) -> NoReturn:
     raise TrajectoryRefused(reason=f"{what}, the controller's buffer holds {MOST_SEGMENTS} segments")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -11,6 +11,7 @@ from maya_un.controller.run import OnVia
 from maya_un.events import EventLog
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
+from maya_un.motion.curve import Route
 from maya_un.values import Joints, Progress, State, StopReport
 
 
@@ -69,7 +70,7 @@ class Controller(Protocol):
         """How far the motion under way has come, None at rest."""
         ...
 
-    def preview(self, path: Sequence[Joints], *, speed: float = 1.0) -> Preview:
+    def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
         """Check `path` (joints in rad, m, m) as a motion would and tell what it would be; sends nothing."""
         ...
 
@@ -81,7 +82,7 @@ class Controller(Protocol):
         """Go to `target` (rad, m, m) on a straight line in joint space; `speed` 0 to 1 of the limits."""
         ...
 
-    async def follow(self, path: Sequence[Joints], *, speed: float = 1.0, on_via: OnVia | None = None) -> None:
+    async def follow(self, path: Route, *, speed: float = 1.0, on_via: OnVia | None = None) -> None:
         """Go along `path`, whose first point is where the robot is; raises `TrajectoryRefused` otherwise.
 
         `on_via` is told the number of every waypoint between the ends, from 0, as it is passed; in order, each once,

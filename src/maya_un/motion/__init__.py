@@ -1,22 +1,31 @@
 """Motion as mathematics: paths in joint space, the proof that they are safe, and their timing on the controller."""
 
+from maya_un.motion.curve import Blend, Path, Route, Space
+from maya_un.motion.knots import Knots, lay
+from maya_un.motion.limits import Limits
 from maya_un.motion.move import CoordinatedMove, Counts, Segment, commands
 from maya_un.motion.path import JointPath, between, check_path, highest_point, lowest_point
 from maya_un.motion.profile import Piece, Profile
-from maya_un.motion.timing import Limits, plan
+from maya_un.motion.timing import plan
 
 __all__ = [
+    "Blend",
     "CoordinatedMove",
     "Counts",
     "JointPath",
+    "Knots",
     "Limits",
+    "Path",
     "Piece",
     "Profile",
+    "Route",
     "Segment",
+    "Space",
     "between",
     "check_path",
     "commands",
     "highest_point",
+    "lay",
     "lowest_point",
     "plan",
 ]

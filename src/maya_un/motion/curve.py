@@ -4,9 +4,9 @@
     cartesian      x, y, z [m]            the gripper goes straight
     cylindrical    a, d, z [rad, m, m]    the boom swings while distance and height change evenly
 
-Between two spaces a straight line is a curve. A corner with a blend is left that far before the waypoint and reached
-again that far behind it, on a parabola (the quadratic Bézier curve with the waypoint as its control point), so that it
-is passed without a stop. Every piece of a path, straight or not, is such a curve here: three control points.
+Between two spaces a straight line is a curve. A corner with a blend is passed without a stop: the leg before it slows down
+while the leg behind it already speeds up, each evenly, so that the corner is cut by parabolas. Every piece of a path,
+straight or not, is a quadratic Bézier curve here: three control points.
 """
 
 from __future__ import annotations
@@ -15,7 +15,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
-from math import hypot, isfinite
+from itertools import pairwise
+from math import hypot, inf, isfinite
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,18 +37,36 @@ class Space(StrEnum):
 Waypoint = tuple[float, float, float]
 
 
+class Blend(NamedTuple):
+    """How a corner is cut: it is left `before` ahead of the waypoint and over `after` behind it [m].
+
+    In the time between, the leg before slows down during the last share `fall` of it, and the leg behind speeds up
+    during the first share `rise`. Both 1 is one parabola. Where one leg is quick to reach its speed and the other
+    is not, a small share for the quick one makes the corner as fast as both can be.
+    """
+
+    before: float
+    after: float
+    fall: float = 1.0
+    rise: float = 1.0
+
+
+SHARP = Blend(0.0, 0.0)
+"""No blend: the corner is passed next to rest."""
+
+
 @dataclass(frozen=True)
 class Path:
-    """Waypoints in the coordinates of `space`, and for each one between the ends how far its corner is cut [m].
+    """Waypoints in the coordinates of `space`, and for each one between the ends how its corner is cut.
 
-    A blend of 0 is a sharp corner, which is passed next to rest. `blends` may be left out, which means no blends; a
-    blend is at most half of a leg between two corners, and all of a leg at an end. Raises `TrajectoryRefused` for fewer
-    than two waypoints, `InvalidValue` for numbers that are not finite and for blends that do not fit the waypoints.
+    `blends` may be left out, which means sharp corners. Together two blends may not take more than the leg between
+    them; they are cut down evenly where they would. Raises `TrajectoryRefused` for fewer than two waypoints,
+    `InvalidValue` for numbers that are not finite and for blends that do not fit the waypoints.
     """
 
     space: Space
     waypoints: tuple[Waypoint, ...]
-    blends: tuple[float, ...] = ()
+    blends: tuple[Blend, ...] = ()
 
     def __post_init__(self) -> None:
         if len(self.waypoints) < 2:
@@ -55,10 +75,12 @@ class Path:
             if not all(isfinite(value) for value in waypoint):
                 raise InvalidValue(key="target", value=tuple(waypoint), reason="it must be finite")
         if self.blends and len(self.blends) != len(self.waypoints) - 2:
-            reason = f"it must hold one number for each of the {len(self.waypoints) - 2} waypoints between the ends"
-            raise InvalidValue(key="blends", value=self.blends, reason=reason)
-        if not all(0.0 <= blend < float("inf") for blend in self.blends):
-            raise InvalidValue(key="blends", value=self.blends, reason="it must hold lengths of 0 or more")
+            reason = f"it must hold one for each of the {len(self.waypoints) - 2} waypoints between the ends"
+            raise InvalidValue(key="blends", value=len(self.blends), reason=reason)
+        for blend in self.blends:
+            lengths, shares = blend[:2], blend[2:]
+            if not all(0.0 <= length < inf for length in lengths) or not all(0.0 < share <= 1.0 for share in shares):
+                raise InvalidValue(key="blends", value=tuple(blend), reason="lengths are 0 or more, shares above 0 to 1")
 
     @classmethod
     def joints(cls, *waypoints: Joints, blend: float = 0.0) -> Path:
@@ -77,13 +99,13 @@ class Path:
 
     @classmethod
     def _through(cls, space: Space, waypoints: Sequence[Waypoint], blend: float) -> Path:
-        blends = (blend,) * (len(waypoints) - 2) if blend else ()
+        blends = (Blend(blend, blend),) * (len(waypoints) - 2) if blend else ()
         return cls(space, tuple((x, y, z) for x, y, z in waypoints), blends)
 
     @property
     def is_joint(self) -> bool:
         """Whether it is straight in the joints, leg by leg, without blends."""
-        return self.space is Space.JOINT and not any(self.blends)
+        return self.space is Space.JOINT and not any(blend.before and blend.after for blend in self.blends)
 
     def end(self, mechanism: Mechanism) -> Joints:
         """Return the joints of the last waypoint (rad, m, m)."""
@@ -148,47 +170,82 @@ class Pieces:
 def _pieces(path: Path) -> Pieces:
     """Return the legs, shortened by the blends at their ends, and the blends between them."""
     corners = np.array(path.waypoints)
-    blends = (0.0, *(path.blends or (0.0,) * (len(corners) - 2)), 0.0)
-    before, after = _cuts(path, blends)
-    curves: list[tuple[Floats, Floats, Floats]] = []
-    straight: list[bool] = []
-    vias: list[float] = []
-    sharp = [True]
-    last_leg = len(corners) - 2
-    for leg in range(last_leg + 1):
+    cuts = _cuts(path)
+    found = _Found()
+    last = len(corners) - 2
+    for leg in range(last + 1):
         one, two = corners[leg], corners[leg + 1]
-        begin, end = one + (two - one) * after[leg], two + (one - two) * before[leg + 1]
-        if after[leg] + before[leg + 1] < 1.0 - 1e-12:
-            curves.append((begin, 0.5 * (begin + end), end))
-            straight.append(True)
-            sharp.append(before[leg + 1] == 0.0)
-        if leg == last_leg:
+        after, before = cuts[leg].after, cuts[leg + 1].before
+        if after + before < 1.0 - 1e-12:
+            begin, end = one + (two - one) * after, two + (one - two) * before
+            found.add(begin, 0.5 * (begin + end), end, straight=True, corner=cuts[leg + 1].before == 0.0)
+        if leg == last:
             break
-        if before[leg + 1] > 0.0:
-            onward = corners[leg + 2]
-            curves.append((end, two, two + (onward - two) * after[leg + 1]))
-            straight.append(False)
-            sharp.append(False)
-            vias.append(len(straight) - 0.5)
+        if before > 0.0:
+            _round(found, one, two, corners[leg + 2], cuts[leg + 1])
         else:
-            vias.append(float(len(straight)))
-    sharp[-1] = True
-    first, control, last = (np.array(column) for column in zip(*curves, strict=True))
-    return Pieces(first, control, last, tuple(straight), tuple(vias), tuple(sharp))
+            found.vias.append(float(len(found.curves)))
+    first, control, end = (np.array(column) for column in zip(*found.curves, strict=True))
+    sharp = (True, *found.corners[:-1], True)
+    return Pieces(first, control, end, tuple(found.straight), tuple(found.vias), sharp)
 
 
-def _cuts(path: Path, blends: Sequence[float]) -> tuple[list[float], list[float]]:
-    """Return for every waypoint the share of the leg before it and of the leg after it that its blend takes."""
-    lengths = [_length(path.space, *pair) for pair in zip(path.waypoints, path.waypoints[1:], strict=False)]
-    before, after = [0.0] * len(blends), [0.0] * len(blends)
-    last = len(lengths) - 1
+class _Found:
+    """The pieces while they are collected."""
+
+    def __init__(self) -> None:
+        self.curves: list[tuple[Floats, Floats, Floats]] = []
+        self.straight: list[bool] = []
+        self.corners: list[bool] = []
+        self.vias: list[float] = []
+
+    def add(self, first: Floats, control: Floats, last: Floats, *, straight: bool, corner: bool) -> None:
+        self.curves.append((first, control, last))
+        self.straight.append(straight)
+        self.corners.append(corner)
+
+
+def _round(found: _Found, one: Floats, two: Floats, three: Floats, cut: Blend) -> None:
+    """Add the curves of a corner: between the moments at which a leg begins to slow down or ends to speed up."""
+    moments = sorted({0.0, 1.0 - cut.fall, cut.rise, 1.0})
+    spans = [(begin, end) for begin, end in pairwise(moments) if end - begin > 1e-9]
+
+    def at(moment: float) -> Floats:
+        left, gone = cut.before * _risen(1.0 - moment, cut.fall), cut.after * _risen(moment, cut.rise)
+        return two + (one - two) * left + (three - two) * gone
+
+    found.vias.append(len(found.curves) + 0.5 * len(spans))
+    for begin, end in spans:
+        first, last, middle = at(begin), at(end), at(0.5 * (begin + end))
+        found.add(first, 2.0 * middle - 0.5 * (first + last), last, straight=False, corner=False)
+
+
+def _risen(moment: float, rise: float) -> float:
+    """Return the share of a blend that the leg behind has gone at a moment (0 to 1) of it.
+
+    It speeds up evenly until `rise` and goes on evenly. The leg before does the same backwards in time.
+    """
+    gone = moment * moment / (2.0 * rise) if moment < rise else moment - 0.5 * rise
+    return gone / (1.0 - 0.5 * rise)
+
+
+def _cuts(path: Path) -> list[Blend]:
+    """Return the blend at every waypoint, with its lengths as shares of the legs beside it."""
+    blends = [SHARP, *(path.blends or (SHARP,) * (len(path.waypoints) - 2)), SHARP]
+    lengths = [_length(path.space, *pair) for pair in pairwise(path.waypoints)]
+    fits = [1.0] * len(blends)
+    for leg, length in enumerate(lengths):
+        wanted = blends[leg].after + blends[leg + 1].before
+        if wanted > length:
+            fits[leg] = min(fits[leg], length / wanted)
+            fits[leg + 1] = min(fits[leg + 1], length / wanted)
+    cuts = [SHARP] * len(blends)
     for via in range(1, len(blends) - 1):
-        room_before = lengths[via - 1] * (1.0 if via == 1 else 0.5)
-        room_after = lengths[via] * (1.0 if via == last else 0.5)
-        reach = min(blends[via], room_before, room_after)
-        if reach > 0.0:
-            before[via], after[via] = reach / lengths[via - 1], reach / lengths[via]
-    return before, after
+        blend, fit = blends[via], fits[via]
+        if fit * min(blend.before, blend.after) > 0.0:
+            before, after = fit * blend.before / lengths[via - 1], fit * blend.after / lengths[via]
+            cuts[via] = blend._replace(before=min(before, 1.0), after=min(after, 1.0))
+    return cuts
 
 
 def _length(space: Space, one: Waypoint, two: Waypoint) -> float:
@@ -224,3 +281,7 @@ def to_joints(space: Space, mechanism: Mechanism, coordinates: Floats) -> Floats
     out[:, 1] = np.sqrt(square + u * u)
     out[:, 2] = np.sqrt(square + (mechanism.width - u) ** 2)
     return out
+
+
+Route = Path | Sequence[Joints]
+"""A way to go: a path, or joints joined by straight lines in joint space."""

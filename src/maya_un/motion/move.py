@@ -42,7 +42,8 @@ class CoordinatedMove:
 
     `start` and `end` are in counts, `va` and `vd` in counts/s², `vs` in counts/s. `columns` says which joint (0 to
     2) stands in the place of the controller's axes A, B, C …, None for an axis that takes no part. `profile` is
-    the way over time, `ways` the way along the path at every segment's end [counts], `places` the counts there.
+    the way over time, `ways` the way along the path at every segment's end [counts], `places` the counts there;
+    `via_ways` is the way at every waypoint between the ends of the path [counts].
     """
 
     start: Counts
@@ -56,6 +57,7 @@ class CoordinatedMove:
     profile: Profile
     ways: tuple[float, ...]
     places: tuple[Counts, ...]
+    via_ways: tuple[float, ...] = ()
 
     @classmethod
     def along(
@@ -66,8 +68,12 @@ class CoordinatedMove:
         va: int,
         vd: int,
         units: Units,
+        vias: tuple[float, ...] = (),
     ) -> CoordinatedMove:
-        """Return the move over `segments`, begun at `start`; `letters` are the controller's names of a, b, c."""
+        """Return the move over `segments`, begun at `start`; `letters` are the controller's names of a, b, c.
+
+        `vias` are the ways at which the waypoints between the ends are passed [counts].
+        """
         lengths = [segment.length for segment in segments]
         places = tuple(accumulate((segment.counts for segment in segments), _plus, initial=start))
         legs = zip(lengths, segments, strict=True)
@@ -83,6 +89,7 @@ class CoordinatedMove:
             profile=Profile.along(((length, leg.speed, leg.end_speed) for length, leg in legs), va, vd),
             ways=tuple(accumulate(lengths)),
             places=places,
+            via_ways=vias,
         )
 
     @property

@@ -8,7 +8,8 @@ import pytest
 
 from maya_un.config import Config, Units
 from maya_un.errors import InvalidValue
-from maya_un.motion import CoordinatedMove, JointPath, Limits, commands, plan
+from maya_un.motion import CoordinatedMove, Limits, commands, plan
+from maya_un.motion.knots import straight
 from maya_un.values import Joints, Point
 from tests.strategies import WORKSPACE, configuration
 
@@ -18,7 +19,7 @@ HERE = Joints(0.5, 1.5, 1.7)
 
 
 def move(*waypoints: Joints, speed_scale: float = 1.0) -> CoordinatedMove:
-    return plan(JointPath(waypoints), LIMITS, UNITS, speed_scale)
+    return plan(straight(UNITS, waypoints), LIMITS, UNITS, speed_scale)
 
 
 def shifted(a: int = 0, b: int = 0, c: int = 0) -> Joints:
@@ -74,8 +75,8 @@ def test_letters_decide_the_column() -> None:
             "c": axes.c.model_copy(update={"letter": "B"}),
         }
     )
-    path = JointPath.through(HERE, shifted(b=30, c=-40))
-    assert commands(plan(path, Limits.of(swapped), UNITS))[3:8:4] == ["LM AB", "LI 30,-40<580>0"]
+    knots = straight(UNITS, (HERE, shifted(b=30, c=-40)))
+    assert commands(plan(knots, Limits.of(swapped), UNITS))[3:8:4] == ["LM AB", "LI 30,-40<580>0"]
 
 
 def test_standing_still_needs_no_commands() -> None:
@@ -120,7 +121,7 @@ def test_a_tiny_speed_scale_still_moves() -> None:
 def test_ways_longer_than_a_segment_may_be_are_split() -> None:
     fine = configuration(scale={"pulses_per_metre": 1e8})
     units = Units.of(fine)
-    found = plan(JointPath.through(HERE, HERE._replace(b=2.2, c=1.2)), Limits.of(fine), units)
+    found = plan(straight(units, (HERE, HERE._replace(b=2.2, c=1.2))), Limits.of(fine), units)
     assert max(abs(count) for segment in found.segments for count in segment.counts) <= 8_388_607
     assert found.end == units.to_counts(HERE._replace(b=2.2, c=1.2))
 

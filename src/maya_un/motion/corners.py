@@ -1,0 +1,64 @@
+"""How far to cut a corner so that the leg before slows down exactly while the leg behind speeds up."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from maya_un.config import Units
+from maya_un.kinematics import Mechanism
+from maya_un.motion.curve import Blend, Space, Waypoint, to_joints
+from maya_un.motion.limits import Limits
+
+_STEP = 1e-4
+
+
+class Pace(NamedTuple):
+    """What the axes allow along a leg: speed [m/s] and acceleration [m/s²] of the gripper."""
+
+    speed: float
+    acceleration: float
+
+    def after(self, run_up: float) -> float:
+        """Return the speed that is reached from rest over a run-up [m]."""
+        return min(self.speed, sqrt(2.0 * self.acceleration * run_up))
+
+
+def pace(
+    space: Space, start: Waypoint, end: Waypoint, length: float, mechanism: Mechanism, units: Units, limits: Limits
+) -> Pace:
+    """Return what the axes allow about `start` on the way to `end`, which is `length` away [m].
+
+    It is the pace of the directions there: bends are left to the timing.
+    """
+    share = min(1.0, _STEP / length)
+    near = [one + (two - one) * share for one, two in zip(start, end, strict=True)]
+    here, there = to_joints(space, mechanism, np.array([start, near]))
+    rates = np.maximum(np.abs(there - here) * np.array(units.per_unit) / (share * length), 1e-9)
+    return Pace(
+        float(np.min(np.array(limits.speed) / rates)),
+        float(np.min(np.minimum(limits.acceleration, limits.deceleration) / rates)),
+    )
+
+
+def overlap(before: Pace, speed_before: float, behind: Pace, room: float) -> Blend:
+    """Return the blend in which the leg before slows down from `speed_before` [m/s] while the leg behind speeds up.
+
+    `room` is the most that the blend may take of the leg behind [m].
+    """
+    speed = behind.speed
+    slowing, rising = speed_before / before.acceleration, speed / behind.acceleration
+    whole = max(slowing, rising)
+    after = speed * (whole - 0.5 * rising)
+    if after > room:
+        return _tight(before, speed_before, behind, room)
+    return Blend(speed_before * (whole - 0.5 * slowing), after, slowing / whole, rising / whole)
+
+
+def _tight(before: Pace, speed_before: float, behind: Pace, room: float) -> Blend:
+    """Return a blend for a short leg behind: one parabola, as long as the leg's own acceleration needs."""
+    whole = sqrt(2.0 * room / behind.acceleration)
+    slowing = min(whole, speed_before / before.acceleration)
+    return Blend(before.acceleration * slowing * (whole - 0.5 * slowing), room, slowing / whole, 1.0)

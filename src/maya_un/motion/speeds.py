@@ -1,0 +1,152 @@
+"""The fastest way along a path: time-optimal speeds at its knots under the limits of every axis.
+
+With x = v² along the path, v and u = dv/dt, an axis i whose direction is dᵢ and whose bend is cᵢ = dᵢ' moves at dᵢ v and
+accelerates by dᵢ u + cᵢ x. Over a chord of length L at constant u, x changes by 2 L u. This is the problem of time-optimal
+path parametrisation (Bobrow 1985); it is solved as by reachability analysis (Pham and Pham, 2018): one pass backwards
+finds for every knot the greatest x from which the rest can be done, one pass forwards takes the greatest u that keeps
+below it. In a chord that could be faster in its middle than at both ends, it is.
+
+Speeds are in counts/s, lengths in counts, as the norm over the axes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from maya_un.kinematics import Floats
+from maya_un.motion.knots import JUMPS, Knots
+from maya_un.motion.limits import Limits
+
+_TINY = 1e-12
+
+_LEAST = 1e-6
+"""An axis that takes less than this share of a chord counts as taking it: it limits nothing but its bend."""
+
+MERCY = 1.5
+"""Knots are laid for the jumps that are wanted; the speed is held back where they come to so much more."""
+
+
+@dataclass(frozen=True)
+class Chords:
+    """Straight pieces of a path: counts (n, 3), lengths (n,) [counts], directions (n, 3), bends at the knots (n + 1, 3).
+
+    `smooth` (n, 3) are the directions before rounding to counts.
+    """
+
+    counts: Floats
+    lengths: Floats
+    directions: Floats
+    bends: Floats
+    smooth: Floats
+
+    @classmethod
+    def of(cls, knots: Knots) -> Chords:
+        """Return the chords between knots; at a sharp corner there is no bend, it is passed next to rest."""
+        counts = np.diff(knots.counts, axis=0).astype(np.float64)
+        lengths = np.sqrt(np.einsum("ij,ij->i", counts, counts))
+        exact = np.diff(knots.exact, axis=0)
+        directions = exact / np.sqrt(np.einsum("ij,ij->i", exact, exact))[:, np.newaxis]
+        bends = np.zeros((len(lengths) + 1, 3))
+        bends[1:-1] = 2.0 * np.diff(directions, axis=0) / (lengths[1:] + lengths[:-1])[:, np.newaxis]
+        bends[knots.sharp] = 0.0
+        return cls(counts, lengths, counts / lengths[:, np.newaxis], bends, directions)
+
+
+def caps(chords: Chords, limits: Limits, scale: float) -> tuple[Floats, Floats]:
+    """Return the greatest speeds within the chords, (n,), and at the knots, (n + 1,), by the slew speeds.
+
+    `scale` slows the slew speeds. The ends of the path are at rest.
+    """
+    slew = np.array(limits.speed, dtype=np.float64)
+    within = scale * np.min(slew / np.maximum(np.abs(chords.directions), _TINY), axis=1)
+    at = np.zeros(len(within) + 1)
+    if len(within) > 1:
+        before, after = chords.smooth[:-1], chords.smooth[1:]
+        jump = MERCY * np.min(slew * JUMPS / np.maximum(np.abs(after - before), _TINY), axis=1)
+        middle = np.minimum(np.minimum(within[:-1], within[1:]), jump)
+        at[1:-1] = middle
+    return within, at
+
+
+@dataclass(frozen=True)
+class Budget:
+    """What the axes leave for speeding up and slowing down along every chord, the controller itself as a fourth axis.
+
+    In the middle of a chord, where x has become x + L u, an axis accelerates by (dᵢ + cᵢL) u + cᵢ x. `up` and `down` (n, 4)
+    are aᵢ/|dᵢ + cᵢL| [counts/s²] and `bend` (n, 4) is cᵢ/(dᵢ + cᵢL): −(down + bend x) ≤ u ≤ up − bend x.
+    """
+
+    up: Floats
+    down: Floats
+    bend: Floats
+
+    @classmethod
+    def of(cls, chords: Chords, limits: Limits, most_up: float, most_down: float) -> Budget:
+        """Return the budget; the controller itself rises by at most `most_up`, falls by at most `most_down`."""
+        bends = 0.5 * (chords.bends[1:] + chords.bends[:-1])
+        effect = chords.directions + bends * chords.lengths[:, np.newaxis]
+        share = np.maximum(np.abs(effect), _LEAST)
+        own = np.ones((len(share), 1))
+        return cls(
+            np.hstack((np.array(limits.acceleration) / share, most_up * own)),
+            np.hstack((np.array(limits.deceleration) / share, most_down * own)),
+            np.hstack((bends / np.copysign(share, effect), 0.0 * own)),
+        )
+
+    def most(self) -> Floats:
+        """Return the greatest x at the start of every chord, (n,): where some u is within what all axes allow."""
+        apart = self.bend[:, np.newaxis, :] - self.bend[:, :, np.newaxis]
+        room = self.up[:, np.newaxis, :] + self.down[:, :, np.newaxis]
+        return np.min(np.where(apart > 0.0, room / np.maximum(apart, _TINY * _TINY), np.inf), axis=(1, 2))
+
+
+def knot_squares(chords: Chords, budget: Budget, at: Floats) -> Floats:
+    """Return x = v² at every knot, (n + 1,), below the squares of the caps `at`.
+
+    From x at the start of a chord its end is reached at x + 2 L u, so backwards x (1 − 2 L bend) ≤ x' + 2 L down, and
+    forwards x' ≤ x (1 − 2 L bend) + 2 L up.
+    """
+    double = 2.0 * chords.lengths[:, np.newaxis]
+    kept = 1.0 - double * budget.bend
+    back = np.where(kept > _TINY, 1.0 / np.maximum(kept, _TINY), np.inf).tolist()
+    falls, rises, kept_rows = (double * budget.down).tolist(), (double * budget.up).tolist(), kept.tolist()
+    squares = at * at
+    squares[:-1] = np.minimum(squares[:-1], budget.most())
+    x = squares.tolist()
+    after = x[-1]
+    for k in range(len(falls) - 1, -1, -1):
+        (f0, f1, f2, f3), (b0, b1, b2, b3) = falls[k], back[k]
+        after = min(x[k], (after + f0) * b0, (after + f1) * b1, (after + f2) * b2, (after + f3) * b3)
+        x[k] = after
+    before = x[0]
+    for k, ((r0, r1, r2, r3), (k0, k1, k2, k3)) in enumerate(zip(rises, kept_rows, strict=True), 1):
+        before = min(x[k], before * k0 + r0, before * k1 + r1, before * k2 + r2, before * k3 + r3)
+        before = max(before, 0.0)
+        x[k] = before
+    return np.array(x)
+
+
+def peaks(chords: Chords, budget: Budget, within: Floats, squares: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return for every chord the greatest x inside it and the rates up to it and down from it, (n,) each.
+
+    Where a chord rises all the way, or falls all the way, its peak is at that end, and the rate is what that takes.
+    """
+    start, end = squares[:-1], squares[1:]
+    ceiling = within * within
+    reached = np.minimum(ceiling, start + 2.0 * np.min(budget.up, axis=1) * chords.lengths)[:, np.newaxis]
+    up = np.min(budget.up - np.maximum(0.0, budget.bend) * reached, axis=1)
+    down = np.min(budget.down + np.minimum(0.0, budget.bend) * reached, axis=1)
+    room = 2.0 * chords.lengths
+    usable = (up > _TINY) & (down > _TINY)
+    up, down = np.where(usable, up, 1.0), np.where(usable, down, 1.0)
+    top = np.minimum(ceiling, (up * down * room + down * start + up * end) / (up + down))
+    higher = np.maximum(start, end)
+    inside = usable & (top > higher * (1.0 + 1e-6))
+    change = (end - start) / room
+    return (
+        np.where(inside, top, higher),
+        np.where(inside, up, np.maximum(change, _TINY)),
+        np.where(inside, down, np.maximum(-change, _TINY)),
+    )

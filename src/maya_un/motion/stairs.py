@@ -1,0 +1,136 @@
+"""From the fastest way to the segments that the controller drives.
+
+The controller rises towards a segment's speed at VA and brakes at VD to its end speed, each within the segment; VD is
+the deceleration of a stop and cannot be changed while a sequence runs. So a slow-down is a staircase: it is cut
+wherever the speed has fallen by a step, and every piece is driven at the mean of its speeds, which takes as long. The
+mean acceleration from piece to piece is then what the axes allow, and the bound at any instant is the stop's. A
+rise at nearly VA is one ramp; a gentler one is a staircase too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maya_un.kinematics import Floats
+from maya_un.motion.move import Segment
+from maya_un.motion.speeds import Chords
+
+LONGEST = 8_388_607
+"""Largest distance of one axis in one segment [counts]."""
+
+SLOWEST = 2.0
+"""Speeds are whole and even [counts/s]."""
+
+SMOOTH = 0.9
+"""A rise at this share of VA or more is left to the controller's own ramp."""
+
+
+@dataclass(frozen=True)
+class Ramps:
+    """What happens in every chord: from speed `start` to `top` at `up`, on at `top`, and to `end` at `down`; (n,) each.
+
+    Speeds in counts/s, accelerations in counts/s², none of them 0.
+    """
+
+    start: Floats
+    top: Floats
+    end: Floats
+    up: Floats
+    down: Floats
+
+
+@dataclass(frozen=True)
+class _Pieces:
+    """Pieces in order: the chord of each, the share of it where each ends, target speed, and speed at its end."""
+
+    chord: NDArray[np.intp]
+    share: Floats
+    target: Floats
+    end: Floats
+
+
+def segments(chords: Chords, ramps: Ramps, slew: Floats, va: float, step: float) -> list[Segment]:
+    """Return the segments along `chords`.
+
+    `slew` (3,) are the greatest speeds of the axes [counts/s], `step` is how much the speed may change from one piece
+    to the next, as a share of the chord's own slew speed.
+    """
+    pieces = _pieces(chords, ramps, slew, va, step)
+    counts, keep = _whole(chords, pieces)
+    lengths = np.sqrt(np.einsum("ij,ij->i", counts, counts))
+    allowed = np.min(slew / np.maximum(np.abs(counts), 1e-9), axis=1) * lengths
+    target = _even(np.minimum(pieces.target[keep], allowed))
+    end = np.minimum(target, _even(pieces.end[keep]))
+    end[:-1] = np.minimum(end[:-1], target[1:])
+    end[-1] = 0.0
+    return _split(counts.astype(np.int64).tolist(), target.astype(np.int64).tolist(), end.astype(np.int64).tolist())
+
+
+def _pieces(chords: Chords, ramps: Ramps, slew: Floats, va: float, step: float) -> _Pieces:
+    own = np.min(slew / np.maximum(np.abs(chords.directions), 1e-9), axis=1) * step
+    smooth = ramps.up >= SMOOTH * va
+    rise, fall = ramps.top - ramps.start, ramps.top - ramps.end
+    rising = np.where(smooth, 0, np.ceil(rise / own - 1e-6)).astype(np.intp)
+    falling = np.ceil(fall / own - 1e-6).astype(np.intp)
+    long_rise = (ramps.top**2 - ramps.start**2) / (2.0 * ramps.up)
+    long_fall = (ramps.top**2 - ramps.end**2) / (2.0 * ramps.down)
+    even = chords.lengths - long_fall - np.where(rising > 0, long_rise, 0.0)
+    level = (even > 1e-6 * chords.lengths).astype(np.intp)
+    number = rising + level + falling
+    chord = np.repeat(np.arange(len(number)), number)
+    place = np.arange(len(chord)) - np.repeat(np.cumsum(number) - number, number)
+    up, flat = rising[chord], level[chord]
+    # The speed at the start and at the end of each piece: equal steps up, the top, equal steps down.
+    up_step = np.where(up > 0, rise[chord] / np.maximum(up, 1), 0.0)
+    down_step = fall[chord] / np.maximum(falling[chord], 1)
+    climbed = np.minimum(place + 1, up)
+    dropped = np.maximum(place + 1 - up - flat, 0)
+    is_up, is_down = place < up, dropped > 0
+    after = np.where(is_up, ramps.start[chord] + climbed * up_step, ramps.top[chord] - dropped * down_step)
+    target = np.where(is_up, after - 0.5 * up_step, np.where(is_down, after + 0.5 * down_step, ramps.top[chord]))
+    by_rise = (after**2 - ramps.start[chord] ** 2) / (2.0 * ramps.up[chord])
+    by_fall = chords.lengths[chord] - (after**2 - ramps.end[chord] ** 2) / (2.0 * ramps.down[chord])
+    share = np.where(is_up, by_rise, by_fall) / chords.lengths[chord]
+    last = np.concatenate((chord[1:] != chord[:-1], [True]))
+    share[last] = 1.0
+    return _Pieces(chord, share, target, after)
+
+
+def _whole(chords: Chords, pieces: _Pieces) -> tuple[Floats, NDArray[np.intp]]:
+    """Return the pieces in whole counts (m, 3), and which of them are left, (m,).
+
+    They end on whole counts of the axis that goes farthest, so that rounding turns the direction as little as
+    can be.
+    """
+    longest = np.max(np.abs(chords.counts), axis=1)[pieces.chord]
+    share = np.rint(pieces.share * longest) / longest
+    begun = np.concatenate((np.zeros((1, 3)), np.cumsum(chords.counts, axis=0)[:-1]))[pieces.chord]
+    places = np.rint(begun + chords.counts[pieces.chord] * share[:, np.newaxis])
+    steps = np.diff(places, axis=0, prepend=np.zeros((1, 3)))
+    keep = np.flatnonzero(np.any(steps != 0.0, axis=1))
+    return steps[keep], keep
+
+
+def _even(speeds: Floats) -> Floats:
+    return np.maximum(SLOWEST, np.floor(speeds * 0.5 + 1e-9) * 2.0)
+
+
+def _split(counts: list[list[int]], targets: list[int], ends: list[int]) -> list[Segment]:
+    """Return the segments; what is longer than the controller takes in one goes in equal parts."""
+    found: list[Segment] = []
+    for (a, b, c), target, end in zip(counts, targets, ends, strict=True):
+        parts = ceil(max(abs(a), abs(b), abs(c)) / LONGEST)
+        if parts == 1:
+            found.append(Segment((a, b, c), target, end))
+            continue
+        done = (0, 0, 0)
+        for part in range(1, parts + 1):
+            reached = (round(a * part / parts), round(b * part / parts), round(c * part / parts))
+            step = (reached[0] - done[0], reached[1] - done[1], reached[2] - done[2])
+            found.append(Segment(step, target, target if part < parts else end))
+            done = reached
+    return found
