@@ -61,6 +61,14 @@ def sectors(axes: Axes, workspace: Workspace, height: float) -> None:
         )
 
 
+def zones_at(axes: Axes, workspace: Workspace, height: float) -> None:
+    """Draw the zones, cut at `height` [m]."""
+    left, right, low, high = _extent(workspace)
+    x, y = np.arange(left, right + _GRID, _GRID), np.arange(low, high + _GRID, _GRID)
+    across, up = np.meshgrid(x, y)
+    zones.draw(axes, workspace, x, y, np.stack((across, up, np.full_like(across, height))))
+
+
 @dataclass(frozen=True, slots=True)
 class _Drawing:
     axes: Axes
@@ -75,7 +83,7 @@ class _Drawing:
         self._range()
         self._directions()
         self._boom()
-        self._zones()
+        zones_at(self.axes, self.workspace, self.height)
         if marked is not None:
             marked.show(self.axes, marked.target[:2], marked.held[:2])
         self.axes.set_title(f"From above, at z = {self.height:.2f} m", loc="left")
@@ -134,13 +142,6 @@ class _Drawing:
         self.axes.add_patch(tip)
         place = _at(radius + 0.02, 0.5 * self.bearing)
         self.axes.annotate("α", place, (3, 3), textcoords="offset points", color=BOOM, fontsize=10, zorder=5)
-
-    def _zones(self) -> None:
-        left, right, low, high = _extent(self.workspace)
-        x, y = np.arange(left, right + _GRID, _GRID), np.arange(low, high + _GRID, _GRID)
-        across, up = np.meshgrid(x, y)
-        places = np.stack((across, up, np.full_like(across, self.height)))
-        zones.draw(self.axes, self.workspace, x, y, places)
 
 
 def _at(radius: float, angle: float) -> tuple[float, float]:
