@@ -85,7 +85,9 @@ def test_every_zone_has_its_own_curve() -> None:
     box = Box("press", Point(0.6, 0.9, 0.0), Point(0.9, 1.3, 0.3))
     workspace = WORKSPACE.with_zones([box])
     near = panel(figure(workspace), "distance to limit [m]")
-    assert [text.get_text() for text in near.get_legend().get_texts()][-1] == "zone press"
+    legend = near.get_legend()
+    assert legend is not None
+    assert legend.get_texts()[-1].get_text() == "zone press"
     zone = next(line for line in near.lines if line.get_label() == "zone press")
     drawn = np.asarray(zone.get_ydata())
     assert drawn[17] == pytest.approx(box.clearance(WORKSPACE.mechanism, Joints(*JOINTS[17])), abs=1e-6)
@@ -99,10 +101,8 @@ def test_phases_are_named_where_there_is_room() -> None:
 def test_the_way_is_drawn_from_above_and_from_the_side() -> None:
     drawn = figure()
     above, side = drawn.axes[-2:]
-    starts = [
-        [np.asarray(line.get_xydata())[0] for line in axes.lines if line.get_label() == "start"]
-        for axes in (above, side)
-    ]
+    lines = [line for axes in (above, side) for line in axes.lines if line.get_label() == "start"]
+    starts = [np.asarray(line.get_xydata()) for line in lines]
     assert starts[0][0] == pytest.approx([0.4, 1.1])
     assert starts[1][0] == pytest.approx([np.hypot(0.4, 1.1), 0.4])
     assert above.get_title(loc="left").endswith("z = 0.40 m")
