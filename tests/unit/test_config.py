@@ -132,7 +132,8 @@ def test_an_angle_that_looks_like_degrees_is_called_so() -> None:
     [
         ("geometry.height", 0.0),
         ("geometry.height", -2.35),
-        ("axes.a.minimum", -0.1),
+        ("axes.a.minimum", -3.2),
+        ("axes.b.minimum", -0.1),
         ("axes.a.speed_counts", 1),
         ("axes.b.acceleration_counts", 1023),
         ("axes.b.stop_deceleration_counts", 1_073_740_801),

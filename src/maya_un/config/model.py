@@ -69,7 +69,7 @@ class AxisConfig(_Section):
     """One axis: its letter on the controller, its stroke, its registers."""
 
     letter: Annotated[Letter, Field(description="its letter on the controller")]
-    minimum: Annotated[float, Field(ge=0.0, le=10.0, description="short end of the stroke (rad or m)")]
+    minimum: Annotated[float, Field(ge=-pi, le=10.0, description="short end of the stroke (rad or m)")]
     maximum: Annotated[float, Field(gt=0.0, le=10.0, description="long end of the stroke (rad or m)")]
     speed_counts: Annotated[int, Field(ge=2, le=15_000_000, description="SP, slew speed [counts/s]")]
     acceleration_counts: Annotated[Register, Field(ge=1024, description="AC [counts/s2]")]
@@ -131,6 +131,9 @@ class Axes(_Section):
         letters = "".join(axis.letter for axis in (self.a, self.b, self.c))
         if sorted(letters) != ["A", "B", "C"]:
             raise Contradiction("*.letter", letters, "the three axes are A, B and C, each once")
+        for name, line in (("b", self.b), ("c", self.c)):
+            if line.minimum < 0.0:
+                raise Contradiction(f"{name}.minimum", line.minimum, "a line has a length, 0 or more")
         if self.a.maximum > 2 * pi:
             reason = "it is an angle in radians, at most 2 pi; this looks like degrees"
             raise Contradiction("a.maximum", self.a.maximum, reason)

@@ -3,6 +3,9 @@
 A variable alone would come back by a burned BV, so the mark is a pair: the variable `mayahome` and the
 axis user variables ZA (kept in the data record, zero after a reset) must hold the same number, and the lines'
 counts must lie within their strokes, where a reset controller, which counts from zero, never is.
+
+Counts mean what the configuration of their homing called the switches (`axes.*.minimum`), so that is noted too, as
+`mayamina`, `mayaminb`, `mayaminc` [counts]. Where a calibration has moved them since, the mark holds no more.
 """
 
 from __future__ import annotations
@@ -10,7 +13,7 @@ from __future__ import annotations
 from maya_un.config import Config, Units
 from maya_un.errors import CommandRejected
 from maya_un.galil.driver import Driver
-from maya_un.values import Joints
+from maya_un.values import AXES, Joints
 
 _SLACK = 0.035
 """A measured long end may lie 3 % beyond the configured one, plus the way past its switch."""
@@ -22,6 +25,29 @@ def plausible(config: Config, here: Joints) -> bool:
         axis.minimum - _SLACK <= length <= axis.maximum * (1 + _SLACK) + _SLACK
         for axis, length in ((config.axes.b, here.b), (config.axes.c, here.c))
     )
+
+
+def datum(config: Config, units: Units, axis: int) -> str:
+    """Return the command that notes at which counts the datum of an axis (0, 1, 2) was defined."""
+    return f"{_noted(axis)}={_datum_counts(config, units, axis)}"
+
+
+def _noted(axis: int) -> str:
+    return f"mayamin{AXES[axis]}"
+
+
+def _datum_counts(config: Config, units: Units, axis: int) -> int:
+    return round(config.axes[axis].minimum * units.per_unit[axis])
+
+
+async def _datum_holds(driver: Driver, config: Config, units: Units, axis: int) -> bool:
+    """Tell whether the counts of an axis were defined as `config` does; nothing noted means the manual's machine."""
+    try:
+        noted = await driver.value(_noted(axis))
+    except CommandRejected:
+        manual = Config()
+        noted = _datum_counts(manual, Units.of(manual), axis)
+    return noted == _datum_counts(config, units, axis)
 
 
 async def leave(driver: Driver, ends: tuple[float, float], units: Units) -> None:
@@ -53,5 +79,7 @@ async def read(driver: Driver, config: Config, units: Units, here: Joints) -> tu
     if number == 0 or number != await driver.value("_ZAA"):
         return None
     if not plausible(config, here):
+        return None
+    if not all([await _datum_holds(driver, config, units, axis) for axis in range(3)]):
         return None
     return ends[0] / units.per_unit[1], ends[1] / units.per_unit[2]

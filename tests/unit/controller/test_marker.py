@@ -64,6 +64,49 @@ async def test_a_mark_holds_where_the_lines_can_be(here: Joints, holds: bool) ->
         assert found == (pytest.approx((2.25, 2.29)) if holds else None)
 
 
+def configured(**minimum: float) -> Config:
+    """Return a configuration with other short ends."""
+    axes = {name: getattr(CONFIG.axes, name).model_copy(update={"minimum": value}) for name, value in minimum.items()}
+    return CONFIG.model_copy(update={"axes": CONFIG.axes.model_copy(update=axes)})
+
+
+@pytest.mark.parametrize(
+    ("noted", "minimum", "holds"),
+    [
+        ({}, {}, True),
+        ({}, {"b": 0.571}, False),
+        ({"b": 571_000}, {"b": 0.571}, True),
+        ({"b": 571_000}, {}, False),
+        ({"c": 565_001}, {}, False),
+        ({"a": 212}, {"a": 0.01}, False),
+        ({"a": 213}, {"a": 0.01}, True),
+    ],
+)
+async def test_a_mark_holds_while_the_switches_are_called_the_same(
+    noted: dict[str, int], minimum: dict[str, float], holds: bool
+) -> None:
+    """A calibration moves `axes.*.minimum`; counts of a homing before it are off by that much then."""
+    async with wire() as driver:
+        await driver.batch(["mayahome=9", "ZAA=9", *ENDS, *(f"mayamin{axis}={at}" for axis, at in noted.items())])
+        found = await marker.read(driver, configured(**minimum), UNITS, HERE)
+        assert (found is not None) is holds
+
+
+async def test_a_scale_alone_leaves_the_counts_what_they_are() -> None:
+    """Where the datum keeps its counts, only lengths are called otherwise: the mark holds, its ends are scaled."""
+    config = configured(b=0.46, c=0.452)
+    scale = config.scale.model_copy(update={"pulses_per_metre": 1.25e6})
+    config = config.model_copy(update={"scale": scale})
+    async with wire() as driver:
+        await driver.batch(["mayahome=9", "ZAA=9", *ENDS])
+        assert await marker.read(driver, config, Units.of(config), HERE) == pytest.approx((1.8, 1.832))
+
+
+@pytest.mark.parametrize(("axis", "command"), [(0, "mayamina=0"), (1, "mayaminb=575000"), (2, "mayaminc=565000")])
+def test_the_datum_is_noted_in_counts(axis: int, command: str) -> None:
+    assert marker.datum(CONFIG, UNITS, axis) == command
+
+
 @pytest.mark.parametrize("after", [0.0, 1.0, 1e5])
 async def test_a_mark_that_was_left_is_found_until_it_is_erased(after: float) -> None:
     async with wire() as driver:

@@ -27,6 +27,7 @@ _FINEST = 1e-7
 """The scale of residuals is never taken smaller [m]: an encoder counts micrometres."""
 
 _ROUNDS = 8
+_EXACT, _ROUGH = 1e-12, 1e-6
 _MEDIAN = 0.6744897501960817
 """Median size of a normal deviate of standard deviation 1."""
 
@@ -137,6 +138,8 @@ class _Problem:
 
     def _inliers(self, step: Floats) -> NDArray[np.bool_]:
         residuals = self.residuals(step)
+        if residuals.size < 2 * len(self._free):
+            return np.ones(len(residuals), dtype=bool)  # with so few points nobody can tell which is wrong
         within = GROSS * self.scale(residuals)
         return np.sum(residuals * residuals, axis=1) <= within * within
 
@@ -149,15 +152,16 @@ class _Problem:
         def slopes(at: Floats) -> Floats:
             return self.jacobian(at)[rows].reshape(-1, len(self._free))
 
+        tolerance = _EXACT if robust_scale is None else _ROUGH
         found = least_squares(
             missed,
             step,
             jac=cast("Any", slopes),
             loss="linear" if robust_scale is None else "soft_l1",
             f_scale=1.0 if robust_scale is None else robust_scale,
-            xtol=1e-12,
-            ftol=1e-12,
-            gtol=1e-12,
+            xtol=tolerance,
+            ftol=tolerance,
+            gtol=tolerance,
         )
         return np.asarray(found.x, dtype=np.float64)
 

@@ -125,7 +125,7 @@ class Calibration:
         )
 
     def _about_outliers(self) -> str:
-        if 4 * len(self.outliers) <= len(self.inliers):
+        if 5 * len(self.outliers) <= len(self.inliers):
             return ""
         return (
             f"{len(self.outliers)} of {len(self.inliers)} points are left out as outliers. So many are no accident: "

@@ -1,0 +1,176 @@
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from maya_un.kinematics.calibration import FITTED, Observations, calibrate, model
+from maya_un.kinematics.calibration.parameters import TYPICAL
+from tests.campaign import Campaign
+from tests.unit.kinematics.calibration.bench import (
+    NOW,
+    SIGMA,
+    TRUTH,
+    distance,
+    drawn,
+    generator,
+    measured,
+    random_counts,
+)
+
+FREE = tuple(name for name in FITTED if name != "gripper_height")
+
+
+def a_set(number: int = 30, seed: int = 3, **how: Any) -> Observations:
+    rng = np.random.default_rng(seed)
+    return measured(TRUTH, random_counts(rng, number), rng, **how)
+
+
+def kolmogorov_smirnov(drawn_from: list[float], law: Any) -> float:
+    """Return the probability that draws of `law` lie as far from it as these."""
+    return float(stats.kstest(drawn_from, law.cdf).pvalue)
+
+
+def test_points_without_noise_give_the_machine_back() -> None:
+    found = calibrate(a_set(12, noise=0.0), NOW)
+    for name in FREE:
+        off = (getattr(found.fitted, name) - getattr(TRUTH, name)) / getattr(TYPICAL, name)
+        assert abs(off) < 1e-5, name
+    assert found.rms_after < 1e-9
+    assert found.rms_before > 1e-3
+    assert found.outliers == ()
+
+
+def test_what_is_found_lies_about_the_truth_as_the_covariance_says(campaign: Campaign) -> None:
+    """Over many machines, (θ − truth)ᵀ C⁻¹ (θ − truth) follows χ² with as many degrees as constants."""
+    squares: list[float] = []
+    for case in range(campaign.size(ci=500, long=2_000)):
+        rng = generator(campaign.rng(case))
+        truth = drawn(rng)
+        squares.append(distance(calibrate(measured(truth, random_counts(rng, 24), rng, known=True), NOW), truth))
+    law = stats.chi2(len(FREE))
+    assert kolmogorov_smirnov(squares, law) > 1e-3
+    assert np.mean(squares) == pytest.approx(len(FREE), abs=4.0 * law.std() / np.sqrt(len(squares)))
+    for share in (0.5, 0.9, 0.99):
+        error = 4.0 * np.sqrt(share * (1.0 - share) / len(squares))
+        assert np.mean(np.array(squares) <= law.ppf(share)) == pytest.approx(share, abs=error)
+
+
+def test_with_noise_that_nobody_knows_it_follows_fishers_law(campaign: Campaign) -> None:
+    """The covariance is then estimated with 3n − p degrees of freedom: the square over p follows F(p, 3n − p)."""
+    squares: list[float] = []
+    for case in range(campaign.size(ci=150, long=2_000)):
+        rng = generator(campaign.rng(case))
+        truth = drawn(rng)
+        squares.append(distance(calibrate(measured(truth, random_counts(rng, 16), rng), NOW), truth) / len(FREE))
+    assert kolmogorov_smirnov(squares, stats.f(len(FREE), 3 * 16 - len(FREE))) > 1e-3
+
+
+def test_one_gross_error_in_twenty_is_found_and_does_no_harm(campaign: Campaign) -> None:
+    squares: list[float] = []
+    wronged = 0
+    for case in range(campaign.size(ci=60, long=1_000)):
+        rng = generator(campaign.rng(case))
+        truth = drawn(rng)
+        good = measured(truth, random_counts(rng, 40), rng, known=True)
+        points = good.points.copy()
+        gross = np.sort(rng.choice(40, 2, replace=False))
+        points[gross] += rng.choice([-1.0, 1.0], (2, 3)) * rng.uniform(0.02, 0.5, (2, 3))
+        found = calibrate(Observations(good.counts, points, good.sigma), NOW)
+        assert set(gross + 1) <= set(found.outliers)
+        wronged += len(found.outliers) - 2
+        squares.append(distance(found, truth))
+    assert wronged <= len(squares) * 40 / 500
+    assert kolmogorov_smirnov(squares, stats.chi2(len(FREE))) > 1e-3
+
+
+def test_an_outlier_keeps_its_residual_for_all_to_see() -> None:
+    good = a_set()
+    points = good.points.copy()
+    points[4, 1] += 0.1
+    found = calibrate(Observations(good.counts, points, rows=tuple(range(101, 131))), NOW)
+    assert found.outliers == (105,)
+    assert found.residuals_after[4, 1] == pytest.approx(-0.1, abs=0.01)
+    assert found.rms_after == pytest.approx(np.sqrt(3.0) * SIGMA, rel=0.3)
+
+
+def test_the_noise_is_estimated() -> None:
+    found = calibrate(a_set(200), NOW)
+    assert found.noise == pytest.approx(SIGMA, rel=0.1)
+    assert found.freedom == 3 * (200 - len(found.outliers)) - len(FREE)
+
+
+def test_a_row_with_a_small_sigma_counts_more() -> None:
+    rng = np.random.default_rng(5)
+    counts = random_counts(rng, 60)
+    points = model.points(TRUTH, counts)
+    points[30:] += np.array([0.0, 0.0, 0.01])
+    trusted = np.r_[np.full(30, 1e-4), np.full(30, 1e-2)]
+    found = calibrate(Observations(counts, points, trusted), NOW)
+    assert found.fitted.height == pytest.approx(TRUTH.height, abs=1e-4)
+
+
+def test_correlations_have_ones_on_their_diagonal_and_errors_are_roots_of_the_covariance() -> None:
+    found = calibrate(a_set(), NOW)
+    assert np.diag(found.correlations) == pytest.approx(np.ones(len(FREE)))
+    assert np.max(np.abs(found.correlations)) <= 1.0 + 1e-12
+    assert found.errors["delta"] ** 2 == pytest.approx(found.covariance[2, 2])
+
+
+def test_phi_is_held_where_nothing_is_said_and_the_words_say_so() -> None:
+    found = calibrate(a_set(), NOW, hold=())
+    assert found.held == ("gripper_height",)
+    assert "gripper_height (Φ) is held" in found.words[0]
+
+
+def test_with_h_held_phi_takes_its_place() -> None:
+    found = calibrate(a_set(noise=0.0), NOW, hold=("height",))
+    assert found.held == ("height",)
+    assert found.fitted.gripper_height == pytest.approx(0.2 - 0.012, abs=1e-6)
+    assert found.words[0].startswith("height (H) is held")
+
+
+def test_what_is_held_stays() -> None:
+    found = calibrate(a_set(), NOW, hold=("zero_b", "length"))
+    assert found.held == ("length", "gripper_height", "zero_b")
+    assert (found.fitted.length, found.fitted.zero_b) == (NOW.length, 0.0)
+    assert found.covariance.shape == (6, 6)
+
+
+def test_with_h_and_phi_both_held_there_is_nothing_to_say_about_them() -> None:
+    assert calibrate(a_set(), NOW, hold=("height", "gripper_height")).words == ()
+
+
+def test_lines_that_differ_are_noticed() -> None:
+    rng = np.random.default_rng(6)
+    differing = TRUTH._replace(line_difference=0.01)
+    found = calibrate(measured(differing, random_counts(rng, 60), rng), NOW)
+    assert found.line_difference is not None
+    assert found.line_difference.is_significant
+    assert found.line_difference.value == pytest.approx(0.01, abs=5.0 * found.line_difference.error)
+    assert "differ in counts per metre" in found.words[-1]
+
+
+def test_lines_that_do_not_differ_are_left_in_peace() -> None:
+    found = calibrate(a_set(60), NOW).line_difference
+    assert found is not None
+    assert not found.is_significant
+
+
+def test_a_sigma_that_is_too_small_is_called_so() -> None:
+    good = a_set(40)
+    found = calibrate(Observations(good.counts, good.points, np.full(40, SIGMA / 3.0)), NOW)
+    assert found.outliers == ()
+    assert found.noise == pytest.approx(3.0, rel=0.2)
+    assert any("as far off as their sigma" in sentence for sentence in found.words)
+
+
+def test_many_outliers_are_called_no_accident() -> None:
+    good = a_set(40)
+    points = good.points.copy()
+    points[::4] += np.array([0.2, -0.3, 0.1])
+    found = calibrate(Observations(good.counts, points), NOW)
+    assert len(found.outliers) == 10
+    assert any("no accident" in sentence for sentence in found.words)
