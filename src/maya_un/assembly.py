@@ -6,6 +6,7 @@ import random
 from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
+from pathlib import Path
 
 from maya_un.address import SIM, meant, split
 from maya_un.api.service import Service
@@ -13,6 +14,7 @@ from maya_un.config import Config
 from maya_un.controller.controller import GalilController
 from maya_un.controller.link import Dial
 from maya_un.galil.transport import TcpTransport, Transport
+from maya_un.process.book import Book
 from maya_un.process.process import Process
 from maya_un.robot.robot import Robot
 from maya_un.values import Point
@@ -66,7 +68,7 @@ def make_twin(
 
 
 @asynccontextmanager
-async def stack(
+async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
     config: Config,
     address: str = SIM,
     *,
@@ -76,10 +78,12 @@ async def stack(
     live: bool = True,
     skip_home: bool = False,
     speed: float = 1.0,
+    places: Path | None = None,
 ) -> AsyncIterator[Stack]:
     """Wire all floors on the controller at `address` ("sim", "real" or HOST[:PORT]) for the length of the block.
 
-    `speed` is how fast the loop's clock runs, for whoever asks the service; it changes nothing here.
+    `speed` is how fast the loop's clock runs, for whoever asks the service; it changes nothing here. Taught places are
+    kept in the file at `places`, without one for as long as the stack lives.
     Raises what connecting raises (`ConnectFailed`, `LinkTimeout`, `WrongController`, `ParameterMismatch`), and
     `MarkerMissing` where `skip_home` finds no mark.
     """
@@ -92,9 +96,10 @@ async def stack(
         if skip_home:
             await controller.skip_home()
         robot = Robot(controller, config)
-        process = Process(robot, controller, config)
+        book = Book(controller.mechanism, places)
+        process = Process(robot, controller, config, book.taught)
         try:
-            service = Service(process, robot, controller, config, address=address, speed=speed)
+            service = Service(process, robot, controller, config, address=address, speed=speed, book=book)
             yield Stack(config, address, controller, robot, process, service, twin)
         finally:
             await process.close()

@@ -20,11 +20,15 @@ from maya_un.values import Joints, Point, Progress, State
 
 @dataclass(frozen=True, slots=True)
 class JobAccepted:
-    """A job is in the queue under the number `id`, with so many `steps` over all rounds."""
+    """A job is in the queue under the number `id`, with so many `steps` over all rounds and cells.
+
+    `remarks` say what of its pallets is out of shape; they are used as they are.
+    """
 
     id: int
     name: str
     steps: int
+    remarks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

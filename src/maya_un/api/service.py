@@ -10,15 +10,18 @@ from collections.abc import AsyncIterator, Mapping
 import maya_un
 from maya_un.address import SIM
 from maya_un.api.messages import JobAccepted, Reach, Status
+from maya_un.api.teaching import Teaching, at_rest
 from maya_un.config import Config
 from maya_un.controller.homing import homed_pose
 from maya_un.controller.protocol import Controller
 from maya_un.errors import Busy, Stopped
 from maya_un.events import Event
+from maya_un.process.book import Book
 from maya_un.process.job import Job
 from maya_un.process.preview import JobPreview
 from maya_un.process.process import Process
 from maya_un.process.report import JobReport, JobSummary
+from maya_un.process.wishes import named
 from maya_un.robot.primitives import Primitive, from_dict
 from maya_un.robot.robot import Robot
 from maya_un.values import Joints, Point, StopReport
@@ -27,7 +30,8 @@ from maya_un.values import Joints, Point, StopReport
 class Service:
     """The one door to a robot.
 
-    `address` and `speed` are shown in `status`: where the machine is, how fast its clock runs.
+    `address` and `speed` are shown in `status`: where the machine is, how fast its clock runs. `teaching` asks and
+    changes the book of taught places, from which `process` recalls them; without a `book` it has an empty one.
     """
 
     def __init__(
@@ -39,7 +43,10 @@ class Service:
         *,
         address: str = SIM,
         speed: float = 1.0,
+        book: Book | None = None,
     ) -> None:
+        kept = Book(controller.mechanism) if book is None else book
+        self.teaching = Teaching(kept, config.cell.grasp_height, lambda: at_rest(controller))
         self._process = process
         self._robot = robot
         self._controller = controller
@@ -50,20 +57,28 @@ class Service:
     async def submit(self, job: Job | Mapping[str, object]) -> JobAccepted:
         """Append a job to the queue; it is checked whole, and starts, when its turn comes.
 
-        Raises `InvalidJob`, `UnknownName`, and `NotConnected` or `Faulted` while nothing can run.
+        Raises `InvalidJob`, `UnknownName`, `FileUnreadable` for a broken book of taught places that it needs, and
+        `NotConnected` or `Faulted` while nothing can run.
         """
         parsed = job if isinstance(job, Job) else Job.parse(job)
         number = self._process.submit(parsed)
-        return JobAccepted(number, parsed.name, len(parsed.steps) * parsed.repeat)
+        expansion = self._process.expansion(number)
+        return JobAccepted(number, parsed.name, len(expansion.tasks), expansion.remarks)
 
     async def wish(self, wish: Primitive | Mapping[str, object], *, wait: bool = True) -> JobReport:
         """Append one primitive as a job of its own; with `wait`, return its report when it has ended.
 
+        Its target may be the name of a taught pose or the cell of a taught pallet, its joints the name of a pose.
+
         Raises `InvalidRequest`, `UnknownName`, `InvalidValue`, and `NotConnected` or `Faulted`. What is refused or
         fails later stands in the report.
         """
-        primitive = from_dict(wish, self._config.cell.grasp_height) if isinstance(wish, Mapping) else wish
-        number = self._process.wish(primitive)
+        job = named(wish) if isinstance(wish, Mapping) else None
+        if job is not None:
+            number = self._process.submit(job)
+        else:
+            primitive = from_dict(wish, self._config.cell.grasp_height) if isinstance(wish, Mapping) else wish
+            number = self._process.wish(primitive)
         return await self._process.result(number) if wait else self._process.report(number)
 
     async def jog(self, axis: str, distance: float, *, speed: float = 1.0) -> None:

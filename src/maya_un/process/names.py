@@ -61,6 +61,12 @@ class Names:
                 parts |= {cell_text(name, cell): pallet.place(cell) for cell in pallet.cells()}
         return parts
 
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What there is to say, in words, about the shapes of the pallets that were used."""
+        pallets = self._pallets.items()
+        return tuple(f"{name}: {remark}" for name, pallet in pallets for remark in pallet.shape.remarks)
+
     def joints(self, name: str, key: str) -> Joints:
         """Return the joints of a taught pose (rad, m, m); raises `UnknownName`."""
         if name not in self._taught.poses:

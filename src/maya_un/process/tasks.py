@@ -47,10 +47,14 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class Expansion:
-    """All tasks of a job, and where its named parts are when all are done; None where nobody knows."""
+    """All tasks of a job, and where its named parts are when all are done; None where nobody knows.
+
+    `remarks` say what of its pallets is out of shape.
+    """
 
     tasks: tuple[Task, ...]
     parts: dict[str, Point | None]
+    remarks: tuple[str, ...] = ()
 
 
 def expand(job: Job, grasp_height: float, recall: Recall = Taught) -> Expansion:
@@ -65,7 +69,7 @@ def expand(job: Job, grasp_height: float, recall: Recall = Taught) -> Expansion:
         if len(tasks) == MOST_TASKS:
             raise InvalidJob(key="job", reason=TOO_MANY)
         tasks.append(table.task(planned, len(tasks) + 1))
-    return Expansion(tuple(tasks), table.parts)
+    return Expansion(tuple(tasks), table.parts, table.remarks)
 
 
 def starting_parts(job: Job, grasp_height: float, recall: Recall = Taught) -> dict[str, Point]:
@@ -109,6 +113,11 @@ class _Table:
         self.parts = self._names.parts()
         self._grasp_height = grasp_height
         self._held: str | None = None
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What of the pallets used so far is out of shape, in words."""
+        return self._names.remarks
 
     def rounds(self) -> Iterator[_Planned]:
         """Yield every step of every round, those of a loop once for each of its cells."""

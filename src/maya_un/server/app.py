@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import Depends, FastAPI, Query, Request, Response
+from fastapi import FastAPI, Query, Response
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 
 from maya_un import __version__
-from maya_un.api.messages import EventMessage, to_json
+from maya_un.api.messages import EventMessage
 from maya_un.errors import InvalidRequest, InvalidValue, MayaError, NotFound
 from maya_un.server import problems
 from maya_un.server.bridge import Bridge
-from maya_un.server.codec import decode_object
+from maya_un.server.exchange import Body
+from maya_un.server.exchange import answer as _answer
 from maya_un.server.guard import Guard
+from maya_un.server.teaching import add_pallets, add_poses
 
 LONGEST_WAIT = 60.0
 """Longest wait for a new event [s, real time]."""
@@ -33,19 +35,9 @@ def create_app(bridge: Bridge) -> FastAPI:
     _add_reading(app, bridge)
     _add_jobs(app, bridge)
     _add_wishes(app, bridge)
+    add_poses(app, bridge)
+    add_pallets(app, bridge)
     return app
-
-
-async def _json_body(request: Request) -> dict[str, Any]:
-    return decode_object(await request.body())
-
-
-Body = Annotated[dict[str, Any], Depends(_json_body)]
-"""The JSON object a request carries."""
-
-
-def _answer(value: object, status: int = 200) -> Response:
-    return Response(to_json(value), status, media_type="application/json")
 
 
 def _add_reading(app: FastAPI, bridge: Bridge) -> None:

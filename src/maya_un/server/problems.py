@@ -11,9 +11,9 @@ from fastapi.exceptions import RequestValidationError
 from pydantic_core import PydanticSerializationError, to_json
 from starlette.exceptions import HTTPException
 
-from maya_un.errors import InternalError, InvalidRequest, MachineError, MayaError, NotFound
+from maya_un.errors import InternalError, InvalidRequest, MachineError, MayaError, NotFound, NotTaught
 
-_CONFLICTS = {1010, 2103, 2104, 2105, 2106, 2108, 2201, 2202, 3001, 3002}
+_CONFLICTS = {1010, 2103, 2104, 2105, 2106, 2108, 2201, 2202, 3001, 3002, 4011}
 """Refusals because of what the robot is doing just now, not because of what was asked."""
 
 
@@ -23,7 +23,7 @@ def status_of(error: MayaError) -> int:
         return 500
     if isinstance(error, MachineError):
         return 503
-    if isinstance(error, NotFound):
+    if isinstance(error, NotFound | NotTaught):
         return 404
     if error.code in _CONFLICTS:
         return 409

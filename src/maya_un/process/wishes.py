@@ -1,0 +1,27 @@
+"""Wishes by name: a wish for a place that has a name is a job of one step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from maya_un.errors import InvalidValue
+from maya_un.process.cells import read_reference
+from maya_un.process.job import Job
+
+_NAMED = {"pick": "target", "place": "target", "approach": "target", "move": "joints"}
+
+
+def named(wish: Mapping[str, object]) -> Job | None:
+    """Return what a wish like {"command": "pick", "target": "shelf"} is as a job, None for one that names nothing.
+
+    Raises `InvalidValue` for the cell of a pallet that only a job can tell.
+    """
+    command = wish.get("command")
+    key = _NAMED.get(command) if isinstance(command, str) else None
+    name = None if key is None else wish.get(key)
+    if key is None or not isinstance(name, str) or len(wish) != 2:
+        return None
+    reference = read_reference(name)
+    if reference is not None and isinstance(reference.which, str):
+        raise InvalidValue(key=key, value=name, reason="next and each are for jobs; name a cell by row and column")
+    return Job.parse({"name": command, "steps": [{command: name}]})

@@ -1,0 +1,183 @@
+"""Teaching at the door: where the robot is gets a name, and the name is a place from then on."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import replace
+from math import pi
+
+import pytest
+
+from maya_un.api.service import Service
+from maya_un.api.teaching import at_rest
+from maya_un.errors import (
+    Busy,
+    InvalidJob,
+    InvalidRequest,
+    InvalidValue,
+    NameTaken,
+    NotConnected,
+    NotHomed,
+    NotTaught,
+    UnknownName,
+)
+from maya_un.process.book import Book
+from maya_un.process.process import Process
+from maya_un.robot.robot import Robot
+from maya_un.values import Mode, Point
+from tests.fakes import FakeController, state_of
+
+DAY = "2026-11-21T16:02:21+00:00"
+CORNERS = [[0.3, 1.0, 0.4], [0.6, 1.0, 0.4], [0.3, 1.2, 0.4]]
+
+
+@asynccontextmanager
+async def door() -> AsyncIterator[tuple[FakeController, Service]]:
+    controller = FakeController()
+    robot, book = Robot(controller, controller.config), Book(controller.mechanism)
+    process = Process(robot, controller, controller.config, book.taught)
+    try:
+        yield controller, Service(process, robot, controller, controller.config, book=book)
+    finally:
+        await process.close()
+
+
+async def test_a_pose_is_where_the_robot_is() -> None:
+    async with door() as (controller, service):
+        pose = service.teaching.teach("shelf", DAY)
+        assert (pose.joints, pose.point, pose.taught) == (controller.state.joints, controller.state.point, DAY)
+        assert service.teaching.poses() == [pose]
+        assert service.teaching.pose("shelf") == pose
+        assert controller.calls == []
+
+
+async def test_nothing_is_taught_where_the_robot_moves_or_nobody_knows_where_it_is() -> None:
+    controller = FakeController()
+    controller.state = replace(controller.state, moving=True)
+    with pytest.raises(Busy):
+        at_rest(controller)
+    controller.state = replace(controller.state, mode=Mode.MOVING)
+    with pytest.raises(Busy, match="moving"):
+        at_rest(controller)
+    controller.state = state_of(None)
+    with pytest.raises(NotHomed):
+        at_rest(controller)
+    controller.state = replace(controller.state, mode=Mode.DISCONNECTED)
+    with pytest.raises(NotConnected):
+        at_rest(controller)
+
+
+async def test_a_taught_name_is_a_place_of_wishes_and_jobs() -> None:
+    async with door() as (controller, service):
+        pose = service.teaching.teach("here", DAY)
+        picked = await service.wish({"command": "approach", "target": "here"})
+        assert (picked.name, picked.steps[0].step, picked.state.value) == ("approach", "approach here", "done")
+        back = await service.wish({"command": "move", "joints": "here"})
+        assert back.state.value == "done"
+        assert controller.state.joints == pose.joints
+        job = await service.submit({"steps": [{"approach": "here"}, {"move": "here"}]})
+        assert (await service.wait(job.id)).state.value == "done"
+
+
+async def test_the_cell_of_a_taught_pallet_is_a_place_of_wishes() -> None:
+    async with door() as (_, service):
+        service.teaching.teach_pallet("tray", {"corners": CORNERS, "rows": 3, "columns": 4}, DAY)
+        report = await service.wish({"command": "pick", "target": "tray[1,2]"})
+        assert report.steps[0].step == "pick tray[1,2]"
+        assert report.state.value == "done"
+        with pytest.raises(InvalidJob, match="rows 1 to 3 and columns 1 to 4"):
+            await service.wish({"command": "pick", "target": "tray[9,9]"})
+
+
+@pytest.mark.parametrize(
+    ("wish", "error"),
+    [
+        ({"command": "pick", "target": "nowhere"}, UnknownName),
+        ({"command": "pick", "target": ""}, UnknownName),
+        ({"command": "pick", "target": "tray[next]"}, InvalidValue),
+        ({"command": "pick", "target": "here", "speed": 1}, InvalidRequest),
+        ({"command": "gripper", "open": "here"}, InvalidValue),
+        ({"command": "home", "target": "here"}, InvalidRequest),
+        ({"command": ["pick"], "target": "here"}, UnknownName),
+    ],
+)
+async def test_a_wish_for_no_place_is_refused_at_once(wish: dict[str, object], error: type[Exception]) -> None:
+    async with door() as (controller, service):
+        service.teaching.teach("here", DAY)
+        with pytest.raises(error):
+            await service.wish(wish)
+        assert controller.calls == []
+
+
+async def test_a_job_tells_how_many_tasks_it_comes_to_and_what_is_out_of_shape() -> None:
+    async with door() as (_, service):
+        slanted = {"corners": [*CORNERS[:2], [0.4, 1.1, 0.4]], "rows": 2, "columns": 3}
+        loop = {"for_each": "tray", "do": [{"pick": "tray[each]"}, {"place": [1.1, 0.5]}]}
+        job = await service.submit({"pallets": {"tray": slanted}, "steps": ["home", loop], "repeat": 2})
+        assert job.steps == 26
+        assert job.remarks == ("tray: its corners are 45.0 degrees off a right angle",)
+        assert (await service.submit({"steps": ["home"]})).remarks == ()
+
+
+async def test_a_pallet_tells_its_shape() -> None:
+    async with door() as (_, service):
+        corners = [*CORNERS, [0.6, 1.2, 0.42]]
+        info = service.teaching.teach_pallet("tray", {"corners": corners, "rows": 3, "columns": 4}, DAY)
+        assert info.corners == tuple(tuple(corner) for corner in corners)
+        assert info.flatness == pytest.approx(0.005, rel=0.01)
+        assert info.squareness is not None
+        assert info.squareness < pi / 180
+        assert info.remarks == ("its corners are 5.0 mm off a plane",)
+        assert service.teaching.pallets() == [info]
+        assert service.teaching.pallet("tray") == info
+
+
+async def test_what_is_no_pose_is_no_pose_and_alike_for_pallets() -> None:
+    async with door() as (_, service):
+        teaching = service.teaching
+        teaching.teach("here", DAY)
+        teaching.teach_pallet("tray", {"corners": CORNERS, "rows": 3, "columns": 4}, DAY)
+        for wish in (teaching.pose, teaching.forget_pose, lambda name: teaching.rename_pose(name, "x")):
+            with pytest.raises(NotTaught, match="'tray'; there are here"):
+                wish("tray")
+        for wish in (teaching.pallet, teaching.forget_pallet, lambda name: teaching.rename_pallet(name, "x")):
+            with pytest.raises(NotTaught, match="'here'; there are tray"):
+                wish("here")
+        with pytest.raises(NameTaken):
+            teaching.teach("here", DAY)
+        assert teaching.rename_pose("here", "there").name == "there"
+        assert teaching.rename_pallet("tray", "box").rows == 3
+        teaching.forget_pose("there")
+        teaching.forget_pallet("box")
+        assert (teaching.poses(), teaching.pallets()) == ([], [])
+
+
+@pytest.mark.parametrize(
+    ("grid", "key"),
+    [
+        ({}, "corners"),
+        ({"corners": CORNERS, "rows": 2}, "columns"),
+        ({"corners": CORNERS, "rows": 2.5, "columns": 2}, "rows"),
+        ({"corners": [[1]], "rows": 1, "columns": 1}, "corners.0"),
+        ({"corners": CORNERS[:2], "rows": 2, "columns": 2}, "pallet"),
+        ({"corners": CORNERS, "rows": 2, "columns": 2, "full": True}, "full"),
+    ],
+)
+async def test_a_grid_that_is_none_is_refused_at_its_key(grid: dict[str, object], key: str) -> None:
+    async with door() as (_, service):
+        with pytest.raises(InvalidRequest) as caught:
+            service.teaching.teach_pallet("tray", grid, DAY)
+        assert caught.value.details["key"] == key
+
+
+async def test_a_pallet_whose_corners_no_longer_span_it_says_so() -> None:
+    async with door() as (controller, service):
+        service.teaching.teach("corner", DAY)
+        away = (0.3, 1.2, 0.4)
+        service.teaching.teach_pallet("line", {"corners": ["corner", list(away)], "rows": 1, "columns": 2}, DAY)
+        controller.state = state_of(controller.mechanism.ik(Point(*away)))
+        service.teaching.teach("corner", DAY, replacing=True)
+        info = service.teaching.pallet("line")
+        assert info.corners is None
+        assert "the same place" in info.remarks[0]
