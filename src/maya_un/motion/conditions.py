@@ -19,6 +19,7 @@ from __future__ import annotations
 from math import comb
 
 import numpy as np
+from numpy.typing import NDArray
 
 from maya_un.kinematics.mechanism import Floats
 from maya_un.kinematics.workspace import Workspace
@@ -72,42 +73,46 @@ def values(workspace: Workspace, b: Floats, c: Floats) -> Floats:
 
 def along(workspace: Workspace, joints: Floats) -> Floats:
     """Return the Bernstein coefficients of the conditions along the chords between knots (n, 3): (7, 5, n − 1)."""
-    starts, ways = joints[:-1], joints[1:] - joints[:-1]
-    shares = _SHARES[:, np.newaxis]
-    b = starts[:, 1] + shares * ways[:, 1]
-    c = starts[:, 2] + shares * ways[:, 2]
-    sampled = values(workspace, b, c)
-    coefficients = _TO_COEFFICIENTS @ sampled.transpose(1, 0, 2).reshape(_DEGREE + 1, -1)
+    return coefficients(values(workspace, *places(joints[:-1, 1:], joints[1:, 1:])))
+
+
+def places(starts: Floats, ends: Floats) -> Floats:
+    """Return the seven places at which polynomials along chords are known, for columns of (n, k): (k, 7, n)."""
+    ways = (ends - starts).T
+    return starts.T[:, np.newaxis] + _SHARES[:, np.newaxis] * ways[:, np.newaxis]
+
+
+def coefficients(sampled: Floats) -> Floats:
+    """Return the Bernstein coefficients (7, k, n) of polynomials whose values at seven places are known (k, 7, n)."""
+    kinds, _, chords = sampled.shape
+    found = _TO_COEFFICIENTS @ sampled.transpose(1, 0, 2).reshape(_DEGREE + 1, -1)
     # The matrix leaves the ends as they are but for rounding, which must not matter to what is at rest at a limit.
-    coefficients[0], coefficients[-1] = sampled[:, 0].reshape(-1), sampled[:, -1].reshape(-1)
-    return coefficients.reshape(_DEGREE + 1, 5, -1)
+    found[0], found[-1] = sampled[:, 0].reshape(-1), sampled[:, -1].reshape(-1)
+    return found.reshape(_DEGREE + 1, kinds, chords)
 
 
 def falling(coefficients: Floats) -> list[int]:
     """Return the numbers of the chords on which a condition is broken further than at both ends, in order.
 
-    `coefficients` has shape (7, 5, n). Where thirty halvings prove neither, the chord counts as broken.
+    `coefficients` has shape (7, k, n). Where thirty halvings prove neither, the chord counts as broken.
     """
-    chords = coefficients.shape[-1]
     allowed = np.minimum(0.0, np.minimum(coefficients[0], coefficients[-1])) - ROUNDING
-    doubtful = np.flatnonzero((coefficients.min(axis=0) < allowed).ravel())
-    if not len(doubtful):
-        return []
-    pieces = coefficients.reshape(_DEGREE + 1, -1)[:, doubtful] - allowed.ravel()[doubtful]
-    return sorted({int(number) % chords for number in doubtful[_fall_below_zero(pieces)]})
+    return np.flatnonzero(dips(coefficients - allowed, _DEEPEST)).tolist()
 
 
-def _fall_below_zero(polynomials: Floats) -> list[int]:
-    """Return which columns of Bernstein coefficients (7, n) belong to polynomials that are not proved ≥ 0."""
-    owners = np.arange(polynomials.shape[1])
-    broken: set[int] = set()
-    for _ in range(_DEEPEST):
-        below = (polynomials[0] < 0.0) | (polynomials[-1] < 0.0)
-        broken.update(owners[below].tolist())
-        doubtful = (polynomials.min(axis=0) < 0.0) & ~np.isin(owners, list(broken))
+def dips(coefficients: Floats, halvings: int) -> NDArray[np.bool_]:
+    """Return on which chords (n,) not all conditions (7, k, n) are proved to be at least 0 by so many halvings."""
+    chords = coefficients.shape[-1]
+    found = np.zeros(chords, dtype=np.bool_)
+    columns = np.flatnonzero((coefficients.min(axis=0) < 0.0).ravel())
+    pieces, owners = coefficients.reshape(_DEGREE + 1, -1)[:, columns], columns % chords
+    for _ in range(halvings):
+        found[owners[(pieces[0] < 0.0) | (pieces[-1] < 0.0)]] = True
+        doubtful = (pieces.min(axis=0) < 0.0) & ~found[owners]
         if not doubtful.any():
-            return sorted(broken)
-        polynomials, owners = polynomials[:, doubtful], owners[doubtful]
-        polynomials = np.concatenate((_FIRST_HALF @ polynomials, _SECOND_HALF @ polynomials), axis=1)
+            return found
+        pieces, owners = pieces[:, doubtful], owners[doubtful]
+        pieces = np.concatenate((_FIRST_HALF @ pieces, _SECOND_HALF @ pieces), axis=1)
         owners = np.concatenate((owners, owners))
-    return sorted(broken | set(owners.tolist()))
+    found[owners[pieces.min(axis=0) < 0.0]] = True
+    return found
