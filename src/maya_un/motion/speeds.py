@@ -14,9 +14,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from maya_un.kinematics import Floats
-from maya_un.motion.knots import JUMPS, Knots
+from maya_un.motion.knots import JUMPS, STEP, Knots
 from maya_un.motion.limits import Limits
 
 _TINY = 1e-12
@@ -32,7 +33,7 @@ MERCY = 1.5
 class Chords:
     """Straight pieces of a path: counts (n, 3), lengths (n,) [counts], directions (n, 3), bends at the knots (n + 1, 3).
 
-    `smooth` (n, 3) are the directions before rounding to counts.
+    `smooth` (n, 3) are the directions before rounding to counts, `sharp` (n − 1,) the knots that are corners.
     """
 
     counts: Floats
@@ -40,6 +41,7 @@ class Chords:
     directions: Floats
     bends: Floats
     smooth: Floats
+    sharp: NDArray[np.bool_]
 
     @classmethod
     def of(cls, knots: Knots) -> Chords:
@@ -51,7 +53,7 @@ class Chords:
         bends = np.zeros((len(lengths) + 1, 3))
         bends[1:-1] = 2.0 * np.diff(directions, axis=0) / (lengths[1:] + lengths[:-1])[:, np.newaxis]
         bends[knots.sharp] = 0.0
-        return cls(counts, lengths, counts / lengths[:, np.newaxis], bends, directions)
+        return cls(counts, lengths, counts / lengths[:, np.newaxis], bends, directions, knots.sharp[1:-1])
 
 
 def caps(chords: Chords, limits: Limits, scale: float) -> tuple[Floats, Floats]:
@@ -64,7 +66,8 @@ def caps(chords: Chords, limits: Limits, scale: float) -> tuple[Floats, Floats]:
     at = np.zeros(len(within) + 1)
     if len(within) > 1:
         before, after = chords.smooth[:-1], chords.smooth[1:]
-        jump = MERCY * np.min(slew * JUMPS / np.maximum(np.abs(after - before), _TINY), axis=1)
+        jump = np.min(slew * JUMPS / np.maximum(np.abs(after - before), _TINY), axis=1)
+        jump = np.where(chords.sharp, STEP * np.min(slew / np.maximum(np.abs(after - before), _TINY), axis=1), MERCY * jump)
         middle = np.minimum(np.minimum(within[:-1], within[1:]), jump)
         at[1:-1] = middle
     return within, at

@@ -3,8 +3,8 @@
 The controller rises towards a segment's speed at VA and brakes at VD to its end speed, each within the segment; VD is
 the deceleration of a stop and cannot be changed while a sequence runs. So a slow-down is a staircase: it is cut
 wherever the speed has fallen by a step, and every piece is driven at the mean of its speeds, which takes as long. The
-mean acceleration from piece to piece is then what the axes allow, and the bound at any instant is the stop's. A
-rise at nearly VA is one ramp; a gentler one is a staircase too.
+speed is then never a step away from the fastest way's, and the bound of the acceleration at any instant is the
+stop's. A rise at VA is one ramp, and a gentler one has as few stairs as that rule asks for.
 """
 
 from __future__ import annotations
@@ -24,9 +24,6 @@ LONGEST = 8_388_607
 
 SLOWEST = 2.0
 """Speeds are whole and even [counts/s]."""
-
-SMOOTH = 0.9
-"""A rise at this share of VA or more is left to the controller's own ramp."""
 
 
 @dataclass(frozen=True)
@@ -67,14 +64,15 @@ def segments(chords: Chords, ramps: Ramps, slew: Floats, va: float, step: float)
     end = np.minimum(target, _even(pieces.end[keep]))
     end[:-1] = np.minimum(end[:-1], target[1:])
     end[-1] = 0.0
+    target = np.maximum(end, np.minimum(target, _even(end + step * allowed)))  # where stairs were lost to rounding
     return _split(counts.astype(np.int64).tolist(), target.astype(np.int64).tolist(), end.astype(np.int64).tolist())
 
 
 def _pieces(chords: Chords, ramps: Ramps, slew: Floats, va: float, step: float) -> _Pieces:
     own = np.min(slew / np.maximum(np.abs(chords.directions), 1e-9), axis=1) * step
-    smooth = ramps.up >= SMOOTH * va
     rise, fall = ramps.top - ramps.start, ramps.top - ramps.end
-    rising = np.where(smooth, 0, np.ceil(rise / own - 1e-6)).astype(np.intp)
+    haste = np.maximum(0.0, 1.0 - ramps.up / va)  # how much faster than wanted the controller's own ramp is
+    rising = np.ceil(rise * haste / own - 1e-6).astype(np.intp)
     falling = np.ceil(fall / own - 1e-6).astype(np.intp)
     long_rise = (ramps.top**2 - ramps.start**2) / (2.0 * ramps.up)
     long_fall = (ramps.top**2 - ramps.end**2) / (2.0 * ramps.down)
@@ -91,7 +89,7 @@ def _pieces(chords: Chords, ramps: Ramps, slew: Floats, va: float, step: float) 
     dropped = np.maximum(place + 1 - up - flat, 0)
     is_up, is_down = place < up, dropped > 0
     after = np.where(is_up, ramps.start[chord] + climbed * up_step, ramps.top[chord] - dropped * down_step)
-    target = np.where(is_up, after - 0.5 * up_step, np.where(is_down, after + 0.5 * down_step, ramps.top[chord]))
+    target = np.where(is_up, after - 0.5 * haste[chord] * up_step, np.where(is_down, after + 0.5 * down_step, ramps.top[chord]))
     by_rise = (after**2 - ramps.start[chord] ** 2) / (2.0 * ramps.up[chord])
     by_fall = chords.lengths[chord] - (after**2 - ramps.end[chord] ** 2) / (2.0 * ramps.down[chord])
     share = np.where(is_up, by_rise, by_fall) / chords.lengths[chord]

@@ -9,6 +9,7 @@ them, and so the duration, is `maya_un.motion.profile`.
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import ceil
 
 import numpy as np
 
@@ -22,7 +23,12 @@ from maya_un.motion.speeds import Budget, Chords, caps, knot_squares, peaks
 from maya_un.motion.stairs import Ramps, segments
 
 _QUANTUM = 1024
+
 _STEEP = 0.9
+"""The slow-down planned is at most this share of VD, so that stairs fit in."""
+
+_NEARLY = 0.99
+"""VA may be this much below what the axes allow, where that saves the stairs of a rise."""
 
 SpeedCap = Callable[[Floats], Floats]
 """From the directions at the knots (n + 1, 3) to the greatest speed along the path there (n + 1,) [counts/s]."""
@@ -85,13 +91,11 @@ def _at_knots(directions: Floats) -> Floats:
 def _rates(chords: Chords, limits: Limits) -> tuple[int, int]:
     """Return VA and VD [counts/s²], in steps of 1024 as the controller has them.
 
-    VD is the greatest with which a stop anywhere keeps every axis below its own. VA is what the axes allow where they
-    allow most; down to a tenth less of it, the next step below is taken, and otherwise the next above, which a
-    staircase makes gentler. A stop may never be gentler than the rise.
+    VD is the greatest with which a stop anywhere keeps every axis below its own. VA is the next step above what the axes
+    allow where they allow most: stairs make it gentler. A stop is never gentler than a rise.
     """
     share = np.maximum(np.abs(chords.directions), 1e-9)
     vd = int(np.min(np.array(limits.stop_deceleration) / share)) // _QUANTUM * _QUANTUM
     most = float(np.max(np.min(np.array(limits.acceleration) / share, axis=1)))
-    below = int(most) // _QUANTUM * _QUANTUM
-    va = below if below >= _STEEP * most else below + _QUANTUM
+    va = ceil(_NEARLY * most / _QUANTUM) * _QUANTUM
     return max(_QUANTUM, min(va, vd)), max(_QUANTUM, vd)
