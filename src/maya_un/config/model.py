@@ -158,6 +158,9 @@ class SafetyConfig(_Section):
     """Limits that the manual lacks and physics has (errata 1, 5, 6)."""
 
     tension_limit: Annotated[float, Field(gt=1.0, le=20.0, description="line tension, multiple of the load")] = 5.0
+    emergency_tension: Annotated[
+        float, Field(ge=1.0, le=5.0, description="what a fault may take tension to, multiple of tension_limit")
+    ] = 1.2
     self_locking: Annotated[bool, Field(description="drums hold the load with motors off")] = True
     off_on_error: Annotated[Literal[0, 1] | None, Field(description="OE; default 1 where self_locking, else 0")] = None
     guard_time: Annotated[
@@ -192,6 +195,7 @@ class CellConfig(_Section):
 
     grasp_height: Annotated[Metres, Field(description="gripper point when it grasps a standard part [m]")] = 0.40
     clearance: Annotated[Metres, Field(description="approach this far above pick and place [m]")] = 0.10
+    smooth: Annotated[bool, Field(description="pass the points above pick and place without a stop")] = True
 
 
 class Config(_Section):

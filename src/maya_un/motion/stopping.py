@@ -1,0 +1,258 @@
+"""How fast a path may be gone, so that no fault does harm beside it.
+
+A stop, the guard and a limit switch of the coordinated mode brake along the path, which is proved. Beside it ends
+
+    one axis that fails (following error, amplifier): its motor goes off and the drum holds it where it is, while the
+    others go on along the path until they have braked, at VD;
+    every axis, where a controller brakes the axes of a sequence each by itself at a limit (SD). The sources are silent
+    about this; the worse is assumed.
+
+In both cases the axes end somewhere in the box between where they were and where each of them would have come to rest
+by itself: q + [−e⁻, e⁺], with e = v²/2r for the deceleration r, and as far as the path ahead takes an axis within its
+way of braking. All e grow with the square of the speed along the path. The greatest speed is sought at which the
+boxes at all places of a chord keep the emergency bounds:
+
+    T ≤ the emergency tension     greatest at the box' corner of shortest lines, or no more than the load
+    slack ≤ the emergency slack   of c greatest where c is longest and b shortest, of b the other way round
+    z ≥ 0                         least at the corner of longest lines (to a millimetre where a line is slack)
+    no zone entered               its margin may be used up
+
+Because ∂ ln T_b/∂b = (1 − b²c²/(W (W − u) h²))/b ≤ 0, as bc ≥ Wh; and ∂ ln T_b/∂c has the sign of b² − uW, which rises
+with c: a longer line c first takes load off line b, then puts it back, until b carries all of it and c is slack. As
+q runs along a chord so do the corners, each on a chord of its own, on which the bounds are proved like all others.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maya_un.config import Config, Units
+from maya_un.kinematics.mechanism import Floats
+from maya_un.kinematics.workspace import Workspace
+from maya_un.kinematics.zones import clearances, travel_bounds
+from maya_un.motion.conditions import coefficients, dips, places
+
+SLACK = 0.05
+"""Surplus length of a line that the drum bears for once [m]."""
+
+CREEP = 1e-3
+"""An excess of a stop that is not worth preventing: so far [m] the end of a line or of the boom may go anywhere."""
+
+_CORNER = 0.2
+_MOST = 128
+_HALVINGS = 3
+_SECTIONS = 4
+_ROUNDS = 6
+_FAR, _NEAR = 0.05, 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Emergency:
+    """What a fault may lead to: `tension` [loads], `slack` [m]; and how the axes brake then.
+
+    `rates` are the decelerations of the axes each by itself (rad/s², m/s², m/s²).
+    """
+
+    tension: float
+    slack: float
+    rates: tuple[float, float, float]
+
+    @classmethod
+    def of(cls, config: Config) -> Self:
+        """Return the bounds of a configuration; an axis brakes with the smaller of its stop's and its limits' rate."""
+        axes = (config.axes.a, config.axes.b, config.axes.c)
+        rates = (min(axis.stop_deceleration_counts, axis.limit_deceleration_counts) for axis in axes)
+        safety = config.safety
+        a, b, c = (rate / scale for rate, scale in zip(rates, Units.of(config).per_unit, strict=True))
+        return cls(safety.tension_limit * safety.emergency_tension, SLACK, (a, b, c))
+
+
+class _Boxes(NamedTuple):
+    """Where a fault on a chord may end: chords from `starts` to `ends` (m, 3), plus boxes from −`back` to `on` (m, 3).
+
+    `clear` (m,) is how near any zone comes to the chords [m], infinite without zones.
+    """
+
+    starts: Floats
+    ends: Floats
+    back: Floats
+    on: Floats
+    clear: Floats
+
+    def of(self, chords: NDArray[np.intp]) -> _Boxes:
+        """Return the boxes of some chords, which may be named more than once."""
+        return _Boxes(*(column[chords] for column in self))
+
+    def grown(self, squares: Floats) -> _Boxes:
+        """Return the boxes that belong to these squares of the speed (m,), where these belong to a speed of 1."""
+        size = squares[:, np.newaxis]
+        return _Boxes(self.starts, self.ends, self.back * size, self.on * size, self.clear)
+
+
+def emergency_speed(
+    workspace: Workspace, emergency: Emergency, joints: Floats, directions: Floats, braking: float, fastest: Floats
+) -> Floats:
+    """Return for every knot (n,) the greatest speed along the path that keeps the emergency bounds.
+
+    `joints` (n, 3) are the knots [rad, m, m] of a path that is proved, `directions` (n, 3) how far the axes go per
+    unit of the way on the chord behind each knot (the last one is not looked at), `braking` the deceleration along
+    the path and `fastest` (n,) the greatest speed wished there, in that unit per s² and per s. A speed holds for
+    all of the chord behind its knot, at the last knot for the chord before. It is infinite where `fastest` does no
+    harm, and never so small that a stop would take less than `CREEP`.
+    """
+    found = np.full(len(joints), np.inf)
+    if len(joints) < 2:
+        return found
+    squares, directions = fastest[:-1] * fastest[:-1], directions[:-1]
+    anywhere = directions.max(axis=0), directions.min(axis=0)
+    clear = _nearest_zone(workspace, joints[:-1], joints[1:], _FAR)
+    coarse = _Boxes(joints[:-1], joints[1:], *_sizes(emergency, directions, anywhere, braking), clear)
+    chords = _doubtful(workspace, emergency, coarse, squares)
+    if len(chords):
+        ahead = _ahead(workspace, joints, directions, squares / (2.0 * braking))
+        fine = _Boxes(joints[:-1], joints[1:], *_sizes(emergency, directions, ahead, braking), clear).of(chords)
+        left = _doubtful(workspace, emergency, fine, squares[chords])
+        chords, fine = chords[left], fine.of(left)
+        fine = fine._replace(clear=_nearest_zone(workspace, fine.starts, fine.ends, _NEAR))
+        found[chords] = _slowed(workspace, emergency, fine, squares[chords])
+    found[-1] = found[-2]
+    return found
+
+
+def _doubtful(workspace: Workspace, emergency: Emergency, boxes: _Boxes, squares: Floats) -> NDArray[np.intp]:
+    """Return the numbers of the boxes that are not safe at these squares of the speed."""
+    return np.flatnonzero(~_safe(workspace, emergency, boxes.grown(squares)))
+
+
+def _slowed(workspace: Workspace, emergency: Emergency, boxes: _Boxes, squares: Floats) -> Floats:
+    """Return the greatest speeds (m,), infinite where the wished ones, whose squares are given, are safe."""
+    arms = np.array((workspace.mechanism.length, 1.0, 1.0))
+    safe = _greatest(workspace, emergency, boxes, squares)
+    creep = CREEP / (np.maximum(boxes.back, boxes.on) * arms).max(axis=1, initial=0.0)
+    return np.where(safe < squares, np.sqrt(np.maximum(safe, creep)), np.inf)
+
+
+def _sizes(
+    emergency: Emergency, directions: Floats, ahead: tuple[Floats, Floats], braking: float
+) -> tuple[Floats, Floats]:
+    """Return the sizes of the boxes backwards and on (m, 3) that belong to a speed of 1 along the path.
+
+    `ahead` are the greatest and the least direction on the way of braking.
+    """
+    alone = directions * directions / (2.0 * np.array(emergency.rates))
+    most, least = ahead
+    on = np.maximum(np.where(directions > 0.0, alone, 0.0), np.maximum(most, 0.0) / (2.0 * braking))
+    back = np.maximum(np.where(directions < 0.0, alone, 0.0), np.maximum(-least, 0.0) / (2.0 * braking))
+    return back, on
+
+
+def _ahead(workspace: Workspace, joints: Floats, directions: Floats, reach: Floats) -> tuple[Floats, Floats]:
+    """Return the greatest and the least direction (m, 3) on the way of braking from anywhere on a chord.
+
+    `reach` (m,) is the length of that way. It ends at corners, where the path is next to rest anyway.
+    """
+    steps = np.diff(joints, axis=0) / workspace.grain
+    units = directions / workspace.grain
+    sizes = np.sqrt(np.einsum("ij,ij->i", units, units))
+    units /= sizes[:, np.newaxis]
+    ways = np.concatenate(([0.0], np.cumsum(np.sqrt(np.einsum("ij,ij->i", steps, steps)) / sizes)))
+    last = np.searchsorted(ways, ways[1:] + reach) - 1
+    legs = np.concatenate(([0], np.cumsum(np.abs(np.diff(units, axis=0)).max(axis=1) > _CORNER)))
+    last = np.minimum(last, np.searchsorted(legs, legs, side="right") - 1)
+    further = last - np.arange(len(last))
+    most, least = directions.copy(), directions.copy()
+    for step in range(1, int(further.max()) + 1):
+        chords = np.flatnonzero(further >= step)
+        most[chords] = np.maximum(most[chords], directions[chords + step])
+        least[chords] = np.minimum(least[chords], directions[chords + step])
+    return most, least
+
+
+def _nearest_zone(workspace: Workspace, starts: Floats, ends: Floats, step: float) -> Floats:
+    """Return a lower bound (m,) of how far chords keep from any zone itself, its margin left out [m].
+
+    It is looked at wherever things have travelled `step` [m] on, and is too small by at most half of that.
+    """
+    if not workspace.zones or not len(starts):
+        return np.full(len(starts), np.inf)
+    travelled = travel_bounds(workspace.mechanism, starts, ends)
+    parts = np.clip(np.ceil(travelled / step), 1, _MOST).astype(np.intp)
+    owners = np.repeat(np.arange(len(parts)), parts + 1)
+    begins = np.cumsum(parts + 1) - parts - 1
+    shares = (np.arange(len(owners)) - begins[owners]) / parts[owners]
+    at = starts[owners] + shares[:, np.newaxis] * (ends[owners] - starts[owners])
+    margins = np.array([zone.margin for zone in workspace.zones])
+    free = (clearances(workspace.zones, workspace.mechanism, at) + margins).min(axis=1)
+    least = 0.5 * (free[:-1] + free[1:] - travel_bounds(workspace.mechanism, at[:-1], at[1:]))
+    least[begins[1:] - 1] = np.inf  # from the end of one chord to the start of another
+    return np.minimum.reduceat(least, begins)
+
+
+def _greatest(workspace: Workspace, emergency: Emergency, boxes: _Boxes, squares: Floats) -> Floats:
+    """Return the greatest squares of the speed (m,) up to `squares` that are safe, 0 for none.
+
+    `boxes` belong to a speed of 1. Every round looks at some speeds between one that is safe and one that is not.
+    """
+    low, width = np.zeros(len(squares)), squares
+    inner = np.arange(1.0, _SECTIONS + 1.0)[:, np.newaxis] / _SECTIONS
+    chords = np.tile(np.arange(len(squares)), _SECTIONS)
+    for _ in range(_ROUNDS):
+        tried = np.minimum(low + inner * width, squares)
+        safe = _safe(workspace, emergency, boxes.of(chords).grown(tried.ravel())).reshape(tried.shape)
+        width = width / _SECTIONS
+        low = np.minimum(low + np.logical_and.accumulate(safe).sum(axis=0) * width, squares)
+    return low
+
+
+def _safe(workspace: Workspace, emergency: Emergency, boxes: _Boxes) -> NDArray[np.bool_]:
+    """Return for which chords (m,) all boxes are proved to keep the emergency bounds."""
+    found = coefficients(_kept(workspace, emergency, boxes))
+    safe = ~dips(found, _HALVINGS)
+    if workspace.zones:
+        safe &= _strayed(workspace, boxes, found[:, -1]) <= boxes.clear
+    return safe
+
+
+def _kept(workspace: Workspace, emergency: Emergency, boxes: _Boxes) -> Floats:
+    """Return the bounds at seven places of every chord, kept where not negative, shape (6, 7, m).
+
+    They are, in the notation of `maya_un.motion.conditions` and as shares of W: slack of c and of b, z, T_b and T_c,
+    and h² at the corner of shortest lines, which T implies.
+    """
+    W, deepest = workspace.mechanism.width, workspace.mechanism.reach_down
+    short = places(boxes.starts[:, 1:] - boxes.back[:, 1:], boxes.ends[:, 1:] - boxes.back[:, 1:]) / W
+    long = places(boxes.starts[:, 1:] + boxes.on[:, 1:], boxes.ends[:, 1:] + boxes.on[:, 1:]) / W
+    short *= short
+    long *= long
+    loose = emergency.slack / W
+    loose += 0.5 * loose * loose
+    strength = emergency.tension**-2
+    out = np.empty((6, *short.shape[1:]))
+    out[0] = 0.5 + loose + 0.5 * (short[0] - long[1])
+    out[1] = 0.5 + loose - 0.5 * (long[0] - short[1])
+    u = 0.5 + 0.5 * (long[0] - long[1])
+    out[2] = (deepest / W) ** 2 - long[0] + u * u
+    u = 0.5 + 0.5 * (short[0] - short[1])
+    out[5] = hh = short[0] - u * u
+    out[3] = hh - strength * (1.0 - u) ** 2 * short[0]
+    out[4] = hh - strength * u * u * short[1]
+    return out
+
+
+def _strayed(workspace: Workspace, boxes: _Boxes, depth: Floats) -> Floats:
+    """Return how far at most anything gets from the path (m,) [m]; infinite where the lines might be straight.
+
+    One line longer by e moves the meeting point by e/sin γ about the other's anchor, where the lines meet at the angle
+    γ and sin γ = W h/bc. `depth` are the coefficients of h² at the corner of shortest lines, as shares of W².
+    """
+    W = workspace.mechanism.width
+    most = np.maximum(boxes.back, boxes.on)
+    longest = np.maximum(boxes.starts, boxes.ends) + boxes.on
+    h = W * np.sqrt(np.maximum(depth.min(axis=0), 0.0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sideways = (most[:, 1] + most[:, 2]) * longest[:, 1] * longest[:, 2] / (W * h)
+    return np.where(h > 0.0, sideways, np.inf) + most[:, 0] * (workspace.mechanism.length + SLACK)
