@@ -48,7 +48,7 @@ def test_the_section_between_its_curves_is_the_workspace(joints: Joints) -> None
     assert WORKSPACE.contains(joints)
     assert WORKSPACE.why_not(joints) is None
     assert WORKSPACE.check(joints).reachable
-    assert min(WORKSPACE.margins(joints)) >= -1e-8
+    assert min(WORKSPACE.margins(joints).limits.values()) >= -1e-8
 
 
 @given(reachable_sections())

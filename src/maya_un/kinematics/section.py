@@ -7,16 +7,19 @@ two curves, low(u) ≤ h ≤ high(u) over 0 ≤ u ≤ W, and stays so for every 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from math import inf, sqrt
+from math import hypot, inf, pi, sqrt
 
 import numpy as np
 
 from maya_un.kinematics.mechanism import Floats
-from maya_un.kinematics.statics import shallowest
+from maya_un.kinematics.statics import shallowest, shallowest_many
 
 _COLUMNS = 2001
+_NODES = 40
+_HALVINGS = 50
 _GOLDEN = 0.5 * (sqrt(5.0) - 1.0)
 
 
@@ -55,6 +58,74 @@ class Section:
             self.deepest - inset,
         )
         return (low, high) if low <= high else None
+
+    def spare(self, u: Floats, h: Floats) -> Floats:
+        """Return how far places (u, h) are inside the section [m], at most, each (n,); negative outside.
+
+        It changes by no more than the place does: each stroke is a distance to an anchor, and what is deeper than the
+        tension's curve is divided by the steepest that a step can change it.
+        """
+        W = self.width
+        b, c = np.hypot(u, h), np.hypot(W - u, h)
+        pulled = (h - shallowest_many(np.clip(u, 0.0, W), W, self.tension_limit)) / _steepest(self.tension_limit)
+        limits = [
+            *(u, W - u, self.deepest - h, pulled),
+            *(b - self.stroke_b[0], self.stroke_b[1] - b, c - self.stroke_c[0], self.stroke_c[1] - c),
+        ]
+        return np.min(limits, axis=0) - self.inset
+
+    def area(self) -> float:
+        """Return the size of the section [m²], exact to 1e-6 of it."""
+        return self._integral(np.ones_like)
+
+    def moment(self, axis: float) -> float:
+        """Return the section's first moment about the vertical line at u = `axis` [m³], exact to 1e-6 of it.
+
+        It is the area times the distance of its centroid: turned about this line by one radian, the section fills so
+        much space.
+        """
+        return self._integral(lambda u: u - axis)
+
+    def _integral(self, weight: Callable[[Floats], Floats]) -> float:
+        """Return ∫ weight(u) (high(u) − low(u)) du, by Gauss's rule between the kinks of the two curves.
+
+        With u = middle − half cos θ the slope of a circle, which is vertical where it meets the anchors' height, does
+        no harm.
+        """
+        nodes, shares = np.polynomial.legendre.leggauss(_NODES)
+        angle = 0.5 * pi * (nodes + 1.0)
+        breaks = self._kinks()
+        half = 0.5 * np.diff(breaks)[:, None]
+        u = breaks[:-1, None] + half * (1.0 - np.cos(angle))
+        low, high = _low_and_high(self, u.ravel())
+        thickness = np.maximum(high - low, 0.0).reshape(u.shape)
+        return float((weight(u) * thickness * half * np.sin(angle) * (0.5 * pi * shares)).sum())
+
+    def _kinks(self) -> Floats:
+        """Return all u where the two curves may have a kink, and both ends, in order."""
+        W, inset = self.width, self.inset
+        ends = (inset, W - inset)
+        radii = [
+            length + sign * inset for length, sign in zip((*self.stroke_b, *self.stroke_c), (1, -1, 1, -1), strict=True)
+        ]
+        starts = [radii[0], radii[1], W - radii[2], W - radii[3], 0.5 * W]
+        found = np.array([*ends, *np.clip(starts, *ends), *self._crossings()])
+        return np.unique(found)
+
+    def _crossings(self) -> Floats:
+        """Return where two of the limits meet, by bisection between the columns of a grid."""
+        grid = np.linspace(self.inset, self.width - self.inset, _COLUMNS)
+        one, other = np.triu_indices(len(_limits(self, grid)), 1)
+        apart = _limits(self, grid)[one] - _limits(self, grid)[other]
+        pair, column = np.nonzero(np.sign(apart[:, :-1]) * np.sign(apart[:, 1:]) < 0.0)
+        one, other, rising = one[pair], other[pair], apart[pair, column] < 0.0
+        left, right, rows = grid[column], grid[column + 1], np.arange(len(pair))
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (left + right)
+            limits = _limits(self, middle)
+            before = (limits[one, rows] < limits[other, rows]) == rising
+            left, right = np.where(before, middle, left), np.where(before, right, middle)
+        return left
 
     def is_empty(self) -> bool:
         """Whether no place at all is reachable."""
@@ -101,13 +172,36 @@ class Section:
         return inner if at_inner <= at_outer else outer
 
 
+def _steepest(tension_limit: float) -> float:
+    """Return a bound of √(1 + f'²) for the tension's curve f(u), from |f'| ≤ 1/q + 1/4q³ with q = √(k² − 1)."""
+    q = sqrt(tension_limit * tension_limit - 1.0)
+    return hypot(1.0, 1.0 / q + 0.25 / q**3)
+
+
 def _root(square: float) -> float:
     return sqrt(square) if square > 0.0 else 0.0
 
 
+def _limits(section: Section, u: Floats) -> Floats:
+    """Return the depths [m] of all limits at u (n,), shape (6, n): three that bound from above, three from below."""
+    W, inset = section.width, section.inset
+    near, far = u * u, (W - u) * (W - u)
+    (short_b, long_b), (short_c, long_c) = section.stroke_b, section.stroke_c
+    squares = [(short_b + inset) ** 2 - near, (short_c + inset) ** 2 - far]
+    squares += [(long_b - inset) ** 2 - near, (long_c - inset) ** 2 - far]
+    top_b, top_c, bottom_b, bottom_c = np.sqrt(np.maximum(squares, 0.0))
+    pulled = shallowest_many(u, W, section.tension_limit) + inset
+    return np.array([top_b, top_c, pulled, bottom_b, bottom_c, np.full_like(u, section.deepest - inset)])
+
+
+def _low_and_high(section: Section, u: Floats) -> tuple[Floats, Floats]:
+    """Return the two curves at u, each (n,); the upper is below the lower where nothing is reachable."""
+    limits = _limits(section, u)
+    return limits[:3].max(axis=0), limits[3:].min(axis=0)
+
+
 @lru_cache(maxsize=8)
 def _curves(section: Section) -> tuple[Floats, Floats, Floats]:
-    """Return a grid of u and the two curves above it, (inf, −inf) where nothing is reachable; each (n,)."""
+    """Return a grid of u and the two curves above it, each (n,)."""
     grid = np.linspace(section.inset, section.width - section.inset, _COLUMNS)
-    low, high = np.array([section.depths(float(u)) or (inf, -inf) for u in grid]).T
-    return grid, low, high
+    return grid, *_low_and_high(section, grid)

@@ -9,6 +9,9 @@ from __future__ import annotations
 
 from math import hypot, inf, sqrt
 
+import numpy as np
+from numpy.typing import NDArray
+
 
 def tension(u: float, h: float, W: float) -> tuple[float, float]:
     """Return the tensions (T_b, T_c) in multiples of the load.
@@ -30,6 +33,12 @@ def shallowest(u: float, W: float, tension_limit: float) -> float:
     """
     longer = max(u, W - u)
     return u * (W - u) / sqrt((tension_limit * W) ** 2 - longer * longer)
+
+
+def shallowest_many(u: NDArray[np.float64], W: float, tension_limit: float) -> NDArray[np.float64]:
+    """Return `shallowest` for many u, shape (n,)."""
+    longer = np.maximum(u, W - u)
+    return u * (W - u) / np.sqrt((tension_limit * W) ** 2 - longer * longer)
 
 
 def hanging(b: float, c: float, W: float) -> tuple[float, float]:

@@ -2,31 +2,40 @@
 
 "The workspace" means everywhere the same set: strokes of the lines and range of the boom, both lines taut
 (0 ≤ u ≤ W), no line carrying more than the tension limit, lines long enough to meet (b + c > W), the gripper not
-below the table top (z ≥ 0).
+below the table top (z ≥ 0), and clear of every zone.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from enum import StrEnum
 from itertools import product
 from math import atan2, cos, degrees, dist, floor, hypot, inf, isfinite, pi, sin, sqrt, tau
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from maya_un.config import Config, Units
 from maya_un.errors import InvalidConfig, Unreachable
+from maya_un.kinematics.limits import (
+    Bounds,
+    Limit,
+    Margins,
+    Reason,
+    Stroke,
+    Verdict,
+    above_anchors,
+    in_zone,
+    no_number,
+)
 from maya_un.kinematics.mechanism import Floats, Mechanism
+from maya_un.kinematics.membership import Flags, Membership
+from maya_un.kinematics.nearest import Search
 from maya_un.kinematics.section import Section
 from maya_un.kinematics.statics import tension
-from maya_un.kinematics.zones import Zone, zone_of
+from maya_un.kinematics.zones import Zone, clearances, zone_of
 from maya_un.values import Joints, Point
 
-Stroke = tuple[float, float]
-"""Short and long end of an axis (rad or m)."""
+__all__ = ["TOLERANCE", "Limit", "Margins", "Reason", "Stroke", "Verdict", "Workspace"]
 
 TOLERANCE = 1e-9
 """Limits hold to this much (m, rad, and as a share of the tension limit): rounding of double precision."""
@@ -34,68 +43,12 @@ TOLERANCE = 1e-9
 _INSETS = (1e-6, 1e-5, 1e-4)
 
 
-class Limit(StrEnum):
-    """The limits of the workspace, in the order in which a refusal names them."""
-
-    NUMBER = "number"
-    COUPLING = "coupling"
-    ANCHORS = "anchors"
-    BOOM = "boom"
-    INNER = "inner"
-    OUTER = "outer"
-    FLOOR = "floor"
-    LINE_B = "line_b"
-    LINE_C = "line_c"
-    TENSION_B = "tension_b"
-    TENSION_C = "tension_c"
-
-
-class Margins(NamedTuple):
-    """Distance to every limit, negative beyond it: `boom` in rad, tensions in loads, all others in m."""
-
-    coupling: float
-    boom: float
-    inner: float
-    outer: float
-    floor: float
-    line_b: float
-    line_c: float
-    tension_b: float
-    tension_c: float
-
-
-@dataclass(frozen=True, slots=True)
-class Reason:
-    """Why something is not reachable: which limit, by how much (`unit`: "m", "rad" or "load"), in words."""
-
-    limit: Limit
-    excess: float
-    unit: str
-    text: str
-
-    def __str__(self) -> str:
-        return self.text
-
-
-@dataclass(frozen=True, slots=True)
-class Verdict:
-    """The answer about one set of joints: the distance to every limit, and the reason where one is broken."""
-
-    margins: Margins
-    reason: Reason | None
-
-    @property
-    def reachable(self) -> bool:
-        """Whether all limits are kept."""
-        return self.reason is None
-
-
 @dataclass(frozen=True, slots=True)
 class Workspace:
     """The set of reachable joints and places of one machine.
 
     `boom`, `line_b`, `line_c` are the ranges of the axes (rad, m, m), `tension_limit` is a multiple of the
-    load, `grain` the size of one encoder count (rad, m, m). `zones` are kept out of, too. Made by `Workspace.of`.
+    load, `grain` the size of one encoder count (rad, m, m), `zones` are kept out of. Made by `Workspace.of`.
     """
 
     mechanism: Mechanism
@@ -111,7 +64,7 @@ class Workspace:
         """Return the workspace of a configuration.
 
         `strokes` replaces the configured ranges of a, b, c (rad, m, m) by measured ones. Raises
-        `InvalidConfig` where nothing at all is reachable.
+        `InvalidConfig` where nothing at all is reachable, whatever the zones.
         """
         boom, line_b, line_c = strokes or tuple(
             (axis.minimum, axis.maximum) for axis in (config.axes.a, config.axes.b, config.axes.c)
@@ -141,9 +94,16 @@ class Workspace:
 
     @property
     def section(self) -> Section:
-        """The reachable area of the vertical plane through the boom."""
+        """The reachable area of the vertical plane through the boom, zones aside."""
         mechanism = self.mechanism
         return Section(mechanism.width, self.line_b, self.line_c, self.tension_limit, mechanism.reach_down)
+
+    def volume(self) -> float:
+        """Return how much space the gripper point can reach [m³], zones aside.
+
+        The section, turned through the boom's range: its area times the way of its centroid (Pappus), exact to 1e-6.
+        """
+        return (self.boom[1] - self.boom[0]) * self.section.moment(-self.mechanism.delta)
 
     def contains(self, joints: Joints) -> bool:
         """Whether the joints keep every limit (to `TOLERANCE`); False for numbers that are not finite."""
@@ -162,19 +122,27 @@ class Workspace:
             return False
         deepest = mechanism.height - mechanism.drop + TOLERANCE
         pull = self.tension_limit * (1.0 + TOLERANCE) * W * sqrt(square)
-        return square <= deepest * deepest and (W - u) * b <= pull and u * c <= pull
+        if not (square <= deepest * deepest and (W - u) * b <= pull and u * c <= pull):
+            return False
+        return not self.zones or self._is_clear(joints)
 
-    def contains_many(self, joints: Floats) -> NDArray[np.bool_]:
-        """Return for joints of shape (n, 3) which rows `contains` accepts, shape (n,)."""
-        a, b, c = joints.T
-        W = self.mechanism.width
-        u = 0.5 * W + (b - c) * (b + c) / (2.0 * W)
-        square = (b - u) * (b + u)
-        deepest = self.mechanism.reach_down + TOLERANCE
-        pull = self.tension_limit * (1.0 + TOLERANCE) * W * np.sqrt(np.maximum(square, 0.0))
-        inside = (square > 0.0) & (square <= deepest * deepest) & ((W - u) * b <= pull) & (u * c <= pull)
-        for column, (least, most) in ((a, self.boom), (b, self.line_b), (c, self.line_c), (u, (0.0, W))):
-            inside &= (column >= least - TOLERANCE) & (column <= most + TOLERANCE)
+    def contains_many(self, joints: Floats, out: Flags | None = None) -> Flags:
+        """Return for joints of shape (n, 3) which rows `contains` accepts, shape (n,); in `out` where it is given."""
+        inside = self._membership.of_joints(joints, np.empty(len(joints), dtype=np.bool_) if out is None else out)
+        if self.zones:
+            rows = np.flatnonzero(inside)
+            inside[rows] = self._are_clear(joints[rows])
+        return inside
+
+    def reachable_many(self, points: Floats, out: Flags | None = None) -> Flags:
+        """Return for gripper points (n, 3) [m] which are reachable, shape (n,); in `out` where it is given.
+
+        It is the answer of `why_not`, except for points that are within `TOLERANCE` of a limit.
+        """
+        inside = self._membership.of_points(points, np.empty(len(points), dtype=np.bool_) if out is None else out)
+        if self.zones:
+            rows = np.flatnonzero(inside)
+            inside[rows] = self._are_clear(self.mechanism.ik_many(points[rows]))
         return inside
 
     def ik(self, point: Point) -> Joints:
@@ -195,8 +163,8 @@ class Workspace:
     def require(self, target: Point | Joints) -> Joints:
         """Return the joints of a target in the workspace.
 
-        Raises `Unreachable` otherwise: besides the words its details hold `limit`, `excess` (SI) and
-        `nearest_point`, which is reachable.
+        Raises `Unreachable` otherwise: besides the words its details hold `limit`, `excess` (SI), `zone` (its name, ""
+        for another limit) and `nearest_point`, which is reachable; that is None where the zones leave nothing.
         """
         if isinstance(target, Point):
             return self.ik(target)
@@ -221,6 +189,7 @@ class Workspace:
             line_c=_inside(c, self.line_c),
             tension_b=self.tension_limit - pull_b,
             tension_c=self.tension_limit - pull_c,
+            zones=tuple((zone.name, zone.clearance(self.mechanism, joints)) for zone in self.zones),
         )
 
     def check(self, joints: Joints) -> Verdict:
@@ -232,39 +201,32 @@ class Workspace:
 
         Where several limits are broken, the first in the order of `Limit` is named.
         """
-        if not _is_sensible(target):
-            return Reason(Limit.NUMBER, 0.0, "m", "it is not a place: every coordinate must be a finite number")
-        if isinstance(target, Joints):
-            return None if self.contains(target) else self._broken(target)
-        depth = self.mechanism.reach_down - target.z
-        if depth <= 0.0:
-            return Reason(Limit.ANCHORS, -depth, "m", f"it lies {_mm(-depth)} above the anchors of the lines")
-        joints = self.mechanism.ik(target)
-        return None if self.contains(joints) else self._broken(joints)
+        return next(self._reasons(target), None)
+
+    def all_reasons(self, target: Point | Joints) -> tuple[Reason, ...]:
+        """Return a reason for every limit that a target breaks, in the order of `Limit`; none where it is reachable."""
+        return tuple(self._reasons(target))
 
     def nearest(self, target: Point) -> Point:
         """Return the reachable place nearest to `target` [m], the target itself where it is reachable.
 
         The boom turns to the nearest angle of its range; in that vertical plane the nearest place of the
-        section is taken, a micrometre inside its edge so that rounding cannot push it out again. A target that
-        is no place at all (not a finite number, or a million metres away) is taken as the foot of axis a.
+        section is taken, a micrometre inside its edge so that rounding cannot push it out again. Where a zone is in
+        the way, the nearest place clear of all is searched for (`kinematics.nearest`), which is within a millimetre.
+        A target that is no place at all (not a finite number, or a million metres away) is taken as the foot of
+        axis a. Raises `Unreachable` where the zones leave nothing.
         """
         if self.why_not(target) is None:
             return target
-        mechanism = self.mechanism
         if not _is_sensible(target):
             target = Point(0.0, 0.0, 0.0)
-        bearing = atan2(target.x, target.y)
-        a = _nearest_angle(bearing, self.boom)
-        radius = hypot(target.x, target.y) * cos(bearing - a)
-        u, h = radius - mechanism.delta, mechanism.reach_down - target.z
-        for inset in _INSETS:
-            near_u, near_h = self.section.shrunk(inset).nearest(u, h)
-            d = mechanism.delta + near_u
-            found = Point(d * sin(a), d * cos(a), mechanism.reach_down - near_h)
-            if self.why_not(found) is None:
-                return found
-        raise AssertionError("a place inside the shrunk section is in the workspace")
+        found = self._nearest_within_limits(target)
+        if self.zones and not self._is_clear(self.mechanism.ik(found)):
+            cleared = self._search.nearest(target)
+            if cleared is None:
+                raise _nothing_left(target)
+            return cleared
+        return found
 
     def holds_grain(self, joints: Joints) -> bool:
         """Whether the joints keep every limit but for the size of an encoder count.
@@ -278,7 +240,7 @@ class Workspace:
         a, b, c = joints
         coarse = self.margins(joints)
         # Longer lines carry less: if the tension is kept with both one count longer, only rounding breaks it.
-        longer = self.margins(Joints(a, b + grain_b, c + grain_c))
+        longer = self.with_zones(()).margins(Joints(a, b + grain_b, c + grain_c))
         along_u = (b * grain_b + c * grain_c) / self.mechanism.width
         return (
             coarse.boom >= -grain_a
@@ -286,18 +248,84 @@ class Workspace:
             and coarse.line_c >= -grain_c
             and min(coarse.inner, coarse.outer, coarse.floor) >= -along_u
             and min(longer.tension_b, longer.tension_c, longer.coupling) >= 0.0
+            and all(clearance >= -self.zone_grain for _, clearance in coarse.zones)
         )
+
+    @property
+    def _bounds(self) -> Bounds:
+        return Bounds(self.boom, self.line_b, self.line_c, self.tension_limit)
+
+    @property
+    def _membership(self) -> Membership:
+        return Membership(self.mechanism, self._bounds, TOLERANCE)
+
+    @property
+    def _search(self) -> Search:
+        inside = self.section.shrunk(_INSETS[-1])
+        return Search(self.mechanism, self.boom, inside, self.zones, self.zone_grain)
+
+    def _is_clear(self, joints: Joints) -> bool:
+        return bool(self._are_clear(np.array([joints]))[0])
+
+    def _are_clear(self, joints: Floats) -> Flags:
+        return clearances(self.zones, self.mechanism, joints, 0.0).min(axis=1) >= -TOLERANCE
+
+    def _reasons(self, target: Point | Joints) -> Iterator[Reason]:
+        if not _is_sensible(target):
+            yield no_number()
+        elif isinstance(target, Joints):
+            yield from () if self.contains(target) else self._broken(target)
+        elif target.z >= self.mechanism.reach_down:
+            yield above_anchors(target.z - self.mechanism.reach_down)
+        else:
+            joints = self.mechanism.ik(target)
+            yield from () if self.contains(joints) else self._broken(joints)
+
+    def _broken(self, joints: Joints) -> Iterator[Reason]:
+        margins = self.margins(joints)
+        named = False
+        for limit, margin in margins.limits.items():
+            if -inf < margin < -TOLERANCE:
+                named = True
+                yield self._bounds.reason(limit, -margin, joints)
+        for zone, (name, clearance) in zip(self.zones, margins.zones, strict=True):
+            if clearance < -TOLERANCE:
+                named = True
+                yield in_zone(name, zone.margin, clearance)
+        if not named:
+            # What is left are straight lines: they just meet, at any tension.
+            yield self._bounds.reason(Limit.COUPLING, max(0.0, -margins.coupling), joints)
+
+    def _nearest_within_limits(self, target: Point) -> Point:
+        mechanism, bare = self.mechanism, self.with_zones(())
+        bearing = atan2(target.x, target.y)
+        a = _nearest_angle(bearing, self.boom)
+        radius = hypot(target.x, target.y) * cos(bearing - a)
+        u, h = radius - mechanism.delta, mechanism.reach_down - target.z
+        for inset in _INSETS:
+            near_u, near_h = self.section.shrunk(inset).nearest(u, h)
+            d = mechanism.delta + near_u
+            found = Point(d * sin(a), d * cos(a), mechanism.reach_down - near_h)
+            if bare.why_not(found) is None:
+                return found
+        raise AssertionError("a place inside the shrunk section is in the workspace")
 
     def _unreachable(self, target: Point | Joints) -> Unreachable:
         reason = self.why_not(target)
-        nearest = self.nearest(target if isinstance(target, Point) else self._place(target))
+        try:
+            nearest = self.nearest(target if isinstance(target, Point) else self._place(target))
+        except Unreachable as nothing_left:
+            nearest, words = None, nothing_left.details["nearest"]
+        else:
+            words = _text(self._rounded(nearest))
         return Unreachable(
             target=_text(target),
             reason=str(reason),
-            nearest=_text(self._rounded(nearest)),
+            nearest=words,
             limit=str(reason.limit) if reason else "",
             excess=reason.excess if reason else 0.0,
-            nearest_point=tuple(nearest),
+            zone=reason.zone if reason else "",
+            nearest_point=nearest and tuple(nearest),
         )
 
     def _rounded(self, point: Point) -> Point:
@@ -316,46 +344,8 @@ class Workspace:
         h = sqrt(square) if square > 0.0 else 0.0
         return Point(d * sin(joints.a), d * cos(joints.a), self.mechanism.reach_down - h)
 
-    def _broken(self, joints: Joints) -> Reason:
-        margins = self.margins(joints)
-        for name, margin in zip(Margins._fields, margins, strict=True):
-            if -inf < margin < -TOLERANCE:
-                return self._reason(Limit(name), -margin, joints)
-        # What is left are straight lines: they just meet, at any tension.
-        return self._reason(Limit.COUPLING, max(0.0, -margins.coupling), joints)
-
-    def _reason(self, limit: Limit, excess: float, joints: Joints) -> Reason:
-        match limit:
-            case Limit.BOOM:
-                side = _side(joints.a, self.boom, "before its start", "past its end")
-                words = f"the boom would have to turn to {degrees(joints.a):.1f}°, {degrees(excess):.3g}° {side}"
-                return Reason(limit, excess, "rad", words)
-            case Limit.LINE_B | Limit.LINE_C:
-                return Reason(limit, excess, "m", self._line_words(limit, excess, joints))
-            case Limit.TENSION_B | Limit.TENSION_C:
-                pull = self.tension_limit + excess
-                words = (
-                    f"line {limit[-1]} would carry {pull:.4g} times the load, more than the {self.tension_limit:g} "
-                    "allowed, because the lines would be too straight"
-                )
-                return Reason(limit, excess, "load", words)
-            case _:
-                return Reason(limit, excess, "m", _WORDS[limit].format(_mm(excess)))
-
-    def _line_words(self, limit: Limit, excess: float, joints: Joints) -> str:
-        length, stroke = (joints.b, self.line_b) if limit is Limit.LINE_B else (joints.c, self.line_c)
-        side = _side(length, stroke, "shorter", "longer")
-        return f"line {limit[-1]} would have to be {length * 1e3:.1f} mm long, {_mm(excess)} {side} than it can be"
-
 
 _ABSURD = 1e6
-
-_WORDS = {
-    Limit.COUPLING: "lines b and c together are {} too short to meet",
-    Limit.INNER: "it lies {} inside the inner anchor, where line c would hang slack",
-    Limit.OUTER: "it lies {} outside the outer anchor, where line b would hang slack",
-    Limit.FLOOR: "it lies {} below the table top",
-}
 
 
 def _is_sensible(target: Point | Joints) -> bool:
@@ -366,12 +356,9 @@ def _inside(value: float, stroke: Stroke) -> float:
     return min(value - stroke[0], stroke[1] - value)
 
 
-def _side(value: float, stroke: Stroke, below: str, above: str) -> str:
-    return below if value < stroke[0] else above
-
-
-def _mm(length: float) -> str:
-    return f"{length * 1e3:.4g} mm"
+def _nothing_left(target: Point) -> Unreachable:
+    reason = "the zones leave no place that can be reached"
+    return Unreachable(target=_text(target), reason=reason, nearest="none, before a zone is taken away")
 
 
 def _text(target: Point | Joints) -> str:

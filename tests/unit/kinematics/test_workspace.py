@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from maya_un.config import Config
+from maya_un.config.load import parse
 from maya_un.errors import InvalidConfig, Unreachable
-from maya_un.kinematics import Limit, Workspace
+from maya_un.kinematics import Box, Cylinder, HalfSpace, Limit, Workspace
 from maya_un.values import Joints, Point
 from tests.strategies import WORKSPACE, configuration
 
@@ -62,7 +63,7 @@ def test_the_words_are_in_millimetres_and_degrees(target: Point | Joints, words:
 def test_what_is_reachable_has_no_reason() -> None:
     verdict = WORKSPACE.check(Joints(ANY_ANGLE, 1.7, 1.5))
     assert verdict.reachable
-    assert min(verdict.margins) > 0.0
+    assert min(verdict.margins.limits.values()) > 0.0
 
 
 def test_margins_name_the_distance_to_each_limit() -> None:
@@ -157,3 +158,79 @@ def test_many_agree_with_one() -> None:
     found = WORKSPACE.contains_many(joints)
     assert found.tolist() == [WORKSPACE.contains(Joints(*row)) for row in joints]
     assert 0.2 < found.mean() < 0.9
+
+
+TOWER = Box("tower", Point(0.4, 0.9, 0.0), Point(0.8, 1.3, 0.6))
+GUARDED = WORKSPACE.with_zones([TOWER, Cylinder("post", 1.2, 0.3, 0.05, 0.0, 1.0)])
+
+
+def test_zones_leave_the_other_limits_as_they_are() -> None:
+    far = Joints(2 * pi / 3, 1.5, 1.5)
+    assert GUARDED.contains(far)
+    assert GUARDED.with_zones(()) == WORKSPACE
+    assert GUARDED.margins(far).limits == WORKSPACE.margins(far).limits
+    assert WORKSPACE.margins(far).zones == ()
+
+
+def test_a_zone_that_is_broken_is_named() -> None:
+    reason = GUARDED.why_not(Point(0.6, 1.1, 0.62))
+    assert reason is not None
+    assert (reason.limit, reason.unit, reason.zone) == (Limit.ZONE, "m", "tower")
+    assert reason.excess == pytest.approx(0.03, abs=1e-6)
+    assert str(reason) == "robot or lines would be 20 mm from zone tower, which asks for 50 mm"
+
+
+def test_inside_a_zone_it_is_told_how_deep() -> None:
+    assert str(GUARDED.why_not(Point(0.6, 1.1, 0.55))) == "robot or lines would be 50 mm inside zone tower"
+
+
+def test_all_that_is_broken_is_told_in_order() -> None:
+    deep = Point(0.6, 1.1, -0.02)
+    limits = [Limit.FLOOR, Limit.LINE_B, Limit.LINE_C, Limit.ZONE]
+    assert [reason.limit for reason in GUARDED.all_reasons(deep)] == limits
+    assert GUARDED.all_reasons(deep)[0] == GUARDED.why_not(deep)
+    assert GUARDED.all_reasons(Point(1.1, 0.8, 1.0)) == ()
+
+
+def test_margins_have_the_clearance_of_every_zone() -> None:
+    names, clearances = zip(*GUARDED.margins(GUARDED.require(Point(0.6, 1.1, 0.9))).zones, strict=True)
+    assert names == ("tower", "post")
+    assert clearances[0] == pytest.approx(0.25)
+
+
+def test_a_refusal_for_a_zone_names_it_and_what_is_nearest() -> None:
+    with pytest.raises(Unreachable, match="zone tower") as refused:
+        GUARDED.require(Point(0.6, 1.1, 0.55))
+    details = json.loads(json.dumps(refused.value.details, allow_nan=False))
+    assert (details["limit"], details["zone"]) == ("zone", "tower")
+    assert details["nearest_point"] == pytest.approx((0.6, 1.1, 0.65), abs=1e-3)
+
+
+def test_where_zones_leave_nothing_there_is_no_nearest_place() -> None:
+    nothing = WORKSPACE.with_zones([HalfSpace("cell", Point(0.0, 0.0, 3.0), Point(0.0, 0.0, 1.0))])
+    with pytest.raises(Unreachable, match="zones leave no place"):
+        nothing.nearest(Point(0.5, 1.2, 0.4))
+    with pytest.raises(Unreachable, match=r"inside zone cell.*Nearest reachable: none") as refused:
+        nothing.require(Point(0.5, 1.2, 0.4))
+    assert refused.value.details["nearest_point"] is None
+
+
+def test_a_place_beside_a_zone_rounded_to_counts_holds_within_a_grain() -> None:
+    edge = GUARDED.require(Point(0.6, 1.1, 0.65 + 1e-6))
+    rounded = edge._replace(b=edge.b - 2e-6, c=edge.c + 2e-6)
+    moved = next(
+        joints
+        for joints in (rounded, rounded._replace(b=edge.b + 2e-6), edge._replace(b=edge.b + 2e-6))
+        if not GUARDED.contains(joints)
+    )
+    assert GUARDED.holds_grain(moved)
+    assert not GUARDED.holds_grain(GUARDED.mechanism.ik(Point(0.6, 1.1, 0.6495)))
+
+
+def test_zones_of_the_configuration_are_the_workspaces() -> None:
+    table = {"name": "tower", "kind": "box", "low": [0.4, 0.9, 0.0], "high": [0.8, 1.3, 0.6]}
+    post = {"name": "post", "kind": "cylinder", "x": 1.2, "y": 0.3, "radius": 0.05, "low": 0.0, "high": 1.0}
+    wall = {"name": "wall", "kind": "half_space", "point": [0, 2, 0], "normal": [0, -1, 0], "margin": 0.1}
+    zones = Workspace.of(parse({"zones": [table, post, wall]})).zones
+    assert zones[:2] == GUARDED.zones
+    assert zones[2] == HalfSpace("wall", Point(0.0, 2.0, 0.0), Point(0.0, -1.0, 0.0), 0.1)

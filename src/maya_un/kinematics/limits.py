@@ -1,0 +1,172 @@
+"""The limits of the workspace by name, the distances to them, and what is said where one is broken."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from math import degrees
+from typing import NamedTuple
+
+from maya_un.values import Joints
+
+Stroke = tuple[float, float]
+"""Short and long end of an axis (rad or m)."""
+
+
+class Limit(StrEnum):
+    """The limits of the workspace, in the order in which a refusal names them."""
+
+    NUMBER = "number"
+    COUPLING = "coupling"
+    ANCHORS = "anchors"
+    BOOM = "boom"
+    INNER = "inner"
+    OUTER = "outer"
+    FLOOR = "floor"
+    LINE_B = "line_b"
+    LINE_C = "line_c"
+    TENSION_B = "tension_b"
+    TENSION_C = "tension_c"
+    ZONE = "zone"
+
+
+class Margins(NamedTuple):
+    """Distance to every limit, negative beyond it: `boom` in rad, tensions in loads, all others in m.
+
+    `zones` has the name and the clearance of every zone.
+    """
+
+    coupling: float
+    boom: float
+    inner: float
+    outer: float
+    floor: float
+    line_b: float
+    line_c: float
+    tension_b: float
+    tension_c: float
+    zones: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def limits(self) -> dict[Limit, float]:
+        """The distances to all limits but the zones, in their order."""
+        return {limit: getattr(self, limit) for limit in MEASURED}
+
+
+MEASURED: tuple[Limit, ...] = tuple(Limit(name) for name in Margins._fields if name != "zones")
+"""The limits that `Margins` has a distance to, zones aside."""
+
+
+def unit(limit: Limit) -> str:
+    """Return the unit of the distance to a limit: "m", "rad" or "load"."""
+    match limit:
+        case Limit.BOOM:
+            return "rad"
+        case Limit.TENSION_B | Limit.TENSION_C:
+            return "load"
+        case _:
+            return "m"
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """Why something is not reachable: which limit, by how much (`unit`: "m", "rad" or "load"), in words.
+
+    Where it is a zone, `zone` is its name, and `excess` what is missing of its margin or beyond.
+    """
+
+    limit: Limit
+    excess: float
+    unit: str
+    text: str
+    zone: str = ""
+
+    def __str__(self) -> str:
+        return self.text
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """The answer about one set of joints: the distance to every limit, and the reason where one is broken."""
+
+    margins: Margins
+    reason: Reason | None
+
+    @property
+    def reachable(self) -> bool:
+        """Whether all limits are kept."""
+        return self.reason is None
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """What the words of a reason need: strokes of the axes (rad, m, m), tension limit in loads."""
+
+    boom: Stroke
+    line_b: Stroke
+    line_c: Stroke
+    tension_limit: float
+
+    def reason(self, limit: Limit, excess: float, joints: Joints) -> Reason:
+        """Return the reason for a limit that `joints` break by `excess`."""
+        return Reason(limit, excess, unit(limit), self._words(limit, excess, joints))
+
+    def _words(self, limit: Limit, excess: float, joints: Joints) -> str:
+        match limit:
+            case Limit.BOOM:
+                side = _side(joints.a, self.boom, "before its start", "past its end")
+                return f"the boom would have to turn to {degrees(joints.a):.1f}°, {degrees(excess):.3g}° {side}"
+            case Limit.LINE_B:
+                return _line_words("b", excess, joints.b, self.line_b)
+            case Limit.LINE_C:
+                return _line_words("c", excess, joints.c, self.line_c)
+            case Limit.TENSION_B | Limit.TENSION_C:
+                pull = self.tension_limit + excess
+                return (
+                    f"line {limit[-1]} would carry {pull:.4g} times the load, more than the {self.tension_limit:g} "
+                    "allowed, because the lines would be too straight"
+                )
+            case _:
+                return _WORDS[limit].format(_mm(excess))
+
+
+def no_number() -> Reason:
+    """Return the reason for coordinates that are not finite, or beyond all bounds."""
+    return Reason(Limit.NUMBER, 0.0, "m", "it is not a place: every coordinate must be a finite number")
+
+
+def above_anchors(height: float) -> Reason:
+    """Return the reason for a place so far [m] above the anchors."""
+    return Reason(Limit.ANCHORS, height, "m", _WORDS[Limit.ANCHORS].format(_mm(height)))
+
+
+def in_zone(name: str, margin: float, clearance: float) -> Reason:
+    """Return the reason for a place whose `clearance` of a zone with this `margin` [m] is negative."""
+    distance = margin + clearance
+    if distance >= 0.0:
+        where = f"{_mm(distance)} from zone {name}, which asks for {_mm(margin)}"
+    else:
+        where = f"{_mm(-distance)} inside zone {name}"
+    return Reason(Limit.ZONE, -clearance, "m", f"robot or lines would be {where}", name)
+
+
+_WORDS = {
+    Limit.COUPLING: "lines b and c together are {} too short to meet",
+    Limit.ANCHORS: "it lies {} above the anchors of the lines",
+    Limit.INNER: "it lies {} inside the inner anchor, where line c would hang slack",
+    Limit.OUTER: "it lies {} outside the outer anchor, where line b would hang slack",
+    Limit.FLOOR: "it lies {} below the table top",
+}
+
+
+def _line_words(line: str, excess: float, length: float, stroke: Stroke) -> str:
+    side = _side(length, stroke, "shorter", "longer")
+    return f"line {line} would have to be {length * 1e3:.1f} mm long, {_mm(excess)} {side} than it can be"
+
+
+def _side(value: float, stroke: Stroke, below: str, above: str) -> str:
+    return below if value < stroke[0] else above
+
+
+def _mm(length: float) -> str:
+    return f"{length * 1e3:.4g} mm"

@@ -1,0 +1,158 @@
+"""The nearest place that is clear of all zones, by branch and bound over boxes of (α, u, h).
+
+A box is given up as soon as nothing in it can be reached, or as nothing in it is much nearer than what has been found.
+The first follows from its middle, because the distances to the edge of the section and to the zones change by no
+more than the place does. The second is the distance of the box itself, which is exact.
+
+The number of boxes grows with the square of the exactness, so all of the workspace is searched to a centimetre, and
+the finer search goes on about what was found, in windows that move on as long as that gains something.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from math import atan2, cos, hypot, inf, pi, sin, tau
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maya_un.kinematics.mechanism import Floats, Mechanism
+from maya_un.kinematics.section import Section
+from maya_un.kinematics.zones import Zone, clearances_between, corners_at
+from maya_un.values import Point
+
+COARSE = 0.01
+"""To this all of the workspace is searched [m]: another place that is nearer by less may be overlooked."""
+
+_FINER = ((0.08, 0.002), (0.02, 0.0005))
+"""Half the size of a window and the exactness within it [m]."""
+
+_AT_ONCE = 1024
+_MOST = 100_000
+_SIDES = np.array(list(product((-1.0, 1.0), repeat=3)))
+
+
+class _Found(NamedTuple):
+    """The nearest so far: its distance [m], and (α, u, h), None where there is none yet."""
+
+    distance: float
+    place: Floats | None
+
+
+class _Boxes(NamedTuple):
+    """Boxes of (α, u, h) [rad, m, m]: their middles and half their edges, each (n, 3)."""
+
+    middles: Floats
+    halves: Floats
+
+    def chosen(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> _Boxes:
+        return _Boxes(self.middles[rows], self.halves[rows])
+
+    def shrunk(self, factor: float) -> _Boxes:
+        return _Boxes(self.middles, factor * self.halves)
+
+    def joined(self, others: _Boxes) -> _Boxes:
+        return _Boxes(*(np.concatenate(pair) for pair in zip(self, others, strict=True)))
+
+    def split(self) -> _Boxes:
+        """Return each box as eight of half its size."""
+        quarters = 0.5 * self.halves
+        inner = self.middles[:, None] + quarters[:, None] * _SIDES
+        return _Boxes(inner.reshape(-1, 3), np.repeat(quarters, 8, axis=0))
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """What is searched: the range of the `boom` [rad] times the `section`, at least `clear` [m] off all `zones`."""
+
+    mechanism: Mechanism
+    boom: tuple[float, float]
+    section: Section
+    zones: Sequence[Zone]
+    clear: float
+
+    def nearest(self, target: Point) -> Point | None:
+        """Return the place nearest to `target`, None where the zones leave none.
+
+        It is the nearest of its neighbourhood to less than a millimetre. What the zones leave may be overlooked where
+        it is narrower than `COARSE`.
+        """
+        best = self._improved(_Found(inf, None), self._everything(), COARSE, target)
+        for window, exactness in _FINER:
+            gain = inf
+            while best.place is not None and gain > exactness:
+                before, best = best, self._improved(best, self._around(best.place, window), exactness, target)
+                gain = before.distance - best.distance
+        return None if best.place is None else self._point(*best.place)
+
+    def _improved(self, best: _Found, boxes: _Boxes, exactness: float, target: Point) -> _Found:
+        """Return the nearest place within `boxes` where it is nearer than the `best` so far."""
+        near = self._distances(boxes, target)
+        seen = 0
+        while len(near) and seen < _MOST:
+            order = np.argsort(near)
+            now, later = boxes.chosen(order[:_AT_ONCE]), boxes.chosen(order[_AT_ONCE:])
+            seen += len(now.middles)
+            spare = self._spare(now.middles)
+            away = np.where(spare >= 0.0, self._distances(now.shrunk(0.0), target), inf)
+            if away.min() < best.distance:
+                best = _Found(float(away.min()), now.middles[away.argmin()])
+            inner = now.chosen(spare + self._radii(now) >= 0.0).split()
+            boxes = later.joined(inner)
+            near = np.concatenate([near[order[_AT_ONCE:]], self._distances(inner, target)])
+            worth = near < best.distance - exactness
+            boxes, near = boxes.chosen(worth), near[worth]
+        return best
+
+    def _everything(self) -> _Boxes:
+        """Return the box of all (α, u, h)."""
+        low = np.array([[self.boom[0], 0.0, 0.0]])
+        high = np.array([[self.boom[1], self.section.width, self.section.deepest]])
+        return _Boxes(0.5 * (low + high), 0.5 * (high - low))
+
+    def _around(self, place: Floats, window: float) -> _Boxes:
+        """Return the box of all that is at most `window` [m] beside a place (3,)."""
+        turn = window / (self.mechanism.delta + place[1])
+        low = np.array([[self.boom[0], -inf, -inf]])
+        high = np.array([[self.boom[1], inf, inf]])
+        half = np.array([[turn, window, window]])
+        low, high = np.maximum(low, place - half), np.minimum(high, place + half)
+        return _Boxes(0.5 * (low + high), 0.5 * (high - low))
+
+    def _distances(self, boxes: _Boxes, target: Point) -> Floats:
+        """Return the distance [m] of `target` from each box, shape (n,)."""
+        mechanism = self.mechanism
+        middle_a, middle_u, middle_h = boxes.middles.T
+        turn, outward, down = boxes.halves.T
+        radius, bearing = hypot(target.x, target.y), atan2(target.x, target.y)
+        turned = np.abs((middle_a - bearing + pi) % tau - pi)
+        along = np.cos(np.maximum(turned - turn, 0.0)) * radius
+        d = mechanism.delta + middle_u
+        d = np.clip(along, d - outward, d + outward)
+        higher = np.maximum(np.abs(mechanism.reach_down - target.z - middle_h) - down, 0.0)
+        level = (d - along) ** 2 + (radius - along) * (radius + along)
+        return np.sqrt(np.maximum(level, 0.0) + higher * higher)
+
+    def _spare(self, places: Floats) -> Floats:
+        """Return how far places (n, 3) are from the edge of what can be reached [m], at most; negative outside."""
+        a, u, h = places.T
+        spare = self.section.spare(u, h)
+        within = np.flatnonzero(spare >= -self.mechanism.length)
+        corners = corners_at(self.mechanism, a[within], u[within], h[within])
+        clear = clearances_between(self.zones, corners, self.clear).min(axis=1) - self.clear
+        spare[within] = np.minimum(spare[within], clear)
+        return spare
+
+    def _radii(self, boxes: _Boxes) -> Floats:
+        """Return how far anything moves between the middle of a box and any other place in it [m], shape (n,)."""
+        turn, outward, down = boxes.halves.T
+        sideways = turn * (self.mechanism.delta + boxes.middles[:, 1] + outward)
+        gripper = np.sqrt(outward * outward + down * down + sideways * sideways)
+        return np.maximum(gripper, turn * self.mechanism.length)
+
+    def _point(self, a: float, u: float, h: float) -> Point:
+        d = self.mechanism.delta + u
+        return Point(d * sin(a), d * cos(a), self.mechanism.reach_down - h)
