@@ -92,8 +92,15 @@ class FakeController:
         await self._travel("move", [self.state.joints, target], speed)
 
     async def follow(self, path: Route, *, speed: float = 1.0, on_via: OnVia | None = None) -> None:
-        """Take the path's time and stand at its end; `on_via` hears nothing."""
-        await self._travel("follow", path, speed)
+        """Take the path's time and stand at its end; `on_via` hears of the vias as they are passed."""
+        vias = self.preview(path, speed=speed).vias if on_via is not None else ()
+        loop = asyncio.get_running_loop()
+        timers = [loop.call_later(passed, on_via, number) for number, passed in enumerate(vias) if on_via is not None]
+        try:
+            await self._travel("follow", path, speed)
+        finally:
+            for timer in timers:
+                timer.cancel()
 
     async def jog(self, axis: str, distance: float, *, speed: float = 1.0) -> None:
         """Take a second."""

@@ -77,6 +77,11 @@ class Planner:
         """Return what the motion along a route will be; raises as `plan` does."""
         return self._previewed(workspace, self._path(route), self._speed(speed))
 
+    def prove(self, workspace: Workspace, route: Route) -> None:
+        """Check a route without timing it; raises `Unreachable`, `PathRefused` as `plan` does."""
+        path = self._path(route)
+        self._proved(workspace, path, lay(path, self._mechanism, self._units, self._limits))
+
     def begun_at(self, route: Route, here: Joints) -> Path:
         """Return the route from exactly `here` on; raises `TrajectoryRefused` where it starts somewhere else."""
         path = self._path(route)
@@ -128,6 +133,7 @@ class Planner:
             lowest=lowest(self._mechanism, points).z,
             highest=highest(self._mechanism, points).z,
             end=planned.end,
+            vias=() if planned.move is None else planned.move.via_times(),
         )
 
 

@@ -20,13 +20,27 @@ class Preview:
     """What a motion will be, known before it starts.
 
     `duration` [s]; `lowest` and `highest` gripper point on the way [m]; `end` the joints it ends at (whole
-    counts, in rad and m).
+    counts, in rad and m); `vias` when each waypoint between the ends is passed [s].
     """
 
     duration: float
     lowest: float
     highest: float
     end: Joints
+    vias: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Jogged:
+    """How far a jog goes along its `axis` (rad or m, signed).
+
+    `limit` is the name of what ends it before the distance asked for, "" where nothing does; `reason` says it in words.
+    """
+
+    axis: str
+    distance: float
+    limit: str = ""
+    reason: str = ""
 
 
 class Controller(Protocol):
@@ -90,8 +104,12 @@ class Controller(Protocol):
         """
         ...
 
-    async def jog(self, axis: str, distance: float, *, speed: float = 1.0) -> None:
-        """Move one axis by `distance` (rad or m)."""
+    async def jog(self, axis: str, distance: float, *, speed: float = 1.0, clip: bool = False) -> Jogged:
+        """Move along one axis by `distance` (rad or m) and tell how far it went; the gripper's axes go straight.
+
+        Axes are a, b, c, and x, y, z and r of the gripper, r outward along the boom. With `clip` it goes as far as
+        the workspace allows and comes to rest before what ends it; without, more than that is refused.
+        """
         ...
 
     async def gripper(self, open_: bool) -> None:

@@ -129,7 +129,7 @@ class Run:
 
     def tell_vias(self, now: float) -> None:
         """Tell the vias that are passed by `now`, in order, each once."""
-        while self._on_via is not None and self.next_via() <= now + _ROUNDING:
+        while self._on_via is not None and self._passed < len(self._vias) and self.next_via() <= now + _ROUNDING:
             self._passed += 1
             self._on_via(self._passed - 1)
 

@@ -16,10 +16,14 @@ _STEP = 1e-4
 
 
 class Pace(NamedTuple):
-    """What the axes allow along a leg: speed [m/s] and acceleration [m/s²] of the gripper."""
+    """What the axes allow along a leg: speed [m/s] and acceleration [m/s²] of the gripper.
+
+    `lines` tells how much of their speed the lines need for it, from 0 to 1: 1 where they are what limits it.
+    """
 
     speed: float
     acceleration: float
+    lines: float
 
     def after(self, run_up: float) -> float:
         """Return the speed that is reached from rest over a run-up [m]."""
@@ -37,10 +41,10 @@ def pace(
     near = [one + (two - one) * share for one, two in zip(start, end, strict=True)]
     here, there = to_joints(space, mechanism, np.array([start, near]))
     rates = np.maximum(np.abs(there - here) * np.array(units.per_unit) / (share * length), 1e-9)
-    return Pace(
-        float(np.min(np.array(limits.speed) / rates)),
-        float(np.min(np.minimum(limits.acceleration, limits.deceleration) / rates)),
-    )
+    speeds = np.array(limits.speed) / rates
+    speed = float(np.min(speeds))
+    acceleration = float(np.min(np.minimum(limits.acceleration, limits.deceleration) / rates))
+    return Pace(speed, acceleration, speed / float(np.min(speeds[1:])))
 
 
 def overlap(before: Pace, speed_before: float, behind: Pace, room: float) -> Blend:
@@ -55,6 +59,11 @@ def overlap(before: Pace, speed_before: float, behind: Pace, room: float) -> Ble
     if after > room:
         return _tight(before, speed_before, behind, room)
     return Blend(speed_before * (whole - 0.5 * slowing), after, slowing / whole, rising / whole)
+
+
+def reversed_blend(blend: Blend) -> Blend:
+    """Return the blend of the same corner gone through the other way."""
+    return Blend(blend.after, blend.before, blend.rise, blend.fall)
 
 
 def _tight(before: Pace, speed_before: float, behind: Pace, room: float) -> Blend:

@@ -50,6 +50,10 @@ class Blend(NamedTuple):
     fall: float = 1.0
     rise: float = 1.0
 
+    def scaled(self, factor: float) -> Blend:
+        """Return the same blend, larger or smaller."""
+        return self._replace(before=factor * self.before, after=factor * self.after)
+
 
 SHARP = Blend(0.0, 0.0)
 """No blend: the corner is passed next to rest."""

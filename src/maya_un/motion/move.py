@@ -102,6 +102,10 @@ class CoordinatedMove:
         """Time from start to rest [s], as the controller takes it."""
         return self.profile.duration
 
+    def via_times(self) -> tuple[float, ...]:
+        """Return when the waypoints between the ends of the path are passed [s]."""
+        return tuple(self.profile.when(way) for way in self.via_ways)
+
     def position_at(self, t: float) -> Joints:
         """Return where the axes are at time `t` [s] after the start (rad, m, m)."""
         return self._joints(self.profile.at(t)[0])

@@ -18,4 +18,4 @@ class Approach:
 
     def draw(self, sketch: Sketch) -> None:
         """Draw one phase: `approach`."""
-        sketch.approach("approach", self.target, touched=False)
+        sketch.approach("approach", self.target)

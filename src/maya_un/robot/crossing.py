@@ -1,106 +1,124 @@
-"""The way across the table: from where the gripper is to the approach point of a target, never low on the way.
+"""The way across the table: from where the gripper is over the parts to above a target, and down to it.
 
-A path that is straight in (a, b, c) sags between two places at the same height: from d = 0.90 m to 1.70 m at
-z = 0.50 m by 35 mm. So a crossing has a floor, below which the gripper does not come, and is the first of these
-that keeps above it and passes the controller's own check:
+    start ┐                  ┌ above the target
+          │  K1 ─ swing ─ K2 │
+          └ up            down ┘
 
-1. straight;
-2. over a point half way, raised by little more than the sag;
-3. up to a common height, straight across, down.
-
-A start below the floor is left straight up first, a goal below it is reached straight down.
+Everything below the floor, the height that clears the parts, is gone straight up or straight down; between, the boom
+swings while distance and height change evenly. The corners lie above the floor and are passed without a stop: the
+lines come to rest while the boom already turns. Ways are tried in this order, and the first that passes the
+controller's own check is taken: with the corners as wide as the axes ask for, tighter, with a stop; then the same
+higher and higher, over what stands in the way.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from itertools import pairwise
-from math import cos, hypot, sin
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from math import hypot
 
+from maya_un.config import Config, Units
 from maya_un.controller.protocol import Preview
-from maya_un.errors import PathRefused, Unreachable
+from maya_un.errors import PathRefused, TrajectoryRefused, Unreachable
 from maya_un.kinematics.mechanism import Mechanism
-from maya_un.motion.path import JointPath, lowest_point
-from maya_un.values import Joints, Point
+from maya_un.motion.corners import Pace, overlap, pace, reversed_blend
+from maya_un.motion.curve import SHARP, Blend, Path, Route, Space, Waypoint, from_joints
+from maya_un.motion.limits import Limits
+from maya_un.values import Joints
 
 TOLERANCE = 1e-5
-"""Heights closer than this [m] are the same: ten counts of a line."""
+"""Places closer than this [m] are the same: ten counts of a line."""
 
-_LIFTS = (1.1, 1.25, 1.5, 2.0, 3.0, 5.0)
-"""How far a way is raised, in multiples of the straight path's sag."""
+_LIFTS = (0.0, 0.05, 0.1, 0.2, 0.4, 0.8)
+"""How much higher than needed a way is tried [m]."""
 
-Way = tuple[Joints, ...]
-Check = Callable[[Sequence[Joints]], Preview]
+_WIDTHS = (1.0, 0.4, 0.0)
+"""How wide the corners are tried, as shares of what the axes ask for."""
 
+_LEAST_WIDTH = 0.2
+"""Where the lines limit the swing as well, a wide corner only makes the way higher."""
 
-def raised(mechanism: Mechanism, joints: Joints, height: float) -> Joints:
-    """Return the joints straight above (or below) `joints`, with the gripper point at `height` [m].
-
-    Raises `Unreachable` above the anchors.
-    """
-    x, y, _ = mechanism.fk(joints)
-    return mechanism.ik(Point(x, y, height))._replace(a=joints.a)
+Check = Callable[[Route], Preview]
 
 
-def cross(mechanism: Mechanism, check: Check, start: Joints, goal: Joints, floor: float) -> tuple[Way, Preview]:
-    """Return the way from `start` to `goal` that crosses above `floor` [m], and its preview by `check`.
+@dataclass(frozen=True, slots=True)
+class Crossing:
+    """A way that passed the check: `arrival` is the number of the via above the target, None where none is."""
 
-    Raises what `check` says of the last way tried, or `PathRefused` where none keeps above the floor.
-    """
-    first, last = _above(mechanism, start, floor), _above(mechanism, goal, floor)
-    refusal: PathRefused | Unreachable | None = None
-    for middle in _ways(mechanism, first, last, floor):
-        if _sag(mechanism, middle, floor) > TOLERANCE:
-            continue
-        way = _distinct((start, *middle, goal))
-        try:
-            return way, check(way)
-        except (PathRefused, Unreachable) as error:
-            refusal = error
-    if refusal is None:
-        x, y, z = mechanism.fk(goal)
-        reason = f"every way found comes lower than {floor:.3f} m above the table"
-        raise PathRefused(target=f"({x:.3f}, {y:.3f}, {z:.3f}) m", reason=reason)
-    raise refusal
+    path: Path
+    preview: Preview
+    arrival: int | None
 
 
-def _above(mechanism: Mechanism, joints: Joints, floor: float) -> Joints:
-    """Return `joints`, or the joints straight above them at the floor where they are lower."""
-    return joints if mechanism.fk(joints).z >= floor - TOLERANCE else raised(mechanism, joints, floor)
+class Crosser:
+    """Finds ways across the table of one machine. `smooth` corners are passed without a stop."""
 
+    def __init__(self, config: Config, mechanism: Mechanism, *, smooth: bool) -> None:
+        self._mechanism = mechanism
+        self._units = Units.of(config)
+        self._limits = Limits.of(config)
+        self._smooth = smooth
 
-def _ways(mechanism: Mechanism, first: Joints, last: Joints, floor: float) -> Iterator[Way]:
-    """Yield the candidates, the simplest first, each family until it leads above the anchors."""
-    yield first, last
-    sag = _sag(mechanism, (first, last), floor)
-    for family in (_over_the_middle, _at_one_height):
-        for factor in _LIFTS:
+    def cross(self, check: Check, start: Joints, goal: Joints, floor: float) -> Crossing:
+        """Return a way from `start` to `goal` that crosses above `floor` [m], and its preview by `check`.
+
+        Raises what `check` says of the first way tried.
+        """
+        here = from_joints(Space.CYLINDRICAL, self._mechanism, start)
+        there = from_joints(Space.CYLINDRICAL, self._mechanism, goal)
+        refusal: PathRefused | Unreachable | TrajectoryRefused | None = None
+        for path, arrival in self._ways(here, there, floor):
             try:
-                way = family(mechanism, first, last, factor * sag)
-            except Unreachable:
-                break
-            yield way
+                return Crossing(path, check(path), arrival)
+            except (PathRefused, Unreachable, TrajectoryRefused) as error:
+                refusal = refusal or error
+        assert refusal is not None, "there is always a first way to try"
+        raise refusal
+
+    def _ways(self, here: Waypoint, there: Waypoint, floor: float) -> Iterator[tuple[Path, int | None]]:
+        across = _apart(here, there)
+        if across < TOLERANCE:
+            yield Path.swing(here, there), None
+            return
+        widths = _WIDTHS if self._smooth else (0.0,)
+        for lift in _LIFTS:
+            if lift > 0.0 and floor + lift >= self._mechanism.reach_down:
+                return
+            for width in widths:
+                yield self._over(here, there, floor + lift, across, width)
+
+    def _over(
+        self, here: Waypoint, there: Waypoint, floor: float, across: float, width: float
+    ) -> tuple[Path, int | None]:
+        """Return the way above `floor` with corners of some `width`, and the number of its via above the end."""
+        first, last = here, there
+        begin, finish = SHARP, SHARP
+        rises, falls = floor - here[2] > TOLERANCE, floor - there[2] > TOLERANCE
+        if rises:
+            begin = self._corner(here, there, floor, across, width)
+            first = (here[0], here[1], floor + begin.before)
+        if falls:
+            finish = reversed_blend(self._corner(there, here, floor, across, width))
+            last = (there[0], there[1], floor + finish.after)
+        corners = [(first, begin)] * rises + [(last, finish)] * falls
+        waypoints = (here, *(corner for corner, _ in corners), there)
+        blends = tuple(blend for _, blend in corners)
+        return Path(Space.CYLINDRICAL, waypoints, blends), len(blends) - 1 if falls else None
+
+    def _corner(self, low: Waypoint, far: Waypoint, floor: float, across: float, width: float) -> Blend:
+        """Return the blend between straight up from `low` and the swing towards `far`."""
+        if width == 0.0 or floor >= self._mechanism.reach_down:
+            return SHARP
+        top = (low[0], low[1], floor)
+        upwards = self._pace(top, (low[0], low[1], floor + 0.01), 0.01)
+        onwards = self._pace(top, (far[0], far[1], floor), across)
+        width *= max(_LEAST_WIDTH, 1.0 - onwards.lines)
+        return overlap(upwards, upwards.after(floor - low[2]), onwards, 0.5 * across).scaled(width)
+
+    def _pace(self, start: Waypoint, end: Waypoint, length: float) -> Pace:
+        return pace(Space.CYLINDRICAL, start, end, length, self._mechanism, self._units, self._limits)
 
 
-def _over_the_middle(mechanism: Mechanism, first: Joints, last: Joints, lift: float) -> Way:
-    here, there = mechanism.fk(first), mechanism.fk(last)
-    a, d = 0.5 * (first.a + last.a), 0.5 * (hypot(here.x, here.y) + hypot(there.x, there.y))
-    middle = Point(d * sin(a), d * cos(a), 0.5 * (here.z + there.z) + lift)
-    return first, mechanism.ik(middle), last
-
-
-def _at_one_height(mechanism: Mechanism, first: Joints, last: Joints, lift: float) -> Way:
-    height = max(mechanism.fk(first).z, mechanism.fk(last).z) + lift
-    return first, raised(mechanism, first, height), raised(mechanism, last, height), last
-
-
-def _sag(mechanism: Mechanism, way: Way, floor: float) -> float:
-    """Return how far `way` comes below `floor` [m], 0 where it does not."""
-    return max(0.0, floor - lowest_point(mechanism, JointPath(way)).z)
-
-
-def _distinct(way: Way) -> Way:
-    """Return `way` without points that repeat the one before; two points at least."""
-    kept = [way[0]]
-    kept.extend(point for last, point in pairwise(way) if point != last)
-    return tuple(kept) if len(kept) > 1 else (way[0], way[0])
+def _apart(here: Waypoint, there: Waypoint) -> float:
+    """Return about how far the boom's tip goes on the swing [m]."""
+    return hypot((there[0] - here[0]) * 0.5 * (here[1] + there[1]), there[1] - here[1])

@@ -19,14 +19,14 @@ class Pick:
     target: Point
 
     def draw(self, sketch: Sketch) -> None:
-        """Draw the phases `approach`, `open`, `down`, `close`, `up`.
+        """Draw the phases `open` (unless it is), `approach`, `down`, `close`, `up`.
 
         Raises `GripperNotEmpty` where the gripper was closed: it may hold something.
         """
         if sketch.pose.jaws is Jaws.CLOSED:
             raise GripperNotEmpty
-        above = sketch.approach("approach", self.target)
-        sketch.grip("open", open_=True)
-        sketch.straight("down", self.target)
+        if sketch.pose.jaws is not Jaws.OPEN:
+            sketch.grip("open", open_=True)
+        above = sketch.approach("approach", self.target, down="down")
         sketch.grip("close", open_=False, grasps=True)
         sketch.straight("up", above)

@@ -25,7 +25,6 @@ class Place:
         """
         if sketch.pose.jaws is Jaws.OPEN:
             raise GripperEmpty
-        above = sketch.approach("approach", self.target)
-        sketch.straight("down", self.target)
+        above = sketch.approach("approach", self.target, down="down")
         sketch.grip("open", open_=True)
         sketch.straight("up", above)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from maya_un.controller.protocol import Preview
+from maya_un.motion.curve import Path
 from maya_un.robot.jaws import Jaws
 from maya_un.values import Joints
 
@@ -15,6 +16,13 @@ class Pose(NamedTuple):
 
     joints: Joints | None
     jaws: Jaws
+
+
+class PhasePreview(NamedTuple):
+    """Name and duration [s] of one phase; the duration of a homing is not known before."""
+
+    name: str
+    duration: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,19 +37,35 @@ class Homing:
         """Not known before [s]."""
         return None
 
+    def phases(self) -> tuple[PhasePreview, ...]:
+        """Return its one phase."""
+        return (PhasePreview(self.phase, None),)
+
 
 @dataclass(frozen=True, slots=True)
 class Travel:
-    """Go along `path` (joints, its first point is where the robot is), as `preview` says."""
+    """Go along `path` from where the robot is, as `preview` says, without a stop.
+
+    `turn` is the phase that begins where the via of that number is passed, with its name; None where it is all one.
+    """
 
     phase: str
-    path: tuple[Joints, ...]
+    path: Path
     preview: Preview
+    turn: tuple[int, str] | None = None
 
     @property
     def duration(self) -> float:
         """How long it takes [s]."""
         return self.preview.duration
+
+    def phases(self) -> tuple[PhasePreview, ...]:
+        """Return its phases in order."""
+        if self.turn is None:
+            return (PhasePreview(self.phase, self.duration),)
+        via, name = self.turn
+        passed = self.preview.vias[via]
+        return PhasePreview(self.phase, passed), PhasePreview(name, self.duration - passed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,15 +77,12 @@ class Grip:
     duration: float
     grasps: bool = False
 
+    def phases(self) -> tuple[PhasePreview, ...]:
+        """Return its one phase."""
+        return (PhasePreview(self.phase, self.duration),)
+
 
 Action = Homing | Travel | Grip
-
-
-class PhasePreview(NamedTuple):
-    """Name and duration [s] of one phase; the duration of a homing is not known before."""
-
-    name: str
-    duration: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +114,7 @@ class Plan:
         known = [duration for duration in durations if duration is not None]
         return PrimitivePreview(
             duration=sum(known) if len(known) == len(durations) else None,
-            phases=tuple(PhasePreview(action.phase, action.duration) for action in self.actions),
+            phases=tuple(phase for action in self.actions for phase in action.phases()),
             lowest=min((travel.lowest for travel in travels), default=None),
             highest=max((travel.highest for travel in travels), default=None),
             end=self.end,

@@ -10,7 +10,6 @@ from maya_un.controller.protocol import Controller
 from maya_un.errors import Busy, Faulted, NotConnected, NotHomed, PathRefused, Unreachable
 from maya_un.events import Kind
 from maya_un.kinematics.workspace import Workspace
-from maya_un.motion.path import JointPath, check_path
 from maya_un.robot.jaws import JawsMemory
 from maya_un.robot.plan import Action, Grip, Homing, Plan, Pose, PrimitivePreview, Travel
 from maya_un.robot.primitives import Gripper, Home, Primitive
@@ -81,10 +80,12 @@ class Robot:
             self._require_ready(primitive)
             plan = self._plan(primitive, self.pose)
             for action in plan.actions:
-                self._controller.events.emit(Kind.PHASE, name=action.phase, primitive=primitive.command)
-                if on_phase is not None:
-                    on_phase(action.phase)
-                await self._do(action)
+                await self._do(action, lambda phase: self._enter(phase, primitive, on_phase))
+
+    def _enter(self, phase: str, primitive: Primitive, on_phase: OnPhase | None) -> None:
+        self._controller.events.emit(Kind.PHASE, name=phase, primitive=primitive.command)
+        if on_phase is not None:
+            on_phase(phase)
 
     @contextmanager
     def _turn(self, primitive: Primitive) -> Iterator[None]:
@@ -114,7 +115,7 @@ class Robot:
         """Return the plan, remembered or drawn; one that was checked in another workspace is checked in this one."""
         workspace = self._controller.workspace
         known = self._plans.get((primitive, start))
-        if known is not None and (known[1] is workspace or _holds(known[0], workspace)):
+        if known is not None and (known[1] is workspace or self._holds(known[0])):
             plan = known[0]
         else:
             sketch = Sketch(self._controller, start)
@@ -125,12 +126,25 @@ class Robot:
         self._plans[primitive, start] = (plan, workspace)
         return plan
 
-    async def _do(self, action: Action) -> None:
+    def _holds(self, plan: Plan) -> bool:
+        """Whether every path of `plan` passes the check as things are now: homing measures the strokes anew."""
+        try:
+            for action in plan.actions:
+                if isinstance(action, Travel):
+                    self._controller.preview(action.path)
+        except (Unreachable, PathRefused):
+            return False
+        return True
+
+    async def _do(self, action: Action, enter: OnPhase) -> None:
+        enter(action.phase)
         match action:
             case Homing():
                 await self._controller.home()
-            case Travel(path=path):
+            case Travel(path=path, turn=None):
                 await self._controller.follow(path)
+            case Travel(path=path, turn=(turn, phase)):
+                await self._controller.follow(path, on_via=lambda via: enter(phase) if via == turn else None)
             case Grip(open=open_, grasps=grasps):
                 if not open_:
                     self._memory.closing()
@@ -138,13 +152,3 @@ class Robot:
                 if grasps:
                     self._memory.grasped()
 
-
-def _holds(plan: Plan, workspace: Workspace) -> bool:
-    """Whether every path of `plan` is in `workspace`: homing measures the strokes anew."""
-    try:
-        for action in plan.actions:
-            if isinstance(action, Travel):
-                check_path(workspace, JointPath(action.path))
-    except (Unreachable, PathRefused):
-        return False
-    return True

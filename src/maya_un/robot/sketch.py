@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from maya_un.config import Units
 from maya_un.controller.homing import homed_pose
 from maya_un.controller.protocol import Controller, Preview
 from maya_un.errors import NotHomed, PathRefused, TrajectoryRefused, Unreachable
 from maya_un.kinematics.workspace import Reason
-from maya_un.robot.crossing import cross
+from maya_un.motion.curve import Path
+from maya_un.robot.crossing import Crosser
 from maya_un.robot.jaws import Jaws
 from maya_un.robot.plan import Action, Grip, Homing, Plan, Pose, Travel
 from maya_un.robot.target import Standoff, text
@@ -39,28 +38,32 @@ class Sketch:
         self._actions.append(Homing(phase, end))
         self.pose = self.pose._replace(joints=end)
 
-    def approach(self, phase: str, target: Point, *, touched: bool = True) -> Point:
-        """Go to the cell's clearance above `target`, and return that point.
+    def approach(self, phase: str, target: Point, down: str | None = None) -> Point:
+        """Go to the cell's clearance above `target`, and return that point; with `down`, on to `target` itself.
 
-        On the way never lower than it and never lower than the clearance above the parts. Whatever is refused is
-        refused by the name of `target`; with `touched`, also where the target itself is out of reach.
+        On the way never lower than the clearance above the target and above the parts, but straight above start and
+        target. `down` is the phase that begins above the target; nothing stops there. Whatever is refused is
+        refused by the name of `target`.
         """
-        standoff = Standoff(self._controller.workspace, self._config.cell.clearance, touched)
+        standoff = Standoff(self._controller.workspace, self._config.cell.clearance, touched=down is not None)
         reason = standoff.why_not(target)
         if reason is not None:
             raise self._unreachable(standoff, target, reason)
-        above = standoff.above(target)
         try:
-            self._cross(phase, above)
+            self._cross(phase, standoff, target, down)
         except (PathRefused, Unreachable) as refusal:
             raise PathRefused(target=text(target), reason=refusal.details["reason"]) from refusal
-        return above
+        return standoff.above(target)
 
-    def _cross(self, phase: str, above: Point) -> None:
-        cell = self._config.cell
-        goal, floor = self._controller.workspace.require(above), max(above.z, cell.grasp_height + cell.clearance)
-        way, preview = cross(self._controller.mechanism, self._controller.preview, self.here(), goal, floor)
-        self._travel(phase, way, preview)
+    def _cross(self, phase: str, standoff: Standoff, target: Point, down: str | None) -> None:
+        cell, above = self._config.cell, standoff.above(target)
+        floor = max(above.z, cell.grasp_height + cell.clearance)
+        goal = self._controller.workspace.require(above if down is None else target)
+        crosser = Crosser(self._config, self._controller.mechanism, smooth=cell.smooth)
+        crossing = crosser.cross(self._controller.preview, self.here(), goal, floor)
+        turn = None if down is None or crossing.arrival is None else (crossing.arrival, down)
+        only = down if down is not None and crossing.arrival is None else phase
+        self._travel(only, crossing.path, crossing.preview, turn)
 
     def _unreachable(self, standoff: Standoff, target: Point, reason: Reason) -> Unreachable:
         """Return the refusal of `target`; the nearest place it names is one that is not refused in its turn."""
@@ -85,21 +88,22 @@ class Sketch:
             return True
         trial = Sketch(self._controller, self.pose)
         try:
-            trial._cross("", standoff.above(target))
-            if standoff.touched:
-                trial.straight("", target)
+            trial._cross("", standoff, target, "" if standoff.touched else None)
         except (PathRefused, Unreachable, TrajectoryRefused):
             return False
         return True
 
     def straight(self, phase: str, target: Point) -> None:
-        """Go to `target`, straight in joint space: near vertical where it is just above or below."""
-        self.joints(phase, self._controller.workspace.require(target))
+        """Go to `target` in a straight line."""
+        self._controller.workspace.require(target)
+        self._go(phase, Path.line(self._controller.mechanism.fk(self.here()), target))
 
     def joints(self, phase: str, target: Joints) -> None:
         """Go to `target` (rad, m, m), straight in joint space."""
-        way = (self.here(), target)
-        self._travel(phase, way, self._controller.preview(way))
+        self._go(phase, Path.joints(self.here(), target))
+
+    def _go(self, phase: str, path: Path) -> None:
+        self._travel(phase, path, self._controller.preview(path))
 
     def grip(self, phase: str, *, open_: bool, grasps: bool = False) -> None:
         """Open or close the gripper."""
@@ -112,7 +116,7 @@ class Sketch:
             raise NotHomed
         return self.pose.joints
 
-    def _travel(self, phase: str, way: Sequence[Joints], preview: Preview) -> None:
+    def _travel(self, phase: str, path: Path, preview: Preview, turn: tuple[int, str] | None = None) -> None:
         if preview.duration > 0.0:
-            self._actions.append(Travel(phase, tuple(way), preview))
+            self._actions.append(Travel(phase, path, preview, turn))
         self.pose = self.pose._replace(joints=preview.end)
