@@ -86,7 +86,7 @@ class Search:
             while best.place is not None and gain > exactness:
                 before, best = best, self._improved(best, self._around(best.place, window), exactness, target)
                 gain = before.distance - best.distance
-        return None if best.place is None else self._point(*best.place)
+        return None if best.place is None else self._point(*map(float, best.place))
 
     def _improved(self, best: _Found, boxes: _Boxes, exactness: float, target: Point) -> _Found:
         """Return the nearest place within `boxes` where it is nearer than the `best` so far."""

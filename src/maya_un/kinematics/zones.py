@@ -183,16 +183,19 @@ def corners(mechanism: Mechanism, joints: Floats) -> Floats:
     a, b, c = joints.T
     W = mechanism.width
     u = 0.5 * W + (b - c) * (b + c) / (2.0 * W)
-    h = np.sqrt(np.maximum((b - u) * (b + u), 0.0))
-    out = np.empty((3, 4, len(joints)))
-    radial = out[0]
-    radial[:2] = mechanism.delta + u
-    radial[2], radial[3] = mechanism.delta, mechanism.length
-    np.multiply(radial, np.cos(a), out=out[1])
+    return corners_at(mechanism, a, u, np.sqrt(np.maximum((b - u) * (b + u), 0.0)))
+
+
+def corners_at(mechanism: Mechanism, a: Floats, u: Floats, h: Floats) -> Floats:
+    """Return `corners` for the boom's angles [rad] and places (u, h) of the section [m], each (n,)."""
+    out = np.empty((3, 4, len(a)))
+    radial = np.array([mechanism.delta + u, np.full_like(u, mechanism.delta), np.full_like(u, mechanism.length)])
+    radial = radial[[0, 0, 1, 2]]
     np.multiply(radial, np.sin(a), out=out[0])
+    np.multiply(radial, np.cos(a), out=out[1])
     out[2] = mechanism.height
-    out[2, 1] -= h
-    out[2, 0] = out[2, 1] - mechanism.drop
+    out[2, :2] -= h
+    out[2, 0] -= mechanism.drop
     return out
 
 
@@ -201,8 +204,12 @@ def clearances(zones: Sequence[Zone], mechanism: Mechanism, joints: Floats, enou
 
     Those above `enough` [m] are rough, though truly above it (see `Zone.clearances_between`).
     """
-    ends = corners(mechanism, joints)
-    found = np.empty((len(joints), len(zones)))
+    return clearances_between(zones, corners(mechanism, joints), enough)
+
+
+def clearances_between(zones: Sequence[Zone], ends: Floats, enough: float = inf) -> Floats:
+    """Return `clearances` for what hangs between the places that `corners` gives."""
+    found = np.empty((ends.shape[2], len(zones)))
     for column, zone in enumerate(zones):
         found[:, column] = zone.clearances_between(ends, enough)
     return found
