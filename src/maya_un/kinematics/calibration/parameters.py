@@ -67,8 +67,15 @@ class Parameters(NamedTuple):
             for end in ("minimum", "maximum"):
                 counts = getattr(config.axes[index], end) * before[index]
                 new[f"axes.{name}.{end}"] = round(counts / after[index] + zero, 9)
-        return {key: value for key, value in new.items() if abs(value - value_of(config, key)) > 1e-8 * abs(value)}
+        return {
+            key: value
+            for key, value in new.items()
+            if abs(value - value_of(config, key)) > _FINEST * max(1.0, abs(value))
+        }
 
+
+_FINEST = 1e-7
+"""What changes a key by less than 0.1 µm, or by this share, does not change it."""
 
 _LENGTHS = ("height", "length", "delta", "gripper_height")
 _SCALES = ("pulses_per_metre", "pulses_per_degree")

@@ -1,0 +1,1 @@
+"""`maya calibrate`: measured points in, constants of the machine out, and the way between."""

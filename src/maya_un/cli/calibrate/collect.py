@@ -1,0 +1,209 @@
+"""`maya calibrate collect FILE`: the running robot goes from pose to pose, a person measures, the file grows."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import dist
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from maya_un.cli import output
+from maya_un.cli.calibrate import points
+from maya_un.cli.calibrate.words import word
+from maya_un.cli.client import Client
+from maya_un.cli.configure import configuration
+from maya_un.cli.display import chosen
+from maya_un.cli.follow import follow
+from maya_un.cli.offline import joints_text
+from maya_un.cli.quantities import length
+from maya_un.cli.settings import Settings
+from maya_un.config import Config, Units
+from maya_un.errors import FileUnreadable, InvalidConfig, InvalidValue, NotHomed, PathRefused, Unreachable
+from maya_un.kinematics import Floats, Mechanism
+from maya_un.kinematics.calibration import FITTED, design
+from maya_un.values import Joints, Point
+
+_FREE = tuple(name for name in FITTED if name != "gripper_height")
+"""Poses are chosen to tell these; Φ cannot be told."""
+
+_SAME = 1e-6
+"""The service and this command agree about joints and places to so much (rad, m)."""
+
+_UNREACHED = {Unreachable.code, PathRefused.code}
+
+
+class _Quit(Exception):
+    """The person has had enough."""
+
+
+class _Failed(Exception):
+    """A motion ended with an error; `report` is the job's."""
+
+    def __init__(self, report: Mapping[str, Any]) -> None:
+        super().__init__(report["message"])
+        self.report = report
+
+
+def collect(file: str, number: int, settings: Settings) -> int:
+    """Fill `file` up to `number` points; return the exit code.
+
+    Raises `ServiceNotRunning`, `NotHomed`, `InvalidConfig` where the running robot has another configuration,
+    `FileUnreadable` and `InvalidValue` for a file that cannot be gone on with, and what a wish raises.
+    """
+    config, path = configuration(settings), Path(file)
+    client = Client.find()
+    here = _standing(client, config)
+    before = _already(path, config)
+    notebook = points.Notebook(path, config)
+    session = _Session(client, config, notebook, settings)
+    poses = _poses(config, before, number - len(before), here)
+    code = session.run(poses, len(before), number)
+    count = len(before) + session.written
+    value = {"path": file, "points": count, "written": session.written}
+    output.answer(value, word("collected", settings.language, count=count, path=path), settings)
+    return code
+
+
+def _standing(client: Client, config: Config) -> Joints:
+    """Return where the robot stands; raises `NotHomed`, and `InvalidConfig` where it reckons with other constants."""
+    state = client.get("/v1/status")["state"]
+    if state["joints"] is None or state["point"] is None:
+        raise NotHomed
+    here, place = Joints(*state["joints"]), Point(*state["point"])
+    ours = Units.of(config).to_joints(tuple(state["counts"]))
+    if dist(ours, here) > _SAME or dist(Mechanism.of(config).fk(ours), place) > _SAME:
+        reason = "the running robot has another configuration; restart `maya up` with this one and home"
+        raise InvalidConfig(key="scale, geometry", value="(tables)", reason=reason)
+    return here
+
+
+def _already(path: Path, config: Config) -> Floats:
+    """Return the joints of the points that a file holds, shape (n, 3); raises `InvalidValue` for a foreign one."""
+    if not path.exists():
+        return np.empty((0, 3))
+    try:
+        measured = points.read(path, config)
+    except FileUnreadable:
+        if path.is_file() and not _holds_rows(path):
+            return np.empty((0, 3))
+        raise
+    if measured.head != points.HEAD or measured.datum != points.datum_of(config):
+        reason = "it was not begun by this command with this configuration; begin another file"
+        raise InvalidValue(key="FILE", value=str(path), reason=reason)
+    return measured.observations.counts / np.array(Units.of(config).per_unit)
+
+
+def _holds_rows(path: Path) -> bool:
+    """Tell whether a file holds more than the head that this command writes."""
+    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    return [line for line in lines if line.strip() and not line.startswith("#")] != [",".join(points.HEAD)]
+
+
+def _poses(config: Config, before: Floats, number: int, here: Joints) -> list[Joints]:
+    """Return the poses that tell most beside the points there are, in the order of travel."""
+    grid = design.grid(config)
+    rows = design.information(config, grid, _FREE)
+    known = design.information(config, before, _FREE)
+    picked = grid[design.chosen(rows, max(0, number), known)]
+    return [Joints(*map(float, picked[index])) for index in design.ordered(config, picked, here)]
+
+
+@dataclass(slots=True)
+class _Session:
+    """One round: drive, ask, write down."""
+
+    client: Client
+    config: Config
+    notebook: points.Notebook
+    settings: Settings
+    written: int = 0
+
+    def run(self, poses: Sequence[Joints], before: int, total: int) -> int:
+        """Go through the poses; return the exit code."""
+        try:
+            for number, pose in enumerate(poses, before + 1):
+                self._say("going", number=number, total=total, joints=joints_text(pose))
+                if self._drive(pose):
+                    self._measure()
+        except _Quit:
+            return output.DONE
+        except _Failed as failed:
+            return output.concluded(failed.report, self.settings)
+        except KeyboardInterrupt:
+            return output.INTERRUPTED
+        return output.DONE
+
+    def _drive(self, pose: Joints) -> bool:
+        """Go to a pose, over the middle of the workspace where the straight way leaves it; tell whether it is there."""
+        width = self.config.geometry.width
+        middle = Joints(pose.a, 0.75 * width, 0.65 * width)
+        refusal = ""
+        for way in ([pose], [middle, pose]):
+            refused = next((reason for reason in map(self._go, way) if reason), "")
+            if not refused:
+                return True
+            refusal = refusal or refused
+        self._say("not_there", reason=refusal)
+        return False
+
+    def _go(self, joints: Joints) -> str:
+        """Go straight to joints; return why it was refused, "" where it was done. Raises `_Failed`."""
+        since = self.client.get("/v1/status")["last_event"]
+        try:
+            accepted = self.client.post("/v1/tasks", {"command": "move", "joints": list(joints)})
+        except (Unreachable, PathRefused) as refusal:
+            return refusal.text(self.settings.language)
+        with chosen(self.settings) as display:
+            report, interrupted = follow(self.client, accepted["id"], since, display, self.settings)
+        if interrupted:
+            raise KeyboardInterrupt
+        if report["state"] == "done":
+            return ""
+        if report["code"] in _UNREACHED:
+            return str(report["message"])
+        raise _Failed(report)
+
+    def _measure(self) -> None:
+        """Ask where the gripper is until the answer is understood, and write it down; raises `_Quit`."""
+        counts = self._counts()
+        self._say("ask")
+        while True:
+            answer = sys.stdin.readline()
+            said = answer.strip().lower()
+            if not answer or said in {"q", "quit"}:
+                raise _Quit
+            if said in {"s", "skip"}:
+                return
+            try:
+                place = self._place(said)
+            except InvalidValue as wrong:
+                self._say("again", reason=wrong.text(self.settings.language))
+                continue
+            self.notebook.add(counts, place)
+            self.written += 1
+            expected = Mechanism.of(self.config).fk(Units.of(self.config).to_joints(counts))
+            self._say("noted", off=dist(expected, place) * 1e3)
+            return
+
+    def _counts(self) -> points.Counts:
+        a, b, c = self.client.get("/v1/status")["state"]["counts"]
+        return int(a), int(b), int(c)
+
+    def _place(self, said: str) -> Point:
+        """Return three lengths; raises `InvalidValue`."""
+        words = said.replace(",", " ").split()
+        if len(words) != 3:
+            raise InvalidValue(key="x y z", value=repr(said), reason=f"three lengths are needed, here are {len(words)}")
+        place = Point(*(length(text, axis) for text, axis in zip(words, "xyz", strict=True)))
+        for axis, value in zip("xyz", place, strict=True):
+            if abs(value) > points.LONGEST:
+                raise InvalidValue(key=axis, value=value, reason="that is in m; write mm behind millimetres")
+        return place
+
+    def _say(self, key: str, **details: object) -> None:
+        if not self.settings.json:
+            output.say(word(key, self.settings.language, **details))

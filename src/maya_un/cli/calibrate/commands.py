@@ -1,0 +1,89 @@
+"""`maya calibrate`: its arguments and its help."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from maya_un.cli.settings import Settings
+from maya_un.errors import InvalidCommandLine
+
+MaybeFile = Annotated[str | None, typer.Argument(metavar="[FILE]", help="a table: a,b,c,x,y,z[,sigma]")]
+_HOLD = "keep a constant as it is: height, phi, length, delta, zero_b, ...; may be repeated"
+_COMMAND = "maya calibrate"
+
+
+class _WithDefault(TyperGroup):
+    """A group whose own arguments go to its command `fit`: `maya calibrate FILE`."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Put `fit` in front of what names no command."""
+        if not args or (args[0] not in self.commands and args[0] != "--help"):
+            args = ["fit", *args]
+        return super().parse_args(ctx, args)
+
+
+def register(app: typer.Typer, how: dict[str, Any]) -> None:
+    """Put `calibrate` under `app`; `how` is what all commands have in common."""
+    group = typer.Typer(
+        cls=_WithDefault,
+        add_completion=False,
+        rich_markup_mode=None,
+        help="Fit the machine's constants to measured points: maya calibrate FILE [--apply].",
+    )
+    for command in (fit, collect, history):
+        group.command(**how)(command)
+    app.add_typer(group, name="calibrate")
+
+
+def _settings(context: typer.Context) -> Settings:
+    settings = context.obj
+    assert isinstance(settings, Settings)
+    return settings
+
+
+def fit(
+    context: typer.Context,
+    file: MaybeFile = None,
+    hold: Annotated[list[str] | None, typer.Option(metavar="NAME", help=_HOLD)] = None,
+    apply: Annotated[bool, typer.Option("--apply", help="write the values into the configuration file")] = False,
+    revert: Annotated[bool, typer.Option("--revert", help="put back what stood there before the last --apply")] = False,
+    plot: Annotated[str | None, typer.Option(metavar="FILE", help="a picture of what is left: svg, png, pdf")] = None,
+    author: Annotated[str | None, typer.Option(metavar="NAME", help="for the history; default: the user")] = None,
+) -> int:
+    """Fit the constants to the points of FILE and show them.
+
+    The word fit may be left out. Nothing is changed without --apply.
+    """
+    from maya_un.cli.calibrate import fit as command
+
+    if revert:
+        if file is not None or apply or hold or plot:
+            raise InvalidCommandLine(reason="--revert stands alone", command=_COMMAND)
+        return command.revert(author, _settings(context))
+    if file is None:
+        raise InvalidCommandLine(reason="FILE is missing", command=_COMMAND)
+    return command.fit(file, command.Options(hold or (), apply, plot, author), _settings(context))
+
+
+def collect(
+    context: typer.Context,
+    file: Annotated[str, typer.Argument(metavar="FILE", help="is begun, or gone on with")],
+    number: Annotated[int, typer.Option("--points", min=4, max=500, help="how many it shall hold")] = 20,
+) -> int:
+    """Drive to the poses that tell most and ask at each where the gripper is.
+
+    By the running robot. s skips a pose, q ends; what was said is in FILE already.
+    """
+    from maya_un.cli.calibrate import collect as command
+
+    return command.collect(file, number, _settings(context))
+
+
+def history(context: typer.Context) -> int:
+    """List the calibrations that were applied and taken back."""
+    from maya_un.cli.calibrate import fit as command
+
+    return command.show_history(_settings(context))

@@ -1,0 +1,222 @@
+"""`maya calibrate FILE`: fit, show, and on request write into the configuration or take back."""
+
+from __future__ import annotations
+
+import getpass
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from math import degrees
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from maya_un.cli import output
+from maya_un.cli.calibrate import history, points
+from maya_un.cli.calibrate.words import word
+from maya_un.cli.configure import configuration
+from maya_un.cli.report import table
+from maya_un.cli.settings import Settings
+from maya_un.config import Config, default_path
+from maya_un.kinematics.calibration import FITTED, WORDS, Calibration, Parameters, calibrate, named
+
+
+class Options(NamedTuple):
+    """What the command line says: constants to `hold`, whether to `apply`, a file for a picture, who is the author."""
+
+    hold: Sequence[str] = ()
+    apply: bool = False
+    plot: str | None = None
+    author: str | None = None
+
+
+def fit(file: str, options: Options, settings: Settings) -> int:
+    """Fit the constants to the points of a file and show them; return the exit code.
+
+    With `apply` they are written into the configuration file. Raises `FileUnreadable`, `InvalidValue`,
+    `UnknownName` and `NotIdentifiable`; with `apply` also `InvalidConfig` and `FileUnwritable`.
+    """
+    config, place = configuration(settings), config_file(settings)
+    measured = _measured(Path(file), config, place)
+    hold = [named(name) for name in options.hold]
+    found = calibrate(measured.observations, Parameters.of(config), hold)
+    keys = found.fitted.keys(config)
+    picture = None if options.plot is None else _drawn(found, options.plot)
+    step = None
+    if options.apply and keys:
+        step = history.apply(place, keys, _told(found, file, measured.digest, options.author))
+    value = as_data(found) | {"keys": keys, "config": str(place), "applied": None if step is None else step.number}
+    text = as_text(found, settings.language)
+    tail = [_outcome(step, place, settings.language, apply=options.apply)]
+    if picture is not None:
+        tail.append(word("plotted", settings.language, path=picture))
+    return output.answer(value | {"plot": picture}, "\n\n".join([text, "\n".join(tail)]), settings)
+
+
+def config_file(settings: Settings) -> Path:
+    """Return the configuration file that is in force, whether it is there or not."""
+    return default_path() if settings.config is None else Path(settings.config)
+
+
+def revert(author: str | None, settings: Settings) -> int:
+    """Take the last calibration back; raises `NothingToRevert`, `InvalidConfig`, `FileUnwritable`."""
+    place = config_file(settings)
+    step = history.revert(place, _now(), author or _user())
+    text = word("reverted", settings.language, reverts=step.reverts, path=place)
+    return output.answer({"config": str(place), **step.model_dump()}, text, settings)
+
+
+def show_history(settings: Settings) -> int:
+    """Print every step, oldest first; raises `FileUnreadable`."""
+    place = config_file(settings)
+    steps = history.steps(place)
+    last = next(reversed(history.in_force(steps)), None)
+    value = {"config": str(place), "steps": [step.model_dump() | {"in_force": step is last} for step in steps]}
+    if not steps:
+        return output.answer(value, word("no_history", settings.language, path=place), settings)
+    head = ["", *(word(key, settings.language) for key in ("date", "step", "author", "file", "before", "after"))]
+    rows = [_history_row(step, step is last, settings.language) for step in steps]
+    return output.answer(value, table(head, rows, right=(0, 5, 6)), settings)
+
+
+def _history_row(step: history.Step, current: bool, language: str) -> list[str]:
+    kind = "in_force" if current else step.action
+    return [
+        str(step.number),
+        step.date,
+        word(f"step_{kind}", language, reverts=step.reverts),
+        step.author,
+        step.points,
+        f"{step.rms_before * 1e3:.2f}",
+        f"{step.rms_after * 1e3:.2f}",
+    ]
+
+
+def _measured(path: Path, config: Config, place: Path) -> points.Measured:
+    """Return the points of a file as `config` counts them.
+
+    Points that are applied already were counted with the configuration before that; where the file itself does not
+    say at which counts the switches were, the history does.
+    """
+    measured = points.read(path, config)
+    before = None if measured.datum is not None else history.before(place, measured.digest)
+    if before is None:
+        return measured
+    return points.read(path, before).moved(points.between(points.datum_of(before), points.datum_of(config)))
+
+
+def _told(found: Calibration, file: str, digest: str, author: str | None) -> history.Step:
+    return history.Step(
+        number=0,
+        action="applied",
+        date=_now(),
+        author=author or _user(),
+        points=file,
+        digest=digest,
+        measured=len(found.observations),
+        used=int(np.count_nonzero(found.inliers)),
+        rms_before=found.rms_before,
+        rms_after=found.rms_after,
+        before={},
+        after={},
+    )
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="seconds")
+
+
+def _user() -> str:
+    try:
+        return getpass.getuser()
+    except (OSError, KeyError):  # nobody of that number is in the list of users
+        return "unknown"
+
+
+def _drawn(found: Calibration, file: str) -> str:
+    from maya_un.plots import style
+    from maya_un.plots.calibration import residuals_figure
+
+    style.save(residuals_figure(found), Path(file))
+    return file
+
+
+def _outcome(step: history.Step | None, place: Path, language: str, *, apply: bool) -> str:
+    if step is not None:
+        return word("applied", language, number=step.number, path=place)
+    return word("nothing_changes" if apply else "not_applied", language, path=place)
+
+
+def as_data(found: Calibration) -> dict[str, Any]:
+    """Return a result as JSON has it: SI and counts, `error` one standard error, None where held."""
+    errors, difference = found.errors, found.line_difference
+    return {
+        "constants": [
+            {
+                "name": name,
+                "now": getattr(found.now, name),
+                "fitted": getattr(found.fitted, name),
+                "error": errors.get(name),
+                "held": name in found.held,
+            }
+            for name in FITTED
+        ],
+        "correlations": found.correlations.tolist(),
+        "noise": found.noise,
+        "rms_before": found.rms_before,
+        "rms_after": found.rms_after,
+        "measured": len(found.observations),
+        "used": int(np.count_nonzero(found.inliers)),
+        "outliers": list(found.outliers),
+        "line_difference": None if difference is None else difference._asdict(),
+        "words": list(found.words),
+    }
+
+
+class _Unit(NamedTuple):
+    """How a constant is shown: the name of the unit, its size, digits behind the point."""
+
+    name: str
+    factor: float
+    digits: int
+
+    def shown(self, value: float) -> str:
+        """Return a value in this unit, without its name."""
+        return f"{value * self.factor:.{self.digits}f}"
+
+
+_MM = _Unit("mm", 1e3, 2)
+_UNITS = dict.fromkeys(FITTED, _MM) | {
+    "pulses_per_metre": _Unit("counts/m", 1.0, 1),
+    "pulses_per_degree": _Unit("counts/°", 1.0, 4),
+    "zero_a": _Unit("°", degrees(1.0), 4),
+}
+
+
+def as_text(found: Calibration, language: str) -> str:
+    """Return a result for people: a table in mm and degrees with ± two standard errors, then what to know about it."""
+    head = (word("constant", language), "", *(word(key, language) for key in ("now", "fitted")), "± 2σ")
+    rows = [_row(found, name, language) for name in FITTED]
+    lines = [_about_points(found, language), *_about_outliers(found, language), *found.words]
+    return "\n\n".join([table(head, rows, right=(2, 3, 4)), "\n".join(lines)])
+
+
+def _row(found: Calibration, name: str, language: str) -> list[str]:
+    unit = _UNITS[name]
+    error = found.errors.get(name)
+    about = word("held", language) if error is None else unit.shown(2.0 * error)
+    now, fitted = getattr(found.now, name), getattr(found.fitted, name)
+    return [WORDS[name], unit.name, unit.shown(now), unit.shown(fitted), about]
+
+
+def _about_points(found: Calibration, language: str) -> str:
+    used, measured = int(np.count_nonzero(found.inliers)), len(found.observations)
+    before, after = found.rms_before * 1e3, found.rms_after * 1e3
+    return word("points", language, used=used, measured=measured, before=before, after=after)
+
+
+def _about_outliers(found: Calibration, language: str) -> list[str]:
+    off = np.linalg.norm(found.residuals_after, axis=1) * 1e3
+    named_rows = zip(found.observations.rows, off, found.inliers, strict=True)
+    rows = [word("outlier", language, row=row, off=far) for row, far, inlier in named_rows if not inlier]
+    return [word("outliers", language, rows=", ".join(rows))] if rows else []

@@ -1,0 +1,165 @@
+"""Calibrations put into the configuration file, and taken out again: every step is kept.
+
+Beside `config.toml` lies the folder `config.calibrations` with one numbered JSON file a step. A step is written down
+before the configuration changes, so a crash between the two leaves the file as it was and is seen when the next step
+compares.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal, cast
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from maya_un.config import Config
+from maya_un.config.edit import edited, replace, text_of, written
+from maya_un.config.load import parse
+from maya_un.errors import FileUnreadable, NothingToRevert
+
+Values = dict[str, float | None]
+"""Dotted keys of the configuration file and what stands there, None where nothing does."""
+
+
+class Step(BaseModel):
+    """One step: a calibration "applied", or the one numbered `reverts` "reverted".
+
+    `date` is ISO 8601 in UTC, `points` the file measured and `digest` its SHA-256; `used` points of `measured` served,
+    with root mean squares [m] before and after. `before` and `after` are what the configuration file said.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=True)
+
+    number: int
+    action: Literal["applied", "reverted"]
+    date: str
+    author: str
+    points: str
+    digest: str
+    measured: int
+    used: int
+    rms_before: float
+    rms_after: float
+    before: Values
+    after: Values
+    reverts: int | None = None
+
+
+def folder(config_file: Path) -> Path:
+    """Return where the steps of a configuration file are kept."""
+    return config_file.with_name(f"{config_file.stem}.calibrations")
+
+
+def steps(config_file: Path) -> list[Step]:
+    """Return all steps, oldest first; raises `FileUnreadable` for one that is damaged."""
+    return sorted((_read(path) for path in folder(config_file).glob("[0-9]*.json")), key=lambda step: step.number)
+
+
+def apply(config_file: Path, keys: Mapping[str, float], about: Step) -> Step:
+    """Write `keys` into the configuration file and the step, told by `about`, beside it; return the step.
+
+    Raises `InvalidConfig` where the result would be none, `FileUnreadable` and `FileUnwritable`; nothing is written
+    then.
+    """
+    before = _standing(config_file, keys)
+    return _change(config_file, _numbered(config_file, about, before, dict(keys)))
+
+
+def revert(config_file: Path, date: str, author: str) -> Step:
+    """Put back what stood in the configuration file before the last calibration; return the step.
+
+    Raises `NothingToRevert` where there is none, or where somebody has changed its values since, and as `apply`.
+    """
+    applied = in_force(steps(config_file))
+    if not applied:
+        raise NothingToRevert(path=config_file, reason="none is in force")
+    last = applied[-1]
+    now = _standing(config_file, last.after)
+    changed = [key for key in last.after if now[key] != last.after[key]]
+    if changed:
+        reason = f"{', '.join(changed)} was changed after calibration {last.number}; correct it by hand"
+        raise NothingToRevert(path=config_file, reason=reason)
+    told = last.model_copy(update={"action": "reverted", "date": date, "author": author, "reverts": last.number})
+    return _change(config_file, _numbered(config_file, told, last.after, last.before))
+
+
+def _numbered(config_file: Path, about: Step, before: Values, after: Values) -> Step:
+    numbers = [step.number for step in steps(config_file)]
+    return about.model_copy(update={"number": max(numbers, default=0) + 1, "before": before, "after": after})
+
+
+def _change(config_file: Path, step: Step) -> Step:
+    text = _edited(text_of(config_file), step.after, config_file)
+    checked(text)
+    replace(folder(config_file) / f"{step.number:04d}.json", step.model_dump_json(indent=2) + "\n")
+    replace(config_file, text)
+    return step
+
+
+def _edited(text: str, values: Values, config_file: Path) -> str:
+    try:
+        return edited(text, values)
+    except ValueError as error:
+        raise FileUnreadable(path=config_file, reason=f"it is not TOML: {error}") from error
+
+
+def checked(text: str) -> Config:
+    """Return the configuration that a file with this text would be, whose workspace is not empty.
+
+    Raises `InvalidConfig`.
+    """
+    import tomllib
+
+    from maya_un.kinematics.workspace import Workspace
+
+    config = parse(tomllib.loads(text))
+    Workspace.of(config)
+    return config
+
+
+def _standing(config_file: Path, keys: Mapping[str, object]) -> Values:
+    said = written(config_file)
+    return {key: _at(said, key) for key in keys}
+
+
+def _at(said: Mapping[str, Any], key: str) -> float | None:
+    found: Any = said
+    for part in key.split("."):
+        if not isinstance(found, Mapping) or part not in found:
+            return None
+        found = cast("Mapping[str, Any]", found)[part]
+    return float(found)
+
+
+def _read(path: Path) -> Step:
+    try:
+        return Step.model_validate_json(path.read_bytes())
+    except OSError as error:
+        raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        key = ".".join(str(part) for part in first["loc"])
+        raise FileUnreadable(path=path, reason=f"it is no step of a calibration: {key}: {first['msg']}") from error
+
+
+def in_force(history: list[Step]) -> list[Step]:
+    """Return the calibrations that were not taken back, oldest first."""
+    back = {step.reverts for step in history}
+    return [step for step in history if step.action == "applied" and step.number not in back]
+
+
+def before(config_file: Path, digest: str) -> Config | None:
+    """Return the configuration with which the points of that fingerprint were measured.
+
+    It is the one before the calibration that applied them; None where none did, or it was taken back. Raises
+    `FileUnreadable` and `InvalidConfig`.
+    """
+    applied = in_force(steps(config_file))
+    first = next((place for place, step in enumerate(applied) if step.digest == digest), None)
+    if first is None:
+        return None
+    text = text_of(config_file)
+    for step in reversed(applied[first:]):
+        text = _edited(text, step.before, config_file)
+    return checked(text)

@@ -1,0 +1,246 @@
+"""Files of measured points: a table with commas, one row a point.
+
+The columns `a`, `b`, `c` (or `a_counts`, ...) are encoder counts, `a_rad`, `b_m`, `c_m` are joints as the present
+configuration reads them; `x`, `y`, `z` are the gripper point in metres, `sigma` is what each of them may be off by [m].
+A line `# datum A B C` says at how many counts homing put the short-end switches when the points were measured; where
+a calibration has moved them since, the counts are moved along.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import isfinite, pi
+from pathlib import Path
+
+import numpy as np
+
+from maya_un.config import Config, Units
+from maya_un.errors import FileUnreadable, FileUnwritable, InvalidValue
+from maya_un.kinematics.calibration import Observations
+from maya_un.values import AXES, Point
+
+Counts = tuple[int, int, int]
+"""Encoder counts of a, b, c."""
+
+MOST_BYTES = 4_000_000
+"""Size of the largest file that is read: some fifty thousand points."""
+
+HEAD = ("a_counts", "b_counts", "c_counts", "x", "y", "z")
+"""The columns of a file that `maya calibrate collect` writes."""
+
+LONGEST = 10.0
+"""No line and no coordinate is longer [m]; what is, is in millimetres."""
+
+_JOINTS = {"a": "a_rad", "b": "b_m", "c": "c_m"}
+_PLACE = ("x", "y", "z")
+_DATUM = re.compile(r"#\s*datum\s+(-?\d+)\s+(-?\d+)\s+(-?\d+)\s*")
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """A file of points: what it says, `datum` if it names one, its head, and the fingerprint of its text."""
+
+    observations: Observations
+    datum: Counts | None
+    head: tuple[str, ...]
+    digest: str
+
+    def moved(self, way: Sequence[int]) -> Measured:
+        """Return the same points with `way` added to their counts: the switches are at other counts now."""
+        seen = self.observations
+        counts = seen.counts + np.array(way, dtype=float)
+        return replace(self, observations=Observations(counts, seen.points, seen.sigma, seen.rows))
+
+
+def datum_of(config: Config) -> Counts:
+    """Return the counts that homing gives the short-end switches of a, b, c."""
+    per_unit = Units.of(config).per_unit
+    a, b, c = (round(config.axes[axis].minimum * per_unit[axis]) for axis in range(3))
+    return a, b, c
+
+
+def between(then: Counts, now: Counts) -> Counts:
+    """Return how far the counts of the switches moved."""
+    return now[0] - then[0], now[1] - then[1], now[2] - then[2]
+
+
+def read(path: Path, config: Config) -> Measured:
+    """Return the points of a file, their counts as `config` counts.
+
+    Raises `FileUnreadable`, and `InvalidValue` with row (the line of the file) and column of what is wrong.
+    """
+    data = _bytes(path)
+    try:
+        lines = data.decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError as error:
+        raise FileUnreadable(path=path, reason="it is not UTF-8 text") from error
+    datum = next((_three(found) for line in lines if (found := _DATUM.fullmatch(line.strip()))), None)
+    rows = [(number, _cells(line)) for number, line in enumerate(lines, 1) if line.strip() and line.strip()[0] != "#"]
+    if not rows:
+        raise FileUnreadable(path=path, reason="it is empty")
+    table = _Table(path, config, datum, *rows[0])
+    measured = Measured(table.observations(rows[1:]), datum, table.head, hashlib.sha256(data).hexdigest())
+    return measured if datum is None else measured.moved(between(datum, datum_of(config)))
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            data = file.read(MOST_BYTES + 1)
+    except OSError as error:
+        raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
+    if len(data) > MOST_BYTES:
+        raise FileUnreadable(path=path, reason=f"it is larger than {MOST_BYTES} bytes")
+    return data
+
+
+def _cells(line: str) -> list[str]:
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], strict=True))]
+    except (csv.Error, StopIteration):
+        return [line]
+
+
+def _three(found: re.Match[str]) -> Counts:
+    a, b, c = (int(word) for word in found.groups())
+    return a, b, c
+
+
+class _Table:
+    """Rows under a head, told one by one what is wrong with them."""
+
+    def __init__(self, path: Path, config: Config, datum: Counts | None, line: int, head: Sequence[str]) -> None:
+        self._path = path
+        self._config = config
+        self._per_unit = Units.of(config).per_unit
+        self.head = self._head = tuple(name.lower() for name in head)
+        self._columns = self._understood(line)
+        self._sigma = "sigma" in self._head
+        if datum is not None and self._columns["a"] == "a_rad":
+            raise self._wrong(line, "a_rad", "", "a file with a datum holds counts")
+
+    def observations(self, rows: Sequence[tuple[int, list[str]]]) -> Observations:
+        """Return the points of all rows; raises `FileUnreadable` where there are none."""
+        if not rows:
+            raise FileUnreadable(path=self._path, reason="it holds no points below its head")
+        read = [self._row(number, cells) for number, cells in rows]
+        counts = np.array([row[:3] for row in read])
+        self._require_counts(rows[0][0], counts.max(axis=0).tolist())
+        for (number, _), row in zip(rows, read, strict=True):
+            self._require_possible(number, row)
+        sigma = np.array([row[6] for row in read]) if self._sigma else None
+        points = np.array([row[3:6] for row in read])
+        return Observations(counts, points, sigma, tuple(number for number, _ in rows))
+
+    def _wrong(self, line: int, column: str, value: object, reason: str) -> InvalidValue:
+        return InvalidValue(key=f"{self._path.name}, row {line}, column {column}", value=repr(value), reason=reason)
+
+    def _understood(self, line: int) -> Mapping[str, str]:
+        """Return which column holds each axis; raises `InvalidValue` for a head that is not understood."""
+        known = {"a", "b", "c", *(f"{axis}_counts" for axis in AXES), *_JOINTS.values(), *_PLACE, "sigma"}
+        for name in self._head:
+            if name not in known or self._head.count(name) > 1:
+                reason = "it stands twice" if name in known else f"the columns are {_HEAD}, separated by commas"
+                raise self._wrong(line, name, name, reason)
+        columns = self._axes()
+        if columns is None:
+            raise self._wrong(line, "a", ",".join(self._head), f"the columns are {_HEAD}")
+        missing = [name for name in _PLACE if name not in self._head]
+        extra = [name for name in self._head if name not in {*columns.values(), *_PLACE, "sigma"}]
+        if missing or extra:
+            reason = "it is missing" if missing else "counts or joints, not both"
+            raise self._wrong(line, (missing or extra)[0], ",".join(self._head), reason)
+        return columns
+
+    def _axes(self) -> dict[str, str] | None:
+        for names in ((*AXES,), tuple(f"{axis}_counts" for axis in AXES), tuple(_JOINTS.values())):
+            if set(names) <= set(self._head):
+                return dict[str, str](zip(AXES, names, strict=True))
+        return None
+
+    def _row(self, line: int, cells: Sequence[str]) -> list[float]:
+        """Return counts, place and sigma of a row; raises `InvalidValue`."""
+        if len(cells) != len(self._head):
+            reason = f"the head names {len(self._head)} columns, here are {len(cells)}"
+            raise self._wrong(line, self._head[min(len(cells), len(self._head)) - 1], ",".join(cells), reason)
+        said = dict(zip(self._head, cells, strict=True))
+        row = [self._number(line, column, said[column]) for column in (*self._columns.values(), *_PLACE)]
+        for index, name in enumerate(self._columns.values()):
+            if name in _JOINTS.values():
+                row[index] *= self._per_unit[index]
+        if self._sigma:
+            sigma = self._number(line, "sigma", said["sigma"])
+            if not 0.0 < sigma < 1.0:
+                raise self._wrong(line, "sigma", said["sigma"], "it is above 0 and below 1 m")
+            row.append(sigma)
+        return row
+
+    def _number(self, line: int, column: str, text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            raise self._wrong(line, column, text, "it is a number with a point, without a unit") from None
+        if not isfinite(value):
+            raise self._wrong(line, column, text, "it is not finite")
+        return value
+
+    def _require_counts(self, line: int, largest: Sequence[float]) -> None:
+        """Refuse lengths that stand where counts are meant: a line is thousands of counts long."""
+        column = self._columns["b"]
+        if column not in _JOINTS.values() and largest[1] < 100.0 and largest[2] < 100.0:
+            reason = "these look like lengths; call the columns a_rad, b_m, c_m"
+            raise self._wrong(line, column, largest[1], reason)
+
+    def _require_possible(self, line: int, row: Sequence[float]) -> None:
+        joints = [row[axis] / self._per_unit[axis] for axis in range(3)]
+        if abs(joints[0]) > 2.0 * pi:
+            raise self._wrong(line, self._columns["a"], row[0], f"that is {joints[0]:.4g} rad, more than a turn")
+        for axis in (1, 2):
+            if not 0.0 < joints[axis] < LONGEST:
+                reason = f"that is a line of {joints[axis]:.4g} m"
+                raise self._wrong(line, self._columns[AXES[axis]], row[axis], reason)
+        for column, value in zip(_PLACE, row[3:6], strict=True):
+            if abs(value) > LONGEST:
+                raise self._wrong(line, column, value, "it is a length in m; this looks like millimetres")
+
+
+_HEAD = "a,b,c,x,y,z and perhaps sigma (a_rad,b_m,c_m where they are joints)"
+
+
+class Notebook:
+    """A file of points that grows row by row; what was written is on the disk."""
+
+    def __init__(self, path: Path, config: Config) -> None:
+        """Open a file to go on with, or begin one; raises `FileUnwritable`."""
+        self._path = path
+        datum = " ".join(str(counts) for counts in datum_of(config))
+        if not path.exists():
+            self._append(
+                f"# Measured for `maya calibrate`; homing put the switches at these counts.\n# datum {datum}\n"
+            )
+            self._append(",".join(HEAD) + "\n")
+        elif not _ends_a_line(path):
+            self._append("\n")
+
+    def add(self, counts: Counts, place: Point) -> None:
+        """Write a point down; raises `FileUnwritable`."""
+        self._append(",".join([*(str(count) for count in counts), *(f"{value:.6f}" for value in place)]) + "\n")
+
+    def _append(self, text: str) -> None:
+        try:
+            with self._path.open("a", encoding="utf-8") as file:
+                file.write(text)
+                file.flush()
+                os.fsync(file.fileno())
+        except OSError as error:
+            raise FileUnwritable(path=self._path, reason=error.strerror or str(error)) from error
+
+
+def _ends_a_line(path: Path) -> bool:
+    """Tell whether a file ends with a whole line; one whose writer lost power may not."""
+    return _bytes(path).endswith(b"\n")
