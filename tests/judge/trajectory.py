@@ -8,11 +8,17 @@ from typing import Protocol, Self
 
 import numpy as np
 
-from tests.judge.mechanism import Floats, Frame, margins
+from tests.judge.mechanism import Floats, Frame, margins, places
 from tests.judge.zones import Solid, clearances
 
 _SHORTEST = 1e-3
 """Samples closer in time than this [s] tell no speed: their places are rounded."""
+
+_COARSE = 5e-3
+"""Zones are first looked at so far apart [rad, m]."""
+
+_STILL = 1e-10
+"""Places that differ by less [rad, m] are the same."""
 
 
 class Samples(Protocol):
@@ -56,7 +62,7 @@ class Trajectory:
 
     def moving(self) -> tuple[float, float]:
         """Return when the motion begins and when it has ended [s]; twice the last time where nothing moves."""
-        moved = np.flatnonzero(np.abs(np.diff(self.joints, axis=0)).max(axis=1) > 0.0)
+        moved = np.flatnonzero(np.abs(np.diff(self.joints, axis=0)).max(axis=1) > _STILL)
         if not moved.size:
             return float(self.t[-1]), float(self.t[-1])
         return float(self.t[moved[0]]), float(self.t[moved[-1] + 1])
@@ -72,13 +78,11 @@ class Trajectory:
         wanted = np.arange(marks[-1] + 1.0)
         return np.column_stack([np.interp(wanted, marks, column) for column in self.joints.T])
 
-    def worst(self, frame: Frame, zones: Sequence[Solid] = (), step: float = 1e-3) -> tuple[str, float]:
-        """Return the limit or zone that came nearest, and its margin [m], negative beyond it."""
-        joints = self.finer(step)
-        found = margins(frame, joints) | {zone.name: clearances(frame, zone, joints) for zone in zones}
-        least = {name: float(values.min()) for name, values in found.items()}
-        name = min(least, key=lambda limit: least[limit])
-        return name, least[name]
+    def least(self, frame: Frame, zones: Sequence[Solid] = (), step: float = 1e-3) -> dict[str, float]:
+        """Return the least margin to every limit and zone [m], negative beyond it; `step` as in `finer`."""
+        found = {name: float(values.min()) for name, values in margins(frame, self.finer(step)).items()}
+        coarse = self.finer(_COARSE)
+        return found | {zone.name: _least_clearance(frame, zone, coarse) for zone in zones}
 
     def speeds(self) -> Floats:
         """Return the greatest speed of every axis (3,) [rad/s, m/s, m/s]."""
@@ -103,3 +107,16 @@ class Trajectory:
                 kept.append(index)
         t, joints = self.t[kept], self.joints[kept]
         return 0.5 * (t[1:] + t[:-1]), np.diff(joints, axis=0) / np.diff(t)[:, None]
+
+
+def _least_clearance(frame: Frame, zone: Solid, joints: Floats) -> float:
+    """Return the least clearance along joints (n, 3), looking closely where it may be negative between two of them."""
+    found = clearances(frame, zone, joints)
+    ways = np.linalg.norm(np.diff(places(frame, joints), axis=0), axis=1)
+    ways = np.maximum(ways, frame.length * np.abs(np.diff(joints[:, 0])))
+    near = np.flatnonzero(0.5 * (found[1:] + found[:-1]) - 0.5 * ways < 0.0)
+    if not near.size:
+        return float(found.min())
+    shares = np.linspace(0.0, 1.0, 33)[:, None, None]
+    closely = joints[near] + shares * (joints[near + 1] - joints[near])
+    return min(float(found.min()), float(clearances(frame, zone, closely.reshape(-1, 3)).min()))

@@ -9,6 +9,7 @@ import pytest
 
 from tests.judge.mechanism import Floats, Frame, joints_at
 from tests.judge.trajectory import Trajectory
+from tests.judge.zones import Block
 
 FRAME = Frame(2.35, 2.30, 0.30, 0.20, ((-0.5, 2.0 * pi / 3.0), (0.575, 2.260), (0.565, 2.300)), 5.0)
 
@@ -50,10 +51,12 @@ def test_finer_points_lie_on_the_way() -> None:
 def test_the_worst_is_what_lies_between_the_samples() -> None:
     """Below the outer anchor, straight in joints between two places 1 mm inside, the way bulges outwards."""
     ends = joints_at(FRAME, np.array([(0.0, 2.299, 1.55), (0.0, 2.299, 1.15)]))
-    assert Trajectory(np.array([0.0, 1.0]), ends[:1].repeat(2, axis=0)).worst(FRAME) == pytest.approx(("outer", 0.001))
-    name, margin = Trajectory(np.array([0.0, 20.0]), ends).worst(FRAME)
+    assert Trajectory(np.array([0.0, 1.0]), ends[:1].repeat(2, axis=0)).least(FRAME)["outer"] == pytest.approx(0.001)
     middle_b, middle_c = ends[:, 1:].mean(axis=0)
     u = (4.0 + middle_b**2 - middle_c**2) / 4.0
-    assert name == "outer"
-    assert margin == pytest.approx(2.0 - u, abs=1e-6)
-    assert margin < -1e-3
+    least = Trajectory(np.array([0.0, 20.0]), ends).least(
+        FRAME, [Block("far", 0.1, False, (3.0, 3.0, 0.0), (4.0, 4.0, 1.0))]
+    )
+    assert least["outer"] == pytest.approx(2.0 - u, abs=1e-6)
+    assert least["outer"] < -1e-3
+    assert 2.0 < least["far"] < 3.2

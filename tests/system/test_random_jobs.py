@@ -1,0 +1,284 @@
+"""Random jobs on random machines, every motion judged by formulas and brute force that the planner does not know.
+
+What is accepted never leaves the workspace or a zone's margin on the twin, keeps to the path that was asked for and to
+the speeds of the axes, and takes as long as was said; whatever is stopped, slowed or paused on the way keeps to it as
+well. What is refused is refused by the judge too: a disagreement is a failure, and what lies within the width of
+doubt is counted.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter
+from collections.abc import Sequence
+from math import cos, sin
+from random import Random
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from maya_un.controller.seek import SETTLE
+from maya_un.errors import CannotPause, MayaError, PathRefused, Stopped, TrajectoryRefused, Unreachable
+from maya_un.loops import run_virtual
+from maya_un.robot.approach import Approach
+from maya_un.robot.gripper import Gripper
+from maya_un.robot.pick import Pick
+from maya_un.robot.place import Place
+from maya_un.robot.primitives import Primitive
+from maya_un.robot.robot import Robot
+from maya_un.testing import Rig
+from maya_un.values import Joints, Mode, Point
+from tests.campaign import Campaign
+from tests.judge.mechanism import Floats, places, section
+from tests.judge.paths import Opinion, Way, deviations, drawn, judged
+from tests.judge.trajectory import Trajectory
+from tests.machines import Machine, anywhere, drawn_machine, edge_place, homed
+from tests.virtual_time import elapse
+
+SHARDS = 10
+WISHES = 4
+LAG = 0.1
+"""The axes are at rest at the latest so long after what they follow is [s]."""
+
+LONGEST_PAUSE = 2.0
+"""A robot is paused so long [s], or longer where it is not resumed at once."""
+
+OFF_THE_WAY = 5e-4
+"""How far the gripper may be off a curved way [m]."""
+
+
+class Trial(NamedTuple):
+    """A robot on its twin, what is known of it, and the source of all chance."""
+
+    bench: Rig
+    machine: Machine
+    rng: Random
+    tally: Counter[str]
+
+    @property
+    def here(self) -> Joints:
+        """Where the robot is at rest: its latest state may have been read while it still came to a stop."""
+        self.bench.virtual.sync()
+        return self.machine.whole(self.bench.mechanics.true_joints())
+
+    def since(self, mark: float) -> Trajectory:
+        """Return what the mechanics did since time `mark` [s]."""
+        self.bench.virtual.sync()
+        return Trajectory.of(self.bench.mechanics.record.trace, mark)
+
+    def now(self) -> float:
+        """Bring the mechanics to the present and return their time [s]."""
+        self.bench.virtual.sync()
+        return self.bench.mechanics.now
+
+
+@pytest.mark.parametrize("shard", range(SHARDS))
+def test_motions_keep_to_their_word(shard: int, campaign: Campaign) -> None:
+    tally = Counter[str]()
+    for case in range(campaign.size(ci=50, long=1_000)):
+        run_virtual(_job(campaign.rng(case), tally))
+    assert tally["done"] > 0.2 * tally["wishes"]
+    assert tally["refused"] > 0.05 * tally["wishes"]
+    print(dict(sorted(tally.items())))
+
+
+async def _job(rng: Random, tally: Counter[str]) -> None:
+    machine, place = drawn_machine(rng)
+    async with homed(machine, place) as bench:
+        trial = Trial(bench, machine, rng, tally)
+        robot = Robot(bench.controller, machine.config)
+        for _ in range(rng.randint(1, WISHES)):
+            tally["wishes"] += 1
+            await elapse(LAG)
+            if rng.random() < 0.25:
+                await _skill(trial, robot)
+            else:
+                await _way(trial)
+            assert bench.controller.state.mode is Mode.IDLE
+            assert bench.mechanics.record.stall_time == 0.0
+
+
+def drawn_way(trial: Trial) -> Way:
+    """Return a way from where the robot is to one to three places, some of them on the edge or outside."""
+    rng, machine = trial.rng, trial.machine
+    waypoints = [trial.here]
+    for _ in range(rng.choice((1, 1, 2, 3))):
+        inside = machine.drawn_place(rng)
+        assert inside is not None
+        match rng.choice(("inside", "inside", "inside", "inside", "edge", "anywhere")):
+            case "edge":
+                waypoints.append(edge_place(rng, machine, inside))
+            case "anywhere":
+                waypoints.append(anywhere(rng, machine))
+            case _:
+                waypoints.append(inside)
+    return Way("joint", tuple((a, b, c) for a, b, c in waypoints))
+
+
+async def _way(trial: Trial) -> None:
+    way, speed = drawn_way(trial), trial.rng.choice((1.0, trial.rng.uniform(0.05, 1.0)))
+    controller = trial.bench.controller
+    path = [Joints(*waypoint) for waypoint in way.waypoints]
+    try:
+        preview = controller.preview(path, speed=speed)
+    except TrajectoryRefused:
+        trial.tally["too long"] += 1
+        return
+    except (Unreachable, PathRefused) as refusal:
+        _agree_that_it_is_outside(trial, way, refusal)
+        with pytest.raises(type(refusal)):
+            await controller.follow(path, speed=speed)
+        return
+    joints = drawn(trial.machine.frame, way, 2_000)
+    assert judged(trial.machine.frame, joints, trial.machine.zones, _edge(trial, joints)).opinion is not Opinion.OUTSIDE
+    mark, began = trial.now(), asyncio.get_running_loop().time()
+    ended = await _disturbed(trial, asyncio.create_task(controller.follow(path, speed=speed)), preview.duration)
+    trajectory = trial.since(mark)
+    _judge_safety(trial, trajectory)
+    _judge_closeness(trial, way, trajectory)
+    trial.tally[ended] += 1
+    if ended == "done":
+        assert asyncio.get_running_loop().time() - began == pytest.approx(preview.duration, rel=1e-3, abs=1e-9)
+        _judge_pace(trial, way, trajectory, preview.duration)
+
+
+def _agree_that_it_is_outside(trial: Trial, way: Way, refusal: MayaError) -> None:
+    verdict = judged(trial.machine.frame, drawn(trial.machine.frame, way), trial.machine.zones)
+    trial.tally["refused"] += 1
+    trial.tally["undecided"] += verdict.opinion is Opinion.UNDECIDED
+    assert verdict.opinion is not Opinion.INSIDE, f"{refusal}\n{verdict}\n{way}\n{trial.machine.config!r}"
+
+
+async def _disturbed(trial: Trial, motion: asyncio.Task[None], duration: float) -> str:
+    """Let a motion end by itself, or stop it, or change its pace; return "done", "stopped" or "paced"."""
+    controller, rng = trial.bench.controller, trial.rng
+    kind = rng.choice(("done", "done", "stopped", "paced"))
+    if kind == "stopped":
+        await asyncio.wait({motion}, timeout=rng.uniform(0.0, duration))
+        report = await controller.stop()
+        begun = asyncio.get_running_loop().time()
+        await asyncio.wait({motion})
+        assert asyncio.get_running_loop().time() - begun <= report.duration + 0.1
+    elif kind == "paced":
+        await _pace(trial, motion, duration)
+    await asyncio.wait({motion})
+    error = motion.exception()
+    assert error is None or isinstance(error, Stopped), error
+    return "stopped" if error is not None else kind if kind != "stopped" else "done"
+
+
+async def _pace(trial: Trial, motion: asyncio.Task[None], duration: float) -> None:
+    """Slow, quicken, pause and resume at random instants; in the end everything is as it was."""
+    controller, rng = trial.bench.controller, trial.rng
+    for _ in range(rng.randint(1, 6)):
+        held = controller.state.mode is Mode.PAUSED
+        await asyncio.wait({motion}, timeout=rng.uniform(0.0, LONGEST_PAUSE if held else 0.5 * duration))
+        if motion.done():
+            break
+        if rng.random() < 0.5:
+            await controller.override(rng.uniform(0.1, 1.0))
+        elif held:
+            await controller.resume()
+        else:
+            try:
+                await controller.pause()
+            except CannotPause:
+                assert motion.done()
+    if controller.state.mode is Mode.PAUSED:
+        await controller.resume()
+    await controller.override(1.0)
+
+
+def _edge(trial: Trial, joints: Floats) -> float:
+    """Return by how much a place on the very edge may be outside once it is rounded to whole counts [m].
+
+    Where the lines are nearly straight a count of a line lowers or lifts the gripper by many.
+    """
+    scale, frame = trial.bench.controller.units.per_unit, trial.machine.frame
+    _, h = section(frame, joints)
+    return (2.0 + 4.0 * frame.width / float(h.min())) / scale[1] + frame.length / scale[0]
+
+
+def _judge_safety(trial: Trial, trajectory: Trajectory) -> None:
+    machine = trial.machine
+    least = trajectory.least(machine.frame, machine.zones)
+    edge = _edge(trial, trajectory.joints)
+    broken = {name: margin for name, margin in least.items() if margin < -edge}
+    assert not broken, f"{broken}\n{machine.config!r}"
+    over = trajectory.speeds() / machine.rates.speed - 1.0
+    assert over.max() < 1e-4, f"faster than the axes may: {over}\n{machine.config!r}"
+
+
+def _judge_closeness(trial: Trial, way: Way, trajectory: Trajectory) -> None:
+    frame, scale = trial.machine.frame, trial.bench.controller.units.per_unit
+    if way.space == "joint" and not any(way.blends):
+        weights = np.array((frame.length, 1.0, 1.0))
+        off = deviations(trajectory.joints * weights, np.array(way.waypoints) * weights).max()
+        assert off <= frame.length / scale[0] + 2.0 / scale[1], off
+    else:
+        off = deviations(places(frame, trajectory.joints), places(frame, drawn(frame, way, 1_000))).max()
+        assert off <= OFF_THE_WAY, f"{off}\n{way}\n{trial.machine.config!r}"
+        trial.tally["worst µm"] = max(trial.tally["worst µm"], round(float(off) * 1e6))
+
+
+def _judge_pace(trial: Trial, way: Way, trajectory: Trajectory, duration: float) -> None:
+    """A motion that nobody disturbed ends where it should, as soon as was said, and no axis speeds up too fast."""
+    rates = trial.machine.rates
+    begun, over = trajectory.moving()
+    if over > begun:
+        assert over - begun == pytest.approx(duration - SETTLE, rel=1e-3, abs=2e-3)
+    scale = np.array(trial.bench.controller.units.per_unit)
+    end = drawn(trial.machine.frame, way, 2)[-1]
+    assert (np.abs(trajectory.end - end) * scale).max() <= 0.51
+    for axis in range(3):
+        slowest = min(rates.acceleration[axis], rates.deceleration[axis])
+        fastest = max(rates.acceleration[axis], rates.deceleration[axis])
+        mean = trajectory.mean_accelerations(rates.speed[axis] / slowest)[axis]
+        assert mean <= 1.05 * fastest, f"axis {axis}: {mean / fastest}\n{trial.machine.config!r}\n{way}"
+
+
+async def _skill(trial: Trial, robot: Robot) -> None:
+    """Approach, pick or place somewhere, as the gripper allows."""
+    rng, frame = trial.rng, trial.machine.frame
+    a, d = rng.uniform(*frame.strokes[0]), rng.uniform(frame.delta, frame.length)
+    target = Point(d * sin(a), d * cos(a), rng.uniform(0.1, 0.6) * frame.top)
+    primitive: Primitive = rng.choice((Approach, Pick, Place))(target)
+    closed = isinstance(primitive, Place)
+    if trial.bench.controller.state.gripper_closed is not closed:
+        await robot.run(Gripper(open=not closed))
+    try:
+        duration = robot.preview(primitive, robot.pose).duration
+    except Unreachable as refusal:
+        _agree_that_a_target_is_outside(trial, primitive, refusal)
+        return
+    except PathRefused:
+        trial.tally["no way"] += 1
+        return
+    assert duration is not None
+    mark, began = trial.now(), asyncio.get_running_loop().time()
+    ended = await _disturbed(trial, asyncio.create_task(robot.run(primitive)), duration)
+    _judge_safety(trial, trial.since(mark))
+    trial.tally[ended] += 1
+    if ended == "done":
+        assert asyncio.get_running_loop().time() - began == pytest.approx(duration, rel=1e-3)
+
+
+def _agree_that_a_target_is_outside(trial: Trial, primitive: Primitive, refusal: MayaError) -> None:
+    assert isinstance(primitive, Approach | Pick | Place)
+    x, y, z = primitive.target
+    above = (x, y, z + trial.machine.config.cell.clearance)
+    points = [above] if isinstance(primitive, Approach) else [(x, y, z), above]
+    opinions = [_opinion(trial, point) for point in points]
+    trial.tally["refused"] += 1
+    trial.tally["undecided"] += Opinion.OUTSIDE not in opinions
+    assert opinions != [Opinion.INSIDE] * len(points), f"{refusal}\n{trial.machine.config!r}"
+
+
+def _opinion(trial: Trial, point: Sequence[float]) -> Opinion:
+    x, y, z = point
+    frame = trial.machine.frame
+    if z >= frame.top:
+        return Opinion.OUTSIDE
+    joints = drawn(frame, Way("cartesian", ((x, y, z), (x, y, z))), 2)
+    return judged(frame, joints, trial.machine.zones).opinion
