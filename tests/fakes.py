@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from dataclasses import replace
 
 from maya_un.config import Config, Units
 from maya_un.controller.homing import homed_pose
 from maya_un.controller.planner import Planner
-from maya_un.controller.protocol import Preview
+from maya_un.controller.protocol import Jogged, Preview
 from maya_un.controller.run import OnVia
 from maya_un.errors import Busy, MayaError, Stopped
 from maya_un.events import EventLog, Kind
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
+from maya_un.kinematics.zones import Zone
 from maya_un.motion import Path, Route
 from maya_un.values import Joints, Mode, Notice, Progress, State, StopReport
 from tests.virtual_time import elapse
@@ -66,6 +67,15 @@ class FakeController:
         """Return the names of the calls so far."""
         return [name for name, _ in self.calls]
 
+    @property
+    def zones(self) -> tuple[Zone, ...]:
+        """What it keeps out of."""
+        return self.workspace.zones
+
+    def set_zones(self, zones: Sequence[Zone]) -> None:
+        """Keep out of these zones."""
+        self.workspace = self.workspace.with_zones(zones)
+
     async def watch(self) -> AsyncIterator[State]:
         """Yield the state once."""
         yield self.state
@@ -102,9 +112,12 @@ class FakeController:
             for timer in timers:
                 timer.cancel()
 
-    async def jog(self, axis: str, distance: float, *, speed: float = 1.0) -> None:
-        """Take a second."""
-        await self._take("jog", (axis, distance, speed), 1.0)
+    async def jog(self, axis: str, distance: float, *, speed: float = 1.0, clip: bool = False) -> Jogged:
+        """Take a second; with `clip` a way of ten centimetres at most is possible, within the limit "fake"."""
+        await self._take("jog", (axis, distance, speed, clip), 1.0)
+        if clip and abs(distance) > 0.1:
+            return Jogged(axis, 0.1 if distance > 0.0 else -0.1, "fake", "it would come too far")
+        return Jogged(axis, distance)
 
     async def gripper(self, open_: bool) -> None:
         """Take the settle time."""

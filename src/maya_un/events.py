@@ -28,6 +28,7 @@ class Kind(StrEnum):
     PAUSED = "paused"
     RESUMED = "resumed"
     SPEED = "speed"
+    ZONES = "zones"
     GRIPPER_OPEN = "gripper_open"
     GRIPPER_CLOSED = "gripper_closed"
     LIMIT = "limit"

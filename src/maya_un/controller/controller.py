@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 
 from maya_un.config import Config
 from maya_un.controller import marker
 from maya_un.controller.execution import Execution
 from maya_un.controller.homing import Homing
+from maya_un.controller.jogging import Jogging
 from maya_un.controller.link import Dial
 from maya_un.controller.monitor import Monitor
 from maya_un.controller.pacing import Pacing
 from maya_un.controller.planner import Plan, Planner
-from maya_un.controller.protocol import Preview
+from maya_un.controller.protocol import Jogged, Preview
 from maya_un.controller.registers import configure
 from maya_un.controller.run import OnVia
 from maya_un.controller.seek import Seeker
@@ -29,14 +30,14 @@ from maya_un.errors import (
     MarkerMissing,
     NothingToRecover,
     Stopped,
-    UnknownName,
 )
 from maya_un.events import EventLog, Kind
 from maya_un.galil.driver import Driver
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
-from maya_un.motion.curve import Route
-from maya_un.values import AXES, Joints, Progress, State, StopReport
+from maya_un.kinematics.zones import Zone
+from maya_un.motion.curve import Path, Route
+from maya_un.values import Joints, Progress, State, StopReport
 
 
 class GalilController:
@@ -51,6 +52,7 @@ class GalilController:
         self._loop = asyncio.get_running_loop()
         self._monitor = Monitor(dial, address, config, live=live)
         self._planner = Planner(config, self._monitor.mechanism)
+        self._jogging = Jogging(self._planner, self._monitor.mechanism)
         self._stopping = Stopping(self._monitor)
         self._pacing = Pacing(self._monitor)
         self._execution = Execution(self._monitor)
@@ -76,6 +78,23 @@ class GalilController:
     def workspace(self) -> Workspace:
         """Where the robot may go; strokes as measured once homed."""
         return self._monitor.workspace
+
+    @property
+    def zones(self) -> tuple[Zone, ...]:
+        """What the robot keeps out of."""
+        return self._monitor.workspace.zones
+
+    def set_zones(self, zones: Sequence[Zone]) -> None:
+        """Keep out of these zones from now on, through homings too; raises `Busy` while something moves.
+
+        One that the robot stands in is taken as any: no motion passes the check then, before it is taken away.
+        """
+        monitor = self._monitor
+        with monitor.desk.take("zones"):
+            if monitor.moving():
+                raise Busy(doing="the axes finish what was sent before")
+            monitor.workspace = monitor.workspace.with_zones(zones)
+        self.events.emit(Kind.ZONES, names=", ".join(zone.name for zone in zones))
 
     @property
     def events(self) -> EventLog:
@@ -176,18 +195,20 @@ class GalilController:
         """
         await self._travel("follow", lambda here: self._planner.begun_at(path, here), speed, on_via)
 
-    async def jog(self, axis: str, distance: float, *, speed: float = 1.0) -> None:
-        """Move one axis ("a", "b", "c") by `distance` (rad or m); raises `UnknownName` for another name."""
-        if axis not in AXES:
-            raise UnknownName(name=axis, known=", ".join(AXES))
-        index = AXES.index(axis)
+    async def jog(self, axis: str, distance: float, *, speed: float = 1.0, clip: bool = False) -> Jogged:
+        """Move along one of `jogging.JOG_AXES` by `distance` (rad or m), or with `clip` as far as the workspace allows.
 
-        def by(here: Joints) -> list[Joints]:
-            there = list(here)
-            there[index] += distance
-            return [here, Joints(*there)]
+        Tells how far it went and what ended it before. Raises `UnknownName` for another axis.
+        """
+        gone = Jogged(axis, distance)
 
-        await self._travel("jog", by, speed)
+        def way(here: Joints) -> Path:
+            nonlocal gone
+            gone = self._jogging.within(self.workspace, axis, here, distance) if clip else gone
+            return self._jogging.path(axis, here, gone.distance)
+
+        await self._travel("jog", way, speed)
+        return gone
 
     async def gripper(self, open_: bool) -> None:
         """Open or close the gripper and wait until it has moved; no motion, so no homing is needed."""

@@ -190,18 +190,19 @@ class Monitor:
         await self.look()
 
     async def adopt(self, driver: Driver) -> bool:
-        """Take over a standing mark of homing; the robot must also be inside its workspace."""
+        """Take over a standing mark of homing; the robot must also be inside its workspace, zones aside."""
         ends = await marker.read(driver, self.config, self.units, self.here())
         if ends is None:
             return False
         self.set_homed(ends)
-        self.homed = self.workspace.holds_grain(self.here())
+        self.homed = self.workspace.with_zones(()).holds_grain(self.here())
         return self.homed
 
     def set_homed(self, ends: tuple[float, float]) -> None:
         """Take over a homing that measured these long ends of b and c [m]."""
         self.homed = True
-        self.workspace = Workspace.of(self.config, strokes=_within(self.config, ends))
+        zones = self.workspace.zones
+        self.workspace = Workspace.of(self.config, strokes=_within(self.config, ends)).with_zones(zones)
 
     def enter_phase(self, name: str) -> None:
         """Begin a phase of homing."""

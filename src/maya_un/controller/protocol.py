@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -11,6 +11,7 @@ from maya_un.controller.run import OnVia
 from maya_un.events import EventLog
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
+from maya_un.kinematics.zones import Zone
 from maya_un.motion.curve import Route
 from maya_un.values import Joints, Progress, State, StopReport
 
@@ -64,6 +65,15 @@ class Controller(Protocol):
     @property
     def workspace(self) -> Workspace:
         """Where it can go; strokes as measured once homed."""
+        ...
+
+    @property
+    def zones(self) -> tuple[Zone, ...]:
+        """What it keeps out of: the zones of the configuration, until `set_zones` names others."""
+        ...
+
+    def set_zones(self, zones: Sequence[Zone]) -> None:
+        """Keep out of these zones instead, for as long as this program runs; raises `Busy` while something moves."""
         ...
 
     @property
