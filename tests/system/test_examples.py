@@ -12,6 +12,7 @@ import pytest
 from maya_un.assembly import stack
 from maya_un.config import Config
 from maya_un.process.files import load_job
+from maya_un.process.tasks import starting_parts
 from maya_un.values import Point
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -25,7 +26,7 @@ JOBS = sorted(EXAMPLES.glob("*.yaml"))
 @pytest.mark.parametrize("path", JOBS, ids=[path.stem for path in JOBS])
 async def test_a_job_leaves_its_parts_where_it_was_told(path: Path) -> None:
     job, config = load_job(path), Config()
-    parts = job.part_points(config.cell.grasp_height)
+    parts = starting_parts(job, config.cell.grasp_height)
     async with stack(config, parts=parts, live=False) as maya:
         assert maya.twin is not None
         report = await maya.service.wait((await maya.service.submit(job)).id)

@@ -20,15 +20,11 @@ from maya_un.values import Joints, Point, Progress, State
 
 @dataclass(frozen=True, slots=True)
 class JobAccepted:
-    """A job is in the queue under the number `id`, with so many `steps` over all rounds and cells.
-
-    `remarks` say what of its pallets is out of shape; they are used as they are.
-    """
+    """A job is in the queue under the number `id`, with so many `steps` over all rounds and cells."""
 
     id: int
     name: str
     steps: int
-    remarks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +45,20 @@ class Status:
     holding: bool | None
     jobs: tuple[JobSummary, ...]
     last_event: int
+
+
+@dataclass(frozen=True, slots=True)
+class HeldJog:
+    """How a held jog stands: `moving` or at rest. `limit` names what ended it, "" where nothing did; `reason` says it.
+
+    One that neither moves nor met a limit was stopped, and begins anew once the key was let go.
+    """
+
+    axis: str
+    direction: int
+    moving: bool
+    limit: str = ""
+    reason: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,11 +9,12 @@ from collections.abc import AsyncIterator, Mapping
 
 import maya_un
 from maya_un.address import SIM
-from maya_un.api.messages import JobAccepted, Reach, Status
+from maya_un.api.held import PATIENCE, HeldJogs
+from maya_un.api.messages import HeldJog, JobAccepted, Reach, Status
 from maya_un.api.teaching import Teaching, at_rest
 from maya_un.config import Config
 from maya_un.controller.homing import homed_pose
-from maya_un.controller.protocol import Controller
+from maya_un.controller.protocol import Controller, Jogged
 from maya_un.errors import Busy, Stopped
 from maya_un.events import Event
 from maya_un.process.book import Book
@@ -53,6 +54,7 @@ class Service:
         self._config = config
         self._address = address
         self._speed = speed
+        self._held = HeldJogs(controller, PATIENCE * max(1.0, speed))
 
     async def submit(self, job: Job | Mapping[str, object]) -> JobAccepted:
         """Append a job to the queue; it is checked whole, and starts, when its turn comes.
@@ -62,8 +64,7 @@ class Service:
         """
         parsed = job if isinstance(job, Job) else Job.parse(job)
         number = self._process.submit(parsed)
-        expansion = self._process.expansion(number)
-        return JobAccepted(number, parsed.name, len(expansion.tasks), expansion.remarks)
+        return JobAccepted(number, parsed.name, self._process.summary(number).steps)
 
     async def wish(self, wish: Primitive | Mapping[str, object], *, wait: bool = True) -> JobReport:
         """Append one primitive as a job of its own; with `wait`, return its report when it has ended.
@@ -81,14 +82,26 @@ class Service:
             number = self._process.wish(primitive)
         return await self._process.result(number) if wait else self._process.report(number)
 
-    async def jog(self, axis: str, distance: float, *, speed: float = 1.0) -> None:
-        """Move one axis ("a", "b", "c") by `distance` (rad or m), at `speed` (0 to 1) of its limits.
+    async def jog(self, axis: str, distance: float, *, speed: float = 1.0, clip: bool = True) -> Jogged:
+        """Move along an axis (a, b, c; x, y, z, r of the gripper) by `distance` (rad or m) at `speed` (0 to 1).
 
-        Raises `Busy` while a job runs, and what motion raises.
+        It goes as far as the workspace allows, slowing down before the border, and tells how far that was; with
+        `clip` false more than the workspace allows is refused. Raises `Busy` while a job runs, and what motion raises.
         """
-        if self._process.running is not None:
-            raise Busy(doing=f"job {self._process.running}")
-        await self._controller.jog(axis, distance, speed=speed)
+        self._require_no_job()
+        return await self._controller.jog(axis, distance, speed=speed, clip=clip)
+
+    async def jog_hold(self, axis: str, direction: int, *, speed: float = 1.0) -> HeldJog:
+        """Jog in `direction` (1 or -1) for as long as this is said again at least twice a second; answer at once.
+
+        On a twin whose clock runs faster it counts in the time of whoever asks. Raises as `jog` does.
+        """
+        self._require_no_job()
+        return await self._held.hold(axis, direction, speed)
+
+    async def jog_release(self) -> None:
+        """Stop a held jog on its path; where there is none, nothing happens."""
+        await self._held.release()
 
     async def job(self, number: int) -> JobReport:
         """Return what is known of a job now; raises `NotFound`."""
@@ -112,6 +125,7 @@ class Service:
         Raises `NotConnected`; the queue is emptied all the same.
         """
         self._process.halt(Stopped())
+        self._held.halt()
         return await self._controller.stop()
 
     async def pause(self) -> StopReport:
@@ -133,6 +147,7 @@ class Service:
     async def abort(self) -> None:
         """Stop without deceleration and empty the queue; raises `NotConnected`."""
         self._process.halt(Stopped())
+        self._held.halt()
         await self._controller.abort()
 
     async def recover(self) -> None:
@@ -187,3 +202,7 @@ class Service:
     def config(self) -> Config:
         """Return all constants of the machine."""
         return self._config
+
+    def _require_no_job(self) -> None:
+        if self._process.running is not None:
+            raise Busy(doing=f"job {self._process.running}")

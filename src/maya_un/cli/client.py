@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from http.client import HTTPConnection, HTTPException, HTTPResponse
 from typing import Any, cast
 from urllib.parse import urlsplit
@@ -32,6 +33,15 @@ class Client:
         if running is None:
             raise ServiceNotRunning
         return cls(running.url, timeout)
+
+    @classmethod
+    def running(cls) -> Client | None:
+        """Return the door to the running service, None where none answers; raises `ServiceNotAnswering`."""
+        with suppress(ServiceNotRunning):
+            client = cls.find()
+            client.get("/v1/health")
+            return client
+        return None
 
     def get(self, path: str, timeout: float | None = None) -> Any:
         """Return the answer to GET `path`; raises as `request`."""

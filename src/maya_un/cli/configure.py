@@ -16,6 +16,11 @@ def configuration(settings: Settings) -> Config:
     return load(None if settings.config is None else Path(settings.config))
 
 
+def taught_places(settings: Settings) -> Path:
+    """Return the file of taught places: `poses.toml` beside the configuration, wherever that is or would be."""
+    return (default_path() if settings.config is None else Path(settings.config)).with_name("poses.toml")
+
+
 def _place(file: str | None, settings: Settings) -> Path:
     named = file or settings.config
     return default_path() if named is None else Path(named)

@@ -18,13 +18,15 @@ Start
 
 Wishes (to the running robot; lengths in m, or 120mm; angles in rad, or 30deg)
   home                                         find the switches and define the position
-  pick X Y [Z]    place X Y [Z]                fetch a part, put it down
-  approach X Y Z                               go above a place, by the cell's clearance
+  pick X Y [Z]    place X Y [Z]                fetch a part, put it down; or pick NAME, place NAME
+  approach X Y Z                               go above a place, by the cell's clearance; or approach NAME
   gripper open|close
-  move A B C      jog AXIS DISTANCE            joint space
+  move A B C      jog AXIS DISTANCE            joint space; or move NAME
+  teach NAME      teach-pallet NAME            keep where the gripper is, keep a grid
 
 Ask (no robot needed)
   fk A B C        ik X Y Z        reach X Y Z
+  poses [remove|rename]   pallets [...]        what has been taught
   config show|check|init
 
 Controllers (any DMC-41x3, real or virtual; `maya dmc --help` names more)

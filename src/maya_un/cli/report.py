@@ -11,7 +11,7 @@ from maya_un.cli.words import word
 STEP_KEYS = (
     "index", "step", "state", "code", "message", "predicted", "duration", "end_counts", "end_point"
 )  # fmt: skip
-_JOB_KEYS = ("state", "code", "message", "predicted", "duration", "lowest", "highest")
+_JOB_KEYS = ("state", "code", "message", "predicted", "duration", "lowest", "highest", "remarks")
 
 
 def as_data(report: Mapping[str, Any], places: Mapping[str, Sequence[float]] | None) -> dict[str, Any]:
@@ -35,10 +35,12 @@ def _part(commanded: Sequence[float] | None, place: Sequence[float] | None) -> d
 
 
 def as_text(data: Mapping[str, Any], language: str) -> str:
-    """Return the report for people: a headline, the steps, the parts."""
+    """Return the report for people: a headline, the steps, the parts, what of the pallets is out of shape."""
     blocks = [_headline(data, language), _steps(data["steps"], language)]
     if data["parts"]:
         blocks.append(_parts(data["parts"], language))
+    if data["remarks"]:
+        blocks.append("\n".join(f"{word('out_of_shape', language)}: {remark}" for remark in data["remarks"]))
     return "\n\n".join(blocks)
 
 

@@ -6,7 +6,7 @@ import asyncio
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,7 +15,7 @@ from maya_un.api.messages import EventMessage, to_data
 from maya_un.assembly import Stack, stack
 from maya_un.cli import output
 from maya_un.cli.client import Client
-from maya_un.cli.configure import configuration
+from maya_un.cli.configure import configuration, taught_places
 from maya_un.cli.display import Display, chosen
 from maya_un.cli.follow import follow
 from maya_un.cli.narrate import tell
@@ -23,10 +23,9 @@ from maya_un.cli.quantities import clock_factor, target_address
 from maya_un.cli.report import as_data, as_text
 from maya_un.cli.settings import Settings
 from maya_un.cli.signals import on_end
-from maya_un.cli.twin import require_twin
+from maya_un.cli.twin import parts_of, require_twin
 from maya_un.cli.words import word
 from maya_un.config import Config
-from maya_un.errors import ServiceNotRunning
 from maya_un.loops import ScaledLoop, run_virtual
 from maya_un.loops import run as run_loop
 from maya_un.process.files import load_job
@@ -73,21 +72,13 @@ def run(file: str, options: Options, settings: Settings) -> int:
     if options.dry_run:
         outcome = _dry_run(job, config, address, options, settings)
     else:
-        client = None if options.own_stack else _running()
+        client = None if options.own_stack else Client.running()
         with chosen(settings) as display:
             if client is not None:
                 outcome = _by_service(client, job, display, settings)
             else:
                 outcome = _own_stack(job, config, address, factor, options, display, settings)
     return _concluded(outcome, settings)
-
-
-def _running() -> Client | None:
-    with suppress(ServiceNotRunning):
-        client = Client.find()
-        client.get("/v1/health")
-        return client
-    return None
 
 
 def _concluded(outcome: Outcome, settings: Settings) -> int:
@@ -149,7 +140,7 @@ class _Performance:
     async def perform(self, config: Config, address: str, seed: int) -> Outcome:
         """Carry the job out and return its report."""
         keep_quiet(asyncio.get_running_loop())
-        parts = self._job.part_points(config.cell.grasp_height)
+        parts = parts_of(self._job, config, self._settings)
         async with stack(
             config,
             address,
@@ -158,6 +149,7 @@ class _Performance:
             live=self._pace is not None,
             skip_home=self._skip_home,
             speed=self._factor,
+            places=taught_places(self._settings),
         ) as robot:
             if self._home_first:
                 await robot.controller.home()

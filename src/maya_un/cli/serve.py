@@ -52,7 +52,7 @@ def serve(options: Options, settings: Settings) -> int:
     """
     _check(options)
     factor = clock_factor(options.speed, SIM)
-    parts = on_the_table(options.table, configuration(settings))
+    parts = on_the_table(options.table, configuration(settings), settings)
     run(_serve(options, parts, settings), lambda: ScaledLoop(factor))
     return output.DONE
 

@@ -7,12 +7,13 @@ import os
 import socket
 from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 from typing import NamedTuple
 
 from maya_un.address import SIM
 from maya_un.assembly import Stack, stack
 from maya_un.cli import output, runtime
-from maya_un.cli.configure import configuration
+from maya_un.cli.configure import configuration, taught_places
 from maya_un.cli.quantities import clock_factor, host_and_port, target_address
 from maya_un.cli.settings import Settings
 from maya_un.cli.signals import asked_to_end
@@ -45,7 +46,10 @@ class Options(NamedTuple):
 
 
 class _Robot(NamedTuple):
-    """What to run: where, how fast its clock, what stands on the twin's table, whether to take over a homing."""
+    """What to run: where, how fast its clock, what stands on the twin's table, whether to take over a homing.
+
+    Taught places are kept in the file `places`.
+    """
 
     config: Config
     address: str
@@ -53,6 +57,7 @@ class _Robot(NamedTuple):
     seed: int
     parts: dict[str, Point]
     skip_home: bool
+    places: Path
 
 
 def up(options: Options, settings: Settings) -> int:
@@ -64,7 +69,8 @@ def up(options: Options, settings: Settings) -> int:
     address = target_address(options.address, config.controller.address)
     speed = clock_factor(options.speed, address)
     require_twin(address, "maya up", seed=options.seed, table=options.table)
-    robot = _Robot(config, address, speed, options.seed or 0, on_the_table(options.table, config), options.skip_home)
+    parts = on_the_table(options.table, config, settings)
+    robot = _Robot(config, address, speed, options.seed or 0, parts, options.skip_home, taught_places(settings))
     clock: Callable[[], asyncio.AbstractEventLoop] | None = (lambda: ScaledLoop(speed)) if address == SIM else None
     with runtime.claimed(), bound_socket(options.port) as door:
         run(_serve(robot, door, settings), clock)
@@ -73,7 +79,14 @@ def up(options: Options, settings: Settings) -> int:
 
 async def _serve(robot: _Robot, door: socket.socket, settings: Settings) -> None:
     keep_quiet(asyncio.get_running_loop())
-    async with stack(robot.config, robot.address, seed=robot.seed, parts=robot.parts, speed=robot.speed) as running:
+    async with stack(
+        robot.config,
+        robot.address,
+        seed=robot.seed,
+        parts=robot.parts,
+        speed=robot.speed,
+        places=robot.places,
+    ) as running:
         refusal = await _refusal_to_skip_home(running) if robot.skip_home else None
         async with served(create_app(_bridge(running)), door) as url:
             controller = None if robot.address == SIM else host_and_port(robot.address)

@@ -57,6 +57,26 @@ _WORDS: dict[str, tuple[str, str]] = {
     "off": ("off by [mm]", "desvío [mm]"),
     "reachable": ("reachable", "alcanzable"),
     "out_of_reach": ("not reachable: {reason}; nearest {nearest}", "no alcanzable: {reason}; lo más cercano {nearest}"),
+    "taught": ("Taught {name}: {place}", "Enseñado {name}: {place}"),
+    "forgotten": ("Forgotten: {name}", "Olvidado: {name}"),
+    "renamed": ("{old} is now {new}.", "{old} es ahora {new}."),
+    "no_poses": ("No poses have been taught; `maya teach NAME`.", "No hay poses enseñadas; `maya teach NOMBRE`."),
+    "no_pallets": ("No pallets have been taught; `maya teach-pallet`.", "No hay palés enseñados; `maya teach-pallet`."),
+    "name": ("name", "nombre"),
+    "joints": ("joints", "articulaciones"),
+    "taught_on": ("taught", "enseñado"),
+    "pallet": ("{name}, {rows} x {columns}", "{name}, {rows} x {columns}"),
+    "out_of_shape": ("not quite a rectangle", "no es del todo un rectángulo"),
+    "drive_to": (
+        "Drive the gripper to cell [{row},{column}] and press Enter, or type the name of a taught pose:",
+        "Lleve la pinza a la celda [{row},{column}] y pulse Intro, o escriba el nombre de una pose enseñada:",
+    ),
+    "drive_to_last": (
+        "Drive the gripper to the last cell [{row},{column}] and press Enter, type the name of a taught pose, or - to "
+        "leave it out:",
+        "Lleve la pinza a la última celda [{row},{column}] y pulse Intro, escriba el nombre de una pose enseñada, o - "
+        "para omitirla:",
+    ),
     "config_good": ("{path} is a good configuration.", "{path} es una buena configuración."),
     "config_defaults": ("no file at {path}: the manual's values hold", "sin archivo en {path}: valen los del manual"),
     "config_written": ("Written: {path}", "Escrito: {path}"),

@@ -84,9 +84,9 @@ class Process:
         """Append a job of one primitive and return its number; raises `NotConnected`, `Faulted`."""
         return self._append(primitive.command, single(primitive))
 
-    def expansion(self, number: int) -> Expansion:
-        """Return what a job comes to; raises `NotFound`."""
-        return self._entry(number).record.expansion
+    def summary(self, number: int) -> JobSummary:
+        """Return the line of a job; raises `NotFound`."""
+        return self._entry(number).record.summary()
 
     def report(self, number: int) -> JobReport:
         """Return what is known of a job now; raises `NotFound`."""

@@ -48,7 +48,8 @@ class JobReport:
 
     `predicted` is the sum over the steps that can be predicted (a homing cannot). `lowest` and `highest` bound
     the gripper point over the whole job as checked [m]. `parts` tells where the job has put its named parts [m],
-    None for those that it has not put down, or let go where nobody knows.
+    None for those that it has not put down, or let go where nobody knows. `remarks` say what of its pallets is out of
+    shape; they are used as they are.
     """
 
     id: int
@@ -62,6 +63,7 @@ class JobReport:
     highest: float | None
     steps: tuple[StepResult, ...]
     parts: dict[str, Point | None]
+    remarks: tuple[str, ...] = ()
 
 
 @dataclass(slots=True)
@@ -155,6 +157,7 @@ class JobRecord:
             highest=None if self.preview is None else self.preview.highest,
             steps=tuple(record.result() for record in self.steps),
             parts=self._parts(),
+            remarks=self.expansion.remarks,
         )
 
     def _parts(self) -> dict[str, Point | None]:

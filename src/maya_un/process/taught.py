@@ -75,12 +75,12 @@ class Taught:
         try:
             return Pallet.spanned(corners, grid.rows, grid.columns)
         except ValueError as error:
-            raise InvalidValue(key=name, value="its corners", reason=str(error)) from error
+            raise InvalidValue(key=name, value="(a grid)", reason=str(error)) from error
 
     def _corner(self, pallet: str, corner: str | tuple[float, ...], grasp_height: float) -> Point:
         if not isinstance(corner, str):
             return point_of(corner, grasp_height)
         point = self.poses[corner].point if corner in self.poses else None
         if point is None:
-            raise InvalidValue(key=pallet, value=repr(corner), reason="its corner is no taught pose with a place")
+            raise InvalidValue(key=f"{pallet}.corners", value=repr(corner), reason="it is no taught pose with a place")
         return point

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from datetime import UTC, datetime
 from typing import Any, TypeVar
 
 from fastapi import FastAPI, Response
@@ -12,14 +11,10 @@ from maya_un.api.service import Service
 from maya_un.api.teaching import Teaching
 from maya_un.errors import InvalidRequest, InvalidValue
 from maya_un.server.bridge import Bridge
+from maya_un.server.dates import now
 from maya_un.server.exchange import Body, answer
 
 T = TypeVar("T")
-
-
-def now() -> str:
-    """Return date and time, as a taught place carries them (ISO 8601, UTC)."""
-    return datetime.now(UTC).isoformat(timespec="seconds")
 
 
 def add_poses(app: FastAPI, bridge: Bridge) -> None:

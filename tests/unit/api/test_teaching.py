@@ -116,8 +116,9 @@ async def test_a_job_tells_how_many_tasks_it_comes_to_and_what_is_out_of_shape()
         loop = {"for_each": "tray", "do": [{"pick": "tray[each]"}, {"place": [1.1, 0.5]}]}
         job = await service.submit({"pallets": {"tray": slanted}, "steps": ["home", loop], "repeat": 2})
         assert job.steps == 26
-        assert job.remarks == ("tray: its corners are 45.0 degrees off a right angle",)
-        assert (await service.submit({"steps": ["home"]})).remarks == ()
+        assert (await service.job(job.id)).remarks == ("tray: its corners are 45.0 degrees off a right angle",)
+        plain = await service.submit({"steps": ["home"]})
+        assert (plain.steps, (await service.job(plain.id)).remarks) == (1, ())
 
 
 async def test_a_pallet_tells_its_shape() -> None:

@@ -37,6 +37,7 @@ REPORT: dict[str, Any] = {
     "highest": 0.5,
     "steps": [STEP],
     "parts": {"cube": [1.0, 0.5, 0.4], "lost": None},
+    "remarks": [],
 }
 
 
@@ -49,6 +50,12 @@ def test_data_has_the_parts_by_both_records() -> None:
     }
     assert data["parts"]["lost"]["error"] is None
     assert list(data["steps"][0]) == [key for key in STEP if key != "key"]
+
+
+def test_a_report_tells_which_pallets_are_out_of_shape() -> None:
+    remarked = as_data({**REPORT, "remarks": ["tray: its corners are 3.0 mm off a plane"]}, None)
+    assert remarked["remarks"] == ["tray: its corners are 3.0 mm off a plane"]
+    assert as_text(remarked, "en").endswith("\n\nnot quite a rectangle: tray: its corners are 3.0 mm off a plane")
 
 
 def test_a_real_machine_has_no_record_of_parts() -> None:

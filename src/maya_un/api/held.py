@@ -1,0 +1,121 @@
+"""A held jog: it goes on while somebody keeps saying so, and stops on its path when nobody does any more.
+
+It is one planned motion to the border of the workspace, so that it is bounded and slows down before it. What ended it,
+be it the border, a stop of somebody else's or a fault, keeps it ended until the key is let go.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from typing import NamedTuple
+
+from maya_un.api.messages import HeldJog
+from maya_un.controller.jogging import FARTHEST
+from maya_un.controller.protocol import Controller, Jogged
+from maya_un.errors import InvalidValue, MayaError
+
+PATIENCE = 0.5
+"""A held jog that is not renewed for so long stops [s]."""
+
+_REFUSED_WITHIN = 0.05
+_ROUNDING = 1e-6
+
+
+class _Key(NamedTuple):
+    """What is held down."""
+
+    axis: str
+    direction: int
+    speed: float
+
+
+class HeldJogs:
+    """At most one held jog of a controller; renewed within `patience` [s, the loop's] it goes on."""
+
+    def __init__(self, controller: Controller, patience: float = PATIENCE) -> None:
+        self._controller = controller
+        self._patience = patience
+        self._key: _Key | None = None
+        self._until = 0.0
+        self._task: asyncio.Task[Jogged] | None = None
+        self._moved: _Key | None = None
+        self._watch: asyncio.TimerHandle | None = None
+        self._turn = asyncio.Lock()
+
+    async def hold(self, axis: str, direction: int, speed: float) -> HeldJog:
+        """Begin a held jog, or renew it; another axis, direction or speed lets the one before come to rest first.
+
+        Answers as soon as it moves. Raises what motion raises, `InvalidValue` for a direction other than 1 and -1.
+        """
+        if direction not in (1, -1):
+            raise InvalidValue(key="direction", value=direction, reason="it is 1 or -1")
+        key = _Key(axis, direction, speed)
+        changed = key != self._key
+        if changed and self._key is not None:
+            await self.release()
+        self._key = key
+        self._renew()
+        if changed:
+            await self._begin(key)
+        return self._answer(key)
+
+    async def release(self) -> None:
+        """Let go: stop on the path and return at rest; where nothing is held, nothing happens."""
+        self._key = None
+        if self._watch is not None:
+            self._watch.cancel()
+            self._watch = None
+        self.halt()
+        if self._task is not None:
+            await asyncio.wait({self._task})
+
+    def halt(self) -> None:
+        """Begin to stop on the path; a key that is still held begins nothing new until it has been let go."""
+        if self._task is not None and not self._task.done() and not self._task.cancelling():
+            self._task.cancel()
+
+    async def _begin(self, key: _Key) -> None:
+        """Begin once the jog before is at rest, unless the key was let go or another one pressed meanwhile."""
+        async with self._turn:
+            if self._task is not None:
+                await asyncio.wait({self._task})
+            if key != self._key or asyncio.get_running_loop().time() > self._until:
+                return
+            jog = self._controller.jog(key.axis, key.direction * FARTHEST, speed=key.speed, clip=True)
+            self._task = asyncio.get_running_loop().create_task(jog, name="held jog")
+            self._task.add_done_callback(_retrieved)
+            self._moved = key
+            # A refusal comes without any wait for the machine to move.
+            await asyncio.wait({self._task}, timeout=_REFUSED_WITHIN)
+
+    def _answer(self, key: _Key) -> HeldJog:
+        """Return how the jog of a key stands; raises what ended it unless that is the border."""
+        task = self._task
+        if task is None or key != self._moved or task.cancelling() or task.cancelled():
+            return HeldJog(key.axis, key.direction, moving=False)
+        if not task.done():
+            return HeldJog(key.axis, key.direction, moving=True)
+        gone = task.result()
+        return HeldJog(key.axis, key.direction, moving=False, limit=gone.limit, reason=gone.reason)
+
+    def _renew(self) -> None:
+        loop = asyncio.get_running_loop()
+        self._until = loop.time() + self._patience
+        if self._watch is None:
+            self._watch = loop.call_at(self._until, self._expired)
+
+    def _expired(self) -> None:
+        """Stop what was not renewed, or look again when it is due."""
+        loop = asyncio.get_running_loop()
+        self._watch = None
+        if loop.time() < self._until - _ROUNDING:
+            self._watch = loop.call_at(self._until, self._expired)
+        else:
+            self._key = None
+            self.halt()
+
+
+def _retrieved(task: asyncio.Task[Jogged]) -> None:
+    """Take notice of how a jog ended; whoever renews it is told, and nobody else asks."""
+    if not task.cancelled() and not isinstance(task.exception(), MayaError | None):
+        task.get_loop().call_exception_handler({"message": "a held jog failed", "exception": task.exception()})

@@ -1,0 +1,10 @@
+"""Dates: an edge says when something was taught, for nothing below it looks at a clock."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+
+
+def now() -> str:
+    """Return date and time as a taught place carries them (ISO 8601, UTC)."""
+    return datetime.now(UTC).isoformat(timespec="seconds")
