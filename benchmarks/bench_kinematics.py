@@ -6,7 +6,7 @@ import numpy as np
 from harness import Case, Goal, measure, report, timed
 
 from maya_un.config import Config, Units
-from maya_un.kinematics import Workspace
+from maya_un.kinematics import Box, Workspace
 from maya_un.motion import JointPath, Limits, check_path, commands, lowest_point, plan
 from maya_un.values import Point
 
@@ -30,12 +30,30 @@ def vectors(workspace: Workspace) -> list[Case]:
     mechanism = workspace.mechanism
     joints = np.random.default_rng(1).uniform((0.0, 1.2, 1.2), (2.0, 2.2, 2.2), (POINTS, 3))
     points = mechanism.fk_many(joints)
+    inside = np.empty(POINTS, dtype=np.bool_)
     block = np.ones(6 * POINTS)
     copy = np.empty_like(block)
     return [
         Case(COPY, timed(lambda: np.copyto(copy, block)), "ms"),
         Case("IK of 1e6 points", timed(lambda: mechanism.ik_many(points)), "ms", Goal(6.0, to=COPY)),
         Case("FK of 1e6 points", timed(lambda: mechanism.fk_many(joints)), "ms"),
+        Case("which of 1e6 points", timed(lambda: workspace.reachable_many(points, inside)), "ms", Goal(25.0)),
+        Case("which of 1e6 joints", timed(lambda: workspace.contains_many(joints, inside)), "ms", Goal(25.0)),
+    ]
+
+
+def zones(workspace: Workspace) -> list[Case]:
+    """Return what a zone costs: as a limit of one place, over a path's knots, and where a place beside it is wanted."""
+    tower = Box("tower", Point(0.4, 0.9, 0.0), Point(0.8, 1.3, 0.6))
+    guarded, point = workspace.with_zones([tower]), Point(1.2, 0.4, 0.9)
+    start, end = np.array(workspace.ik(Point(0.5, 1.2, 1.0))), np.array(workspace.ik(point))
+    knots = start + np.linspace(0.0, 1.0, 101)[:, None] * (end - start)
+    mechanism = workspace.mechanism
+    return [
+        Case("IK with limit checks and a zone", timed(lambda: guarded.ik(point), 200)),
+        Case("clearance of 101 knots", timed(lambda: tower.clearances(mechanism, knots), 100)),
+        Case("nearest place beside a zone", timed(lambda: guarded.nearest(Point(0.6, 1.1, 0.5))), "ms"),
+        Case("volume of the workspace", timed(workspace.volume), "ms"),
     ]
 
 
@@ -55,7 +73,7 @@ def planning(workspace: Workspace) -> list[Case]:
 
 def main() -> None:
     workspace = Workspace.of(Config())
-    report(measure([*single_calls(workspace), *vectors(workspace), *planning(workspace)], rounds=9))
+    report(measure([*single_calls(workspace), *vectors(workspace), *zones(workspace), *planning(workspace)], rounds=9))
 
 
 if __name__ == "__main__":
