@@ -28,6 +28,7 @@ Ask (no robot needed)
   fk A B C        ik X Y Z        reach X Y Z
   poses [remove|rename]   pallets [...]        what has been taught
   config show|check|init
+  calibrate FILE [--apply]                     fit the constants to measured points (collect gathers them)
 
 Controllers (any DMC-41x3, real or virtual; `maya dmc --help` names more)
   dmc serve [--port N] [--speed X]             a virtual one with Maya's mechanics, on TCP and UDP

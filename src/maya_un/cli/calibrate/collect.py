@@ -33,6 +33,9 @@ _FREE = tuple(name for name in FITTED if name != "gripper_height")
 _SAME = 1e-6
 """The service and this command agree about joints and places to so much (rad, m)."""
 
+_WHOLE = 1.0
+"""Two data that differ by less [counts] are the same."""
+
 _UNREACHED = {Unreachable.code, PathRefused.code}
 
 
@@ -91,7 +94,8 @@ def _already(path: Path, config: Config) -> Floats:
         if path.is_file() and not _holds_rows(path):
             return np.empty((0, 3))
         raise
-    if measured.head != points.HEAD or measured.datum != points.datum_of(config):
+    datum = measured.datum
+    if measured.head != points.HEAD or datum is None or dist(datum, points.datum_of(config)) > _WHOLE:
         reason = "it was not begun by this command with this configuration; begin another file"
         raise InvalidValue(key="FILE", value=str(path), reason=reason)
     return measured.observations.counts / np.array(Units.of(config).per_unit)

@@ -27,6 +27,9 @@ from maya_un.values import AXES, Point
 Counts = tuple[int, int, int]
 """Encoder counts of a, b, c."""
 
+Datum = tuple[float, float, float]
+"""At how many counts the short-end switches of a, b, c are, by the configuration; homing takes whole ones."""
+
 MOST_BYTES = 4_000_000
 """Size of the largest file that is read: some fifty thousand points."""
 
@@ -38,7 +41,8 @@ LONGEST = 10.0
 
 _JOINTS = {"a": "a_rad", "b": "b_m", "c": "c_m"}
 _PLACE = ("x", "y", "z")
-_DATUM = re.compile(r"#\s*datum\s+(-?\d+)\s+(-?\d+)\s+(-?\d+)\s*")
+_NUMBER = r"\s+(-?\d+(?:\.\d+)?)"
+_DATUM = re.compile(rf"#\s*datum{_NUMBER * 3}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,25 +50,25 @@ class Measured:
     """A file of points: what it says, `datum` if it names one, its head, and the fingerprint of its text."""
 
     observations: Observations
-    datum: Counts | None
+    datum: Datum | None
     head: tuple[str, ...]
     digest: str
 
-    def moved(self, way: Sequence[int]) -> Measured:
+    def moved(self, way: Sequence[float]) -> Measured:
         """Return the same points with `way` added to their counts: the switches are at other counts now."""
         seen = self.observations
-        counts = seen.counts + np.array(way, dtype=float)
+        counts = seen.counts + np.array(way)
         return replace(self, observations=Observations(counts, seen.points, seen.sigma, seen.rows))
 
 
-def datum_of(config: Config) -> Counts:
-    """Return the counts that homing gives the short-end switches of a, b, c."""
+def datum_of(config: Config) -> Datum:
+    """Return the counts that a configuration gives the short-end switches of a, b, c."""
     per_unit = Units.of(config).per_unit
-    a, b, c = (round(config.axes[axis].minimum * per_unit[axis]) for axis in range(3))
+    a, b, c = (config.axes[axis].minimum * per_unit[axis] for axis in range(3))
     return a, b, c
 
 
-def between(then: Counts, now: Counts) -> Counts:
+def between(then: Datum, now: Datum) -> Datum:
     """Return how far the counts of the switches moved."""
     return now[0] - then[0], now[1] - then[1], now[2] - then[2]
 
@@ -106,15 +110,15 @@ def _cells(line: str) -> list[str]:
         return [line]
 
 
-def _three(found: re.Match[str]) -> Counts:
-    a, b, c = (int(word) for word in found.groups())
+def _three(found: re.Match[str]) -> Datum:
+    a, b, c = (float(word) for word in found.groups())
     return a, b, c
 
 
 class _Table:
     """Rows under a head, told one by one what is wrong with them."""
 
-    def __init__(self, path: Path, config: Config, datum: Counts | None, line: int, head: Sequence[str]) -> None:
+    def __init__(self, path: Path, config: Config, datum: Datum | None, line: int, head: Sequence[str]) -> None:
         self._path = path
         self._config = config
         self._per_unit = Units.of(config).per_unit
@@ -218,7 +222,7 @@ class Notebook:
     def __init__(self, path: Path, config: Config) -> None:
         """Open a file to go on with, or begin one; raises `FileUnwritable`."""
         self._path = path
-        datum = " ".join(str(counts) for counts in datum_of(config))
+        datum = " ".join(f"{counts:.3f}" for counts in datum_of(config))
         if not path.exists():
             self._append(
                 f"# Measured for `maya calibrate`; homing put the switches at these counts.\n# datum {datum}\n"

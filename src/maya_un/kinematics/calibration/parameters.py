@@ -67,11 +67,7 @@ class Parameters(NamedTuple):
             for end in ("minimum", "maximum"):
                 counts = getattr(config.axes[index], end) * before[index]
                 new[f"axes.{name}.{end}"] = round(counts / after[index] + zero, 9)
-        return {
-            key: value
-            for key, value in new.items()
-            if abs(value - value_of(config, key)) > _FINEST * max(1.0, abs(value))
-        }
+        return {key: value for key, value in new.items() if _differs(value, value_of(config, key))}
 
 
 _FINEST = 1e-7
@@ -109,6 +105,10 @@ def value_of(config: Config, key: str) -> float:
         found = getattr(found, part)
     assert isinstance(found, float)
     return found
+
+
+def _differs(new: float, old: float) -> bool:
+    return abs(new - old) > _FINEST * max(1.0, abs(old))
 
 
 def named(text: str) -> str:
