@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from maya_un.errors import PathRefused, Unreachable
 from maya_un.kinematics import Floats, Workspace
 from maya_un.kinematics.zones import Box, Cylinder, HalfSpace, Zone
+from maya_un.motion.clearance import closest, highest, lowest
 from maya_un.motion.proof import prove
 from maya_un.values import Joints, Point
 from tests.strategies import WORKSPACE, configuration, edge_joints, reachable_joints, reachable_points
@@ -132,3 +133,42 @@ def test_a_proved_path_keeps_clear_of_every_zone(path: Floats, zones: list[Zone]
         assert least >= -workspace.zone_grain
     else:
         assert least < TOUCH
+
+
+@given(polylines(WORKSPACE))
+def test_margins_are_those_of_dense_samples(path: Floats) -> None:
+    samples = sampled(path, max(100, DENSE // len(path)))
+    a, b, c = samples.T
+    W = WORKSPACE.mechanism.width
+    u = (W * W + b * b - c * c) / (2.0 * W)
+    h = np.sqrt(b * b - u * u)
+    dense = {
+        "boom_start": a - WORKSPACE.boom[0],
+        "boom_end": WORKSPACE.boom[1] - a,
+        "line_b_short": b - WORKSPACE.line_b[0],
+        "line_b_long": WORKSPACE.line_b[1] - b,
+        "line_c_short": c - WORKSPACE.line_c[0],
+        "line_c_long": WORKSPACE.line_c[1] - c,
+        "coupling": b + c - W,
+        "inner": u,
+        "outer": W - u,
+        "floor": WORKSPACE.mechanism.reach_down - h,
+        "tension_b": WORKSPACE.tension_limit - (W - u) / W * b / h,
+        "tension_c": WORKSPACE.tension_limit - u / W * c / h,
+    }
+    for approach in closest(WORKSPACE, path):
+        assert -TOUCH <= dense[approach.name].min() - approach.margin <= TOUCH, approach
+
+
+@given(polylines(WORKSPACE), st.one_of(boxes, cylinders, walls))
+def test_clearances_are_those_of_dense_samples(path: Floats, zone: Zone) -> None:
+    *_, approach = closest(WORKSPACE.with_zones([zone]), path)
+    dense = zone.clearances(WORKSPACE.mechanism, sampled(path, 400)).min()
+    assert -1e-5 <= dense - approach.margin <= 1e-4, approach
+
+
+@given(polylines(WORKSPACE))
+def test_no_sample_is_lower_or_higher_than_the_extremes(path: Floats) -> None:
+    z = WORKSPACE.mechanism.fk_many(sampled(path, 500))[:, 2]
+    assert z.min() + 1e-9 >= lowest(WORKSPACE.mechanism, path).z >= z.min() - 1e-4
+    assert z.max() - 1e-9 <= highest(WORKSPACE.mechanism, path).z <= z.max() + 1e-4

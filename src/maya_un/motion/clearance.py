@@ -1,58 +1,192 @@
-"""How near a path comes to its limits, and how low and how high it takes the gripper.
+"""How near a path comes to every limit and zone, and how low and how high it takes the gripper.
 
-Straight in joints is not straight in space: between two places of equal height the gripper dips or rises.
+Straight in joints is not straight in space: between two places of equal height the gripper dips or rises. Strokes, the
+range of the boom and b + c ≥ W are linear along a chord and least at a knot. The others are smooth on it: they are
+looked at in a few places, and where a parabola through three of them would be least, again more closely.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from itertools import pairwise
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from math import ceil
 
-from maya_un.kinematics.mechanism import Mechanism
+import numpy as np
+
+from maya_un.kinematics.mechanism import Floats, Mechanism
+from maya_un.kinematics.workspace import Workspace
+from maya_un.kinematics.zones import Zone
+from maya_un.motion.keepout import Place
 from maya_un.motion.proof import between
 from maya_un.values import Joints, Point
 
-_STEPS = 16
+_LOOKS = 64
+_ROUNDS = 2
+_CLOSER = 4.0
+_FLAT = 1e-7
+"""Lines are taken to be bent at least by so much [m], so that tensions stay numbers."""
+
+Kinds = Callable[[Floats], Floats]
+"""From joints (..., 3) to the values of some kinds there (k, ...)."""
 
 
-def lowest(mechanism: Mechanism, waypoints: Sequence[Joints]) -> Point:
-    """Return the point of the straight legs between waypoints where the gripper is lowest.
+@dataclass(frozen=True, slots=True)
+class Approach:
+    """How near a path comes to a limit or a zone: the least `margin` [`unit`], and `place`, where that is.
 
-    Raises `Unreachable` where the lines cannot meet.
+    `name` is that of the zone, or one of `LIMITS`; a margin is negative beyond the limit, or where a zone's margin is
+    used up. The unit is "rad", "m" or "load".
     """
-    legs = pairwise(waypoints)
-    return min((_extreme(mechanism, *leg, sign=1.0) for leg in legs), key=lambda point: point.z)
+
+    name: str
+    margin: float
+    unit: str
+    place: Place
+    zone: bool = False
 
 
-def highest(mechanism: Mechanism, waypoints: Sequence[Joints]) -> Point:
-    """Return the point of the path where the gripper is highest; raises as `lowest` does."""
-    legs = pairwise(waypoints)
-    return max((_extreme(mechanism, *leg, sign=-1.0) for leg in legs), key=lambda point: point.z)
+LIMITS = {
+    "boom_start": "rad",
+    "boom_end": "rad",
+    "line_b_short": "m",
+    "line_b_long": "m",
+    "line_c_short": "m",
+    "line_c_long": "m",
+    "coupling": "m",
+    "inner": "m",
+    "outer": "m",
+    "floor": "m",
+    "tension_b": "load",
+    "tension_c": "load",
+}
+"""The limits of the workspace and the units of their margins."""
 
 
-def _extreme(mechanism: Mechanism, start: Joints, end: Joints, sign: float) -> Point:
-    """Return the lowest (sign 1) or highest (sign −1) point of one leg."""
+def closest(workspace: Workspace, joints: Floats) -> tuple[Approach, ...]:
+    """Return how near the chords between knots come to every limit, in the order of `LIMITS`, and to every zone.
+
+    `joints` has shape (n, 3) [rad, m, m]. Margins are exact to 1e-6. Where the lines cannot meet they carry more than
+    a million loads.
+    """
+    joints = _two_at_least(joints)
+    curved = _least(lambda places: _margins(workspace, places), joints, 4)
+    limits = zip(LIMITS.items(), (*_linear(workspace, joints), *curved), strict=True)
+    approaches = [Approach(name, margin, unit, place) for (name, unit), (margin, place) in limits]
+    for zone in workspace.zones:
+        ((margin, place),) = _least(lambda places, zone=zone: _clear(workspace.mechanism, zone, places), joints, 2)
+        approaches.append(Approach(zone.name, margin, "m", place, zone=True))
+    return tuple(approaches)
+
+
+def lowest(mechanism: Mechanism, joints: Sequence[Joints] | Floats) -> Point:
+    """Return the point of the chords between knots, one or more, where the gripper is lowest; exact to 1e-7 m.
+
+    Raises `Unreachable` where the lines cannot meet there.
+    """
+    return _extreme(mechanism, joints, -1.0)
+
+
+def highest(mechanism: Mechanism, joints: Sequence[Joints] | Floats) -> Point:
+    """Return the point of the chords where the gripper is highest; raises as `lowest` does."""
+    return _extreme(mechanism, joints, 1.0)
+
+
+def _extreme(mechanism: Mechanism, joints: Sequence[Joints] | Floats, sign: float) -> Point:
+    knots = _two_at_least(np.asarray(joints, dtype=np.float64))
+    ((_, (chord, share)),) = _least(lambda places: sign * _section(mechanism, places)[np.newaxis, 1], knots, 4)
+    start, end = knots[chord : chord + 2].tolist()
+    return mechanism.fk(between(Joints(*start), Joints(*end), share))
+
+
+def _two_at_least(joints: Floats) -> Floats:
+    return joints if len(joints) > 1 else np.concatenate((joints, joints))
+
+
+def _section(mechanism: Mechanism, places: Floats) -> Floats:
+    """Return u and h² (2, ...) [m, m²] of joints (..., 3)."""
+    b, c = places[..., 1], places[..., 2]
     W = mechanism.width
-    _, b, c = start
-    along_b, along_c = end.b - b, end.c - c
-
-    def depth(t: float) -> float:
-        b_t, c_t = b + along_b * t, c + along_c * t
-        u = 0.5 * W + (b_t - c_t) * (b_t + c_t) / (2.0 * W)
-        return sign * (b_t - u) * (b_t + u)
-
-    shares = [step / _STEPS for step in range(_STEPS + 1)]
-    best = max(shares, key=depth)
-    peak = _peak(depth, max(0.0, best - 1.0 / _STEPS), min(1.0, best + 1.0 / _STEPS))
-    return mechanism.fk(between(start, end, max((best, peak), key=depth)))
+    u = 0.5 * W + (b - c) * (b + c) / (2.0 * W)
+    return np.array((u, (b - u) * (b + u)))
 
 
-def _peak(function: Callable[[float], float], left: float, right: float) -> float:
-    """Return where a function with one peak between `left` and `right` has it."""
-    for _ in range(40):
-        third = (right - left) / 3.0
-        if function(left + third) < function(right - third):
-            left += third
-        else:
-            right -= third
-    return 0.5 * (left + right)
+def _margins(workspace: Workspace, places: Floats) -> Floats:
+    """Return the margins that are not linear (5, ...), in the order of `LIMITS`, at joints (..., 3)."""
+    u, square = _section(workspace.mechanism, places)
+    h = np.sqrt(np.maximum(square, _FLAT * _FLAT))
+    W = workspace.mechanism.width
+    pulls = np.array(((W - u) * places[..., 1], u * places[..., 2])) / (W * h)
+    return np.array((u, W - u, workspace.mechanism.reach_down - h, *(workspace.tension_limit - pulls)))
+
+
+def _clear(mechanism: Mechanism, zone: Zone, places: Floats) -> Floats:
+    """Return the clearance of one zone (1, ...) at joints (..., 3)."""
+    return zone.clearances(mechanism, places.reshape(-1, 3)).reshape(1, *places.shape[:-1])
+
+
+def _linear(workspace: Workspace, joints: Floats) -> Iterator[tuple[float, Place]]:
+    """Yield the margins that are linear along chords, in the order of `LIMITS`, with their places."""
+    last = len(joints) - 2
+    for margin in _linear_margins(workspace, joints):
+        knot = int(np.argmin(margin))
+        yield float(margin[knot]), Place(min(knot, last), float(max(0, knot - last)))
+
+
+def _linear_margins(workspace: Workspace, joints: Floats) -> Iterator[Floats]:
+    for axis, (low, high) in enumerate((workspace.boom, workspace.line_b, workspace.line_c)):
+        yield joints[:, axis] - low
+        yield high - joints[:, axis]
+    yield joints[:, 1] + joints[:, 2] - workspace.mechanism.width
+
+
+def _least(values: Kinds, joints: Floats, looks: int) -> list[tuple[float, Place]]:
+    """Return the least value of every kind on the chords between knots (n, 3), and its place.
+
+    Every chord is looked at in `looks` parts, in more where there are few chords.
+    """
+    parts = max(looks, ceil(_LOOKS / (len(joints) - 1)))
+    shares = np.linspace(0.0, 1.0, parts + 1)
+    ways = joints[1:] - joints[:-1]
+    found = values(joints[:-1, np.newaxis] + ways[:, np.newaxis] * shares[:, np.newaxis])
+    kinds = np.arange(len(found))
+    guessed = _guessed(found).reshape(len(found), -1)
+    chords, inner = np.divmod(np.argmin(guessed, axis=1), parts - 1)
+    refined, at = _refined(values, joints[chords], ways[chords], shares[inner + 1], 1.0 / parts)
+    seen = found.reshape(len(found), -1)
+    best = np.argmin(seen, axis=1)
+    known = seen[kinds, best]
+    return [
+        (float(refined[kind]), Place(int(chords[kind]), float(at[kind])))
+        if refined[kind] < known[kind]
+        else (float(known[kind]), Place(int(best[kind]) // (parts + 1), float(shares[best[kind] % (parts + 1)])))
+        for kind in kinds.tolist()
+    ]
+
+
+def _guessed(found: Floats) -> Floats:
+    """Return how small it may get between the outer ones of every three neighbouring samples (..., n): (..., n − 2)."""
+    before, here, behind = found[..., :-2], found[..., 1:-1], found[..., 2:]
+    slope, bend = 0.5 * (behind - before), behind - 2.0 * here + before
+    dip = np.where(bend > 0.0, 0.5 * slope * slope / np.where(bend > 0.0, bend, 1.0), 0.0)
+    return np.where(np.abs(slope) <= bend, here - dip, np.minimum(np.minimum(before, behind), here))
+
+
+def _refined(values: Kinds, starts: Floats, ways: Floats, at: Floats, width: float) -> tuple[Floats, Floats]:
+    """Return the value (k,) and the share (k,) where each kind is least near share `at` (k,) of its own chord.
+
+    A parabola is laid through three places, then through three closer ones about where that is least.
+    """
+    kinds = np.arange(len(at))
+    steps = np.array((-1.0, 0.0, 1.0))
+
+    def seen(shares: Floats) -> Floats:
+        return values(starts[:, np.newaxis] + ways[:, np.newaxis] * shares[..., np.newaxis])[kinds, kinds]
+
+    for _ in range(_ROUNDS):
+        middle = np.clip(at, width, 1.0 - width)
+        before, here, behind = seen(middle[:, np.newaxis] + width * steps).T
+        slope, bend = 0.5 * (behind - before), behind - 2.0 * here + before
+        vertex = np.where(bend > 0.0, -slope / np.where(bend > 0.0, bend, 1.0), -np.sign(slope))
+        at = np.clip(middle + width * np.clip(vertex, -_CLOSER, _CLOSER), 0.0, 1.0)
+        width /= _CLOSER
+    return seen(at[:, np.newaxis])[:, 0], at
