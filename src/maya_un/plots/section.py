@@ -13,6 +13,7 @@ from math import cos, degrees, hypot, sin
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Arc, Polygon, Rectangle
+from numpy.typing import NDArray
 
 from maya_un.kinematics import Floats, Workspace
 from maya_un.plots import zones
@@ -23,8 +24,10 @@ from maya_un.values import Joints
 TENSIONS = (1.0, 1.5, 2.0, 3.0, 5.0)
 """Multiples of the load whose curves are drawn."""
 
-_COLUMNS = 401
-_GRID = 0.01
+_COLUMNS = 2001
+_BEND = 0.03
+_STRIDE = 0.1
+_GRID = 0.02
 
 
 def outline(workspace: Workspace) -> tuple[Floats, Floats]:
@@ -37,7 +40,20 @@ def outline(workspace: Workspace) -> tuple[Floats, Floats]:
     ]
     u, low, high = np.array([(u, *depths) for u, depths in columns if depths is not None]).T
     d = mechanism.delta + np.concatenate((u, u[::-1], u[:1]))
-    return d, mechanism.reach_down - np.concatenate((low, high[::-1], low[:1]))
+    z = mechanism.reach_down - np.concatenate((low, high[::-1], low[:1]))
+    kept = _worth_drawing(d, z)
+    return d[kept], z[kept]
+
+
+def _worth_drawing(d: Floats, z: Floats) -> NDArray[np.intp]:
+    """Return which points of an outline to keep: one every `_BEND` of its turning, one every `_STRIDE` of its way."""
+    along = np.append(0.0, np.cumsum(np.hypot(np.diff(d), np.diff(z))))
+    turns = np.abs(np.diff(np.unwrap(np.arctan2(np.diff(z), np.diff(d)))))
+    turned = np.concatenate(([0.0], np.cumsum(turns), [0.0]))
+    turned[-1] = turned[-2]
+    fresh = (np.diff(np.floor(turned / _BEND)) > 0.0) | (np.diff(np.floor(along / _STRIDE)) > 0.0)
+    fresh[-1] = True
+    return np.flatnonzero(np.append(True, fresh))
 
 
 def manual_margin(workspace: Workspace, u: Floats, z: Floats) -> Floats:
@@ -163,7 +179,7 @@ class _Drawing:
         """Draw where each line carries 1, 1.5, 2, 3 and 5 times the load."""
         mechanism = self.workspace.mechanism
         W = mechanism.width
-        u = 0.5 * W * (1.0 - np.cos(np.linspace(0.01, np.pi - 0.01, 121)))
+        u = 0.5 * W * (1.0 - np.cos(np.linspace(0.01, np.pi - 0.01, 61)))
         for k in TENSIONS:
             for across, colour, place in ((W - u, LINE_B, 0.40), (u, LINE_C, 0.60)):
                 z = mechanism.reach_down - u * (W - u) / np.sqrt((k * W) ** 2 - across**2)
@@ -184,8 +200,8 @@ class _Drawing:
 
     def _zones(self) -> None:
         mechanism = self.workspace.mechanism
-        d = np.arange(0.0, mechanism.length + 0.3, _GRID)
-        z = np.arange(0.0, mechanism.height + 0.2, _GRID)
+        d = np.arange(0.0, mechanism.length + 0.3, 0.5 * _GRID)
+        z = np.arange(0.0, mechanism.height + 0.2, 0.5 * _GRID)
         across, up = np.meshgrid(d, z)
         places = np.stack((across * sin(self.bearing), across * cos(self.bearing), up))
         zones.draw(self.axes, self.workspace, d, z, places)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.ticker import MultipleLocator
 from mpl_toolkits.mplot3d import Axes3D
-from numpy.typing import NDArray
 
-from maya_un.kinematics import Floats, Workspace
+from maya_un.kinematics import Workspace
 from maya_un.plots.marks import Marked
 from maya_un.plots.section import outline
 from maya_un.plots.style import GREY, INK, LINE_B, LINE_C
@@ -16,8 +15,6 @@ from maya_un.values import Point
 
 _SKIN = "#8DB8DC"
 _TURNS = 25
-_STEP = 0.06
-_CORNER = 0.3
 
 
 def draw_surface(axes: Axes3D, workspace: Workspace, bearing: float, marked: Marked | None = None) -> None:
@@ -25,11 +22,10 @@ def draw_surface(axes: Axes3D, workspace: Workspace, bearing: float, marked: Mar
     mechanism = workspace.mechanism
     d, z = outline(workspace)
     turned = np.linspace(*workspace.boom, _TURNS)
-    few = _every(d, z)
     axes.plot_surface(
-        np.outer(d[few], np.sin(turned)),
-        np.outer(d[few], np.cos(turned)),
-        np.outer(z[few], np.ones(_TURNS)),
+        np.outer(d, np.sin(turned)),
+        np.outer(d, np.cos(turned)),
+        np.outer(z, np.ones(_TURNS)),
         rstride=1,
         cstride=1,
         color=_SKIN,
@@ -37,8 +33,8 @@ def draw_surface(axes: Axes3D, workspace: Workspace, bearing: float, marked: Mar
         linewidth=0,
     )
     for angle in workspace.boom:
-        x, y = d[few] * np.sin(angle), d[few] * np.cos(angle)
-        axes.plot(x, y, z[few], color=INK, linewidth=1.1)
+        x, y = d * np.sin(angle), d * np.cos(angle)
+        axes.plot(x, y, z, color=INK, linewidth=1.1)
     _machine(axes, workspace, bearing, marked)
     x, y = mechanism.length * np.sin(turned), mechanism.length * np.cos(turned)
     low = Point(min(0.0, float(x.min())), min(0.0, float(y.min())), 0.0)
@@ -51,16 +47,6 @@ def draw_surface(axes: Axes3D, workspace: Workspace, bearing: float, marked: Mar
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_major_locator(MultipleLocator(0.5))
     axes.view_init(elev=22.0, azim=-52.0)
-
-
-def _every(d: Floats, z: Floats) -> NDArray[np.intp]:
-    """Return the places of an outline to draw: one every `_STEP`, and every corner [indices]."""
-    along = np.append(0.0, np.cumsum(np.hypot(np.diff(d), np.diff(z))))
-    heading = np.unwrap(np.arctan2(np.diff(z), np.diff(d)))
-    turn = np.append(np.append(0.0, np.abs(np.diff(heading))), 0.0)
-    fresh = np.append(True, np.diff(np.floor(along / _STEP)) > 0.0)
-    fresh[-1] = True
-    return np.flatnonzero(fresh | (turn > _CORNER))
 
 
 def _machine(axes: Axes3D, workspace: Workspace, bearing: float, marked: Marked | None) -> None:

@@ -54,7 +54,7 @@ def test_the_outline_is_closed_and_has_the_known_ends() -> None:
 def test_every_place_just_inside_the_outline_is_reachable() -> None:
     d, z = outline(WORKSPACE)
     middle = np.array([1.3, 1.3])
-    for place in np.column_stack((d, z))[::7]:
+    for place in np.column_stack((d, z)):
         at, up = place + 1e-6 * (middle - place)
         assert WORKSPACE.why_not(Point(0.0, float(at), float(up))) is None
 
@@ -81,10 +81,10 @@ def test_curves_of_tension_stand_where_a_line_carries_so_much() -> None:
     with house_style():
         axes = blank().add_subplot()
         draw_section(axes, WORKSPACE, 0.0)
-    curves = [curve for curve in (np.asarray(line.get_xydata()) for line in axes.lines) if len(curve) == 121]
+    curves = [curve for curve in (np.asarray(line.get_xydata()) for line in axes.lines) if len(curve) == 61]
     carried = []
     for curve in curves:
-        u, h = curve[60, 0] - 0.3, 2.15 - curve[60, 1]
+        u, h = curve[30, 0] - 0.3, 2.15 - curve[30, 1]
         carried += [(2.0 - u) / 2.0 * hypot(u, h) / h, u / 2.0 * hypot(2.0 - u, h) / h]
     for k in (1.0, 1.5, 2.0, 3.0, 5.0):
         assert sum(pull == pytest.approx(k) for pull in carried) >= 2
