@@ -162,7 +162,10 @@ def _ceiling(axes: Axes) -> None:
     u = 0.6
     h = _shallowest(u)
     start, end = _lines(u, h), _lines(W - u, h)
-    _area(axes)
+    quiet_grid(axes)
+    columns = [(at, WORKSPACE.section.depths(float(at))) for at in np.linspace(0.5, 1.5, 401)]
+    d, top = np.array([(MECHANISM.delta + at, HIGH - depths[0]) for at, depths in columns if depths is not None]).T
+    axes.fill_between(d, 2.0, top, facecolor=REACHABLE, edgecolor=INK, linewidth=1.4)
     _drawn(axes, start + np.linspace(0.0, 1.0, 101)[:, np.newaxis] * (end - start), PURPLE)
     _say(axes, "straight in b and c", (1.3, _height_between(u, h)), PURPLE, (0, 18), align="center")
     _ends(axes, start, end)
@@ -179,7 +182,7 @@ def stopping() -> Figure:
         quiet_grid(axes)
         speed, ratio = 45.0, 0.46
         axes.plot((-60.0, 240.0), (-60.0 * ratio, 240.0 * ratio), color=GREY, linewidth=1.0, linestyle="dashed")
-        _say(axes, "the path", (-55.0, -55.0 * ratio), GREY, (0, 8), align="left")
+        _say(axes, "the path", (205.0, 205.0 * ratio), GREY, (-2, 8), align="right")
         for deceleration, name in ((5.12, "5120 counts/s²"), (51.2, "51 200 counts/s²")):
             b, c = _braked(speed, deceleration), _braked(ratio * speed, deceleration)
             axes.plot(b, ratio * b, color=BOOM, linewidth=2.4)

@@ -30,7 +30,7 @@ def straight_move() -> CoordinatedMove:
 
 
 def time_optimal() -> Figure:
-    """Return the speed along a straight way of the gripper under the bounds of the axes, and the end of it over time."""
+    """Return the speed along a straight way of the gripper under the bounds of the axes, and its end over time."""
     move = straight_move()
     with house_style():
         figure = blank(7.2, 3.6)
