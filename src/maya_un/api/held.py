@@ -50,13 +50,13 @@ class HeldJogs:
         if direction not in (1, -1):
             raise InvalidValue(key="direction", value=direction, reason="it is 1 or -1")
         key = _Key(axis, direction, speed)
-        changed = key != self._key
-        if changed and self._key is not None:
-            await self.release()
+        if key == self._key:
+            self._renew()
+            return self._answer(key)
+        self.halt()
         self._key = key
         self._renew()
-        if changed:
-            await self._begin(key)
+        await self._begin(key)
         return self._answer(key)
 
     async def release(self) -> None:
@@ -87,6 +87,8 @@ class HeldJogs:
             self._moved = key
             # A refusal comes without any wait for the machine to move.
             await asyncio.wait({self._task}, timeout=_REFUSED_WITHIN)
+            if key == self._key:
+                self._renew()
 
     def _answer(self, key: _Key) -> HeldJog:
         """Return how the jog of a key stands; raises what ended it unless that is the border."""

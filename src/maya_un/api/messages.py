@@ -12,7 +12,9 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
+from maya_un.errors import Unreachable
 from maya_un.events import Event
+from maya_un.kinematics.limits import Limit, unit
 from maya_un.kinematics.workspace import Workspace
 from maya_un.process.report import JobSummary
 from maya_un.values import Joints, Point, Progress, State
@@ -62,21 +64,63 @@ class HeldJog:
 
 
 @dataclass(frozen=True, slots=True)
+class Distance:
+    """How far a place is from a `limit`, in its `unit` ("m", "rad" or "load"); `zone` is the name of one, else ""."""
+
+    limit: str
+    zone: str
+    margin: float
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class Broken:
+    """A `limit` that a place breaks by `excess`, in its `unit` ("m", "rad" or "load"), in words; `zone` as above."""
+
+    limit: str
+    zone: str
+    excess: float
+    unit: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
 class Reach:
-    """Whether a point can be reached; by which joints (rad, m, m), or why not and where instead [m]."""
+    """Whether a point can be reached; by which joints (rad, m, m), or why not and where instead [m].
+
+    Of a point that can be reached it tells the `margins` to every limit and the `tensions` of lines b and c in
+    multiples of the load, of another all limits that it has `broken`; `reason` is the first of them. `nearest` is None
+    where the zones leave nothing.
+    """
 
     reachable: bool
     joints: Joints | None
     reason: str | None
-    nearest: Point
+    nearest: Point | None
+    margins: tuple[Distance, ...] = ()
+    tensions: tuple[float, float] | None = None
+    broken: tuple[Broken, ...] = ()
 
     @classmethod
     def of(cls, workspace: Workspace, point: Point) -> Reach:
         """Return the answer about `point` [m] in `workspace`."""
-        reason = workspace.why_not(point)
-        if reason is None:
-            return cls(True, workspace.require(point), None, point)
-        return cls(False, None, str(reason), workspace.nearest(point))
+        reasons = workspace.all_reasons(point)
+        if reasons:
+            broken = tuple(Broken(one.limit, one.zone, one.excess, one.unit, one.text) for one in reasons)
+            return cls(False, None, str(reasons[0]), _nearest(workspace, point), broken=broken)
+        joints = workspace.require(point)
+        found = workspace.margins(joints)
+        distances = [Distance(limit, "", margin, unit(limit)) for limit, margin in found.limits.items()]
+        distances += [Distance(Limit.ZONE, zone, clearance, "m") for zone, clearance in found.zones]
+        pulls = (workspace.tension_limit - found.tension_b, workspace.tension_limit - found.tension_c)
+        return cls(True, joints, None, point, tuple(distances), pulls)
+
+
+def _nearest(workspace: Workspace, point: Point) -> Point | None:
+    try:
+        return workspace.nearest(point)
+    except Unreachable:
+        return None
 
 
 @dataclass(frozen=True, slots=True)

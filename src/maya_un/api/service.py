@@ -12,7 +12,9 @@ from maya_un.address import SIM
 from maya_un.api.held import PATIENCE, HeldJogs
 from maya_un.api.messages import HeldJog, JobAccepted, Reach, Status
 from maya_un.api.teaching import Teaching, at_rest
+from maya_un.api.zoning import drop_zone, put_zone, zones_of
 from maya_un.config import Config
+from maya_un.config.zones import AnyZone
 from maya_un.controller.homing import homed_pose
 from maya_un.controller.protocol import Controller, Jogged
 from maya_un.errors import Busy, Stopped
@@ -198,6 +200,24 @@ class Service:
     def reach(self, point: Point) -> Reach:
         """Tell whether `point` [m] can be reached, and if not why, and where the nearest reachable point is."""
         return Reach.of(self._controller.workspace, point)
+
+    async def zones(self) -> list[AnyZone]:
+        """Return the zones that the robot keeps out of, as they are written in the configuration."""
+        return zones_of(self._controller)
+
+    async def set_zone(self, zone: Mapping[str, object]) -> AnyZone:
+        """Keep out of one more zone, for this run; it takes the place of one of its name.
+
+        It is taken also where the robot stands in it; then no motion is allowed before it is removed. Raises
+        `InvalidRequest` with the key that makes it none, and `Busy` while a job runs or something moves.
+        """
+        self._require_no_job()
+        return put_zone(self._controller, zone)
+
+    async def remove_zone(self, name: str) -> None:
+        """Keep out of a zone no longer, for this run; raises `NotFound` and `Busy`."""
+        self._require_no_job()
+        drop_zone(self._controller, name)
 
     def config(self) -> Config:
         """Return all constants of the machine."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import FastAPI, Query, Response
 from fastapi.exceptions import RequestValidationError
@@ -10,13 +10,15 @@ from starlette.exceptions import HTTPException
 
 from maya_un import __version__
 from maya_un.api.messages import EventMessage
-from maya_un.errors import InvalidRequest, InvalidValue, MayaError, NotFound
+from maya_un.errors import MayaError, NotFound
 from maya_un.server import problems
 from maya_un.server.bridge import Bridge
 from maya_un.server.exchange import Body
 from maya_un.server.exchange import answer as _answer
 from maya_un.server.guard import Guard
+from maya_un.server.moving import add_moving
 from maya_un.server.teaching import add_pallets, add_poses
+from maya_un.server.zoning import add_zones
 
 LONGEST_WAIT = 60.0
 """Longest wait for a new event [s, real time]."""
@@ -35,8 +37,10 @@ def create_app(bridge: Bridge) -> FastAPI:
     _add_reading(app, bridge)
     _add_jobs(app, bridge)
     _add_wishes(app, bridge)
+    add_moving(app, bridge)
     add_poses(app, bridge)
     add_pallets(app, bridge)
+    add_zones(app, bridge)
     return app
 
 
@@ -100,13 +104,6 @@ def _add_wishes(app: FastAPI, bridge: Bridge) -> None:
         answer = await bridge.call(lambda service: service.wish(primitive, wait=wait))
         return _answer(answer, 200 if wait else 202)
 
-    @app.post("/v1/jog")
-    async def jog(body: Body) -> Response:
-        """Move one axis by a distance (rad or m) and answer when it has arrived."""
-        axis, distance = _jog(body)
-        await bridge.call(lambda service: service.jog(axis, distance))
-        return _answer({"axis": axis, "distance": distance})
-
     @app.post("/v1/stop")
     async def stop() -> Response:
         """Stop on the path, now; tell how long and how far it still goes."""
@@ -123,14 +120,3 @@ def _add_wishes(app: FastAPI, bridge: Bridge) -> None:
         """Clear a fault once its cause is gone; nothing moves."""
         await bridge.call(lambda service: service.recover())
         return _answer({"recovered": True})
-
-
-def _jog(body: dict[str, Any]) -> tuple[str, float]:
-    for key in sorted(set(body) ^ {"axis", "distance"}):
-        raise InvalidRequest(key=key, reason="it is missing" if key in {"axis", "distance"} else "there is no such key")
-    axis, distance = body["axis"], body["distance"]
-    if not isinstance(axis, str):
-        raise InvalidValue(key="axis", value=repr(axis), reason="it is a, b or c")
-    if isinstance(distance, bool) or not isinstance(distance, int | float) or not abs(distance) < 1e9:
-        raise InvalidValue(key="distance", value=repr(distance), reason="it is a finite number, in rad or m")
-    return axis, float(distance)

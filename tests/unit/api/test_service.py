@@ -9,6 +9,7 @@ import pytest
 
 from maya_un.api.messages import EventMessage, to_data, to_json
 from maya_un.api.service import Service
+from maya_un.controller.protocol import Jogged
 from maya_un.errors import Busy, InvalidJob, InvalidRequest, NotFound, Unreachable
 from maya_un.events import Event, Kind
 from maya_un.process.process import Process
@@ -94,11 +95,50 @@ async def test_recover_starts_nothing() -> None:
 async def test_a_jog_waits_for_nobody() -> None:
     async with door() as (controller, service):
         await service.jog("b", 0.01, speed=0.5)
-        assert controller.calls == [("jog", ("b", 0.01, 0.5))]
+        assert controller.calls == [("jog", ("b", 0.01, 0.5, True))]
         await service.submit(JOB)
         await elapse(1.0)
         with pytest.raises(Busy, match="job 1"):
             await service.jog("b", 0.01)
+
+
+async def test_a_jog_of_peoples_goes_as_far_as_it_can_and_says_how_far() -> None:
+    async with door() as (_, service):
+        assert await service.jog("x", -2.0) == Jogged("x", -0.1, "fake", "it would come too far")
+        assert await service.jog("x", -2.0, clip=False) == Jogged("x", -2.0)
+
+
+async def test_a_held_jog_is_for_when_no_job_runs() -> None:
+    async with door() as (controller, service):
+        assert (await service.jog_hold("b", 1)).moving
+        await service.jog_release()
+        await service.submit(JOB)
+        await elapse(1.0)
+        with pytest.raises(Busy, match="job 1"):
+            await service.jog_hold("b", 1)
+        assert controller.names()[:2] == ["jog", "at rest"]
+
+
+async def test_a_stop_ends_a_held_jog() -> None:
+    async with door() as (controller, service):
+        await service.jog_hold("b", 1)
+        await service.stop()
+        await elapse(1.0)
+        assert controller.names() == ["jog", "stop", "at rest"]
+        assert not (await service.jog_hold("b", 1)).moving
+
+
+async def test_a_job_is_paused_also_between_its_motions() -> None:
+    async with door() as (controller, service):
+        await service.pause()
+        await service.submit(JOB)
+        await elapse(1.0)
+        await service.pause()
+        await service.resume()
+        await service.speed(0.5)
+        calls = [call for call in controller.calls if call[0] != "follow"]
+        assert calls == [("pause", False), ("pause", True), ("resume", None), ("override", 0.5)]
+        assert (await service.status()).state.override == 0.5
 
 
 async def test_status_tells_everything_about_now() -> None:

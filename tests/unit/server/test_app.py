@@ -10,7 +10,9 @@ from typing import Any, cast
 import httpx
 import pytest
 
+from maya_un.api.messages import HeldJog
 from maya_un.api.service import Service
+from maya_un.controller.protocol import Jogged
 from maya_un.errors import Busy, InvalidJob, LinkLost, MayaError, NotFound, Unreachable
 from maya_un.events import Event, EventLog, Kind
 from maya_un.server.app import create_app
@@ -64,8 +66,26 @@ class StandIn:
         self._note("preview", job)
         return {"duration": 1.0}
 
-    async def jog(self, axis: str, distance: float) -> None:
-        self._note("jog", axis, distance)
+    async def jog(self, axis: str, distance: float, *, speed: float, clip: bool) -> Jogged:
+        self._note("jog", axis, distance, speed, clip)
+        return Jogged(axis, distance)
+
+    async def jog_hold(self, axis: str, direction: int, *, speed: float) -> HeldJog:
+        self._note("jog_hold", axis, direction, speed)
+        return HeldJog(axis, direction, moving=True)
+
+    async def jog_release(self) -> None:
+        self._note("jog_release")
+
+    async def pause(self) -> StopReport:
+        self._note("pause")
+        return StopReport(True, 0.5, (0.0, 0.01, 0.02))
+
+    async def resume(self) -> None:
+        self._note("resume")
+
+    async def speed(self, ratio: float) -> None:
+        self._note("speed", ratio)
 
     async def stop(self) -> StopReport:
         self._note("stop")
@@ -116,7 +136,20 @@ def problem(response: httpx.Response) -> dict[str, Any]:
         ("DELETE", "/v1/jobs/7", None, ("cancel", 7), 200),
         ("POST", "/v1/preview", {"steps": []}, ("preview", {"steps": []}), 200),
         ("POST", "/v1/tasks", {"command": "home"}, ("wish", {"command": "home"}, False), 202),
-        ("POST", "/v1/jog", {"axis": "b", "distance": 1}, ("jog", "b", 1.0), 200),
+        ("POST", "/v1/jog", {"axis": "b", "distance": 1}, ("jog", "b", 1.0, 1.0, True), 200),
+        (
+            "POST",
+            "/v1/jog",
+            {"axis": "x", "distance": -0.5, "speed": 0.2, "clip": False},
+            ("jog", "x", -0.5, 0.2, False),
+            200,
+        ),
+        ("POST", "/v1/jog", {"axis": "z", "direction": -1, "hold": True}, ("jog_hold", "z", -1, 1.0), 200),
+        ("POST", "/v1/jog", {"hold": False}, ("jog_release",), 200),
+        ("POST", "/v1/jog", {"axis": "z", "direction": -1, "hold": False}, ("jog_release",), 200),
+        ("POST", "/v1/pause", None, ("pause",), 200),
+        ("POST", "/v1/resume", None, ("resume",), 200),
+        ("POST", "/v1/speed", {"ratio": 0.5}, ("speed", 0.5), 200),
         ("POST", "/v1/stop", None, ("stop",), 200),
         ("POST", "/v1/abort", None, ("abort",), 200),
         ("POST", "/v1/recover", None, ("recover",), 200),
@@ -238,6 +271,17 @@ async def test_what_nobody_foresaw_is_one_sentence(tmp_path: Any, monkeypatch: p
         ("/v1/jog", b'{"axis": 3, "distance": 1}'),
         ("/v1/jog", b'{"axis": "a", "distance": true}'),
         ("/v1/jog", b'{"axis": "a", "distance": "far"}'),
+        ("/v1/jog", b'{"axis": "a", "distance": 1, "speed": 0}'),
+        ("/v1/jog", b'{"axis": "a", "distance": 1, "clip": 1}'),
+        ("/v1/jog", b'{"axis": "a", "distance": 1e999}'),
+        ("/v1/jog", b'{"axis": "a", "hold": true}'),
+        ("/v1/jog", b'{"axis": "a", "direction": 2, "hold": true}'),
+        ("/v1/jog", b'{"axis": "a", "direction": true, "hold": true}'),
+        ("/v1/jog", b'{"axis": "a", "direction": 1, "hold": 1}'),
+        ("/v1/jog", b'{"axis": "a", "direction": 1, "distance": 1, "hold": true}'),
+        ("/v1/speed", b"{}"),
+        ("/v1/speed", b'{"ratio": "50%"}'),
+        ("/v1/speed", b'{"ratio": 0.5, "speed": 1}'),
     ],
 )
 async def test_a_bad_body_is_refused_and_never_reaches_the_service(path: str, content: bytes) -> None:
