@@ -16,10 +16,11 @@ from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.motion.clearance import highest, lowest
 from maya_un.motion.curve import Path, Route, Space
-from maya_un.motion.knots import Knots, lay
+from maya_un.motion.knots import Knots, divided, lay
 from maya_un.motion.limits import Limits
 from maya_un.motion.move import CoordinatedMove
 from maya_un.motion.proof import prove
+from maya_un.motion.stopping import Emergency, emergency_speed
 from maya_un.motion.timing import plan
 from maya_un.values import AXES, Joints
 
@@ -34,6 +35,9 @@ AT_HAND = 8
 
 START_TOLERANCE = (1e-3, 1e-4, 1e-4)
 """A path starts where the robot is, to this much (rad, m, m)."""
+
+SHORT = 20_000.0
+"""Where speed is held back, chords are at most so long [counts]: 20 mm of a line."""
 
 _COARSER = (1.0, 2.0, 4.0)
 
@@ -62,6 +66,7 @@ class Planner:
         self._limits = Limits.of(config)
         self._units = Units.of(config)
         self._mechanism = mechanism
+        self._emergency = Emergency.of(config)
         self._planned = lru_cache(maxsize=AT_HAND)(self._plan)
         self._previewed = lru_cache(maxsize=REMEMBERED)(self._preview)
 
@@ -109,10 +114,30 @@ class Planner:
         for coarseness in _COARSER:
             knots = lay(path, self._mechanism, self._units, self._limits, coarseness)
             joints = self._proved(workspace, path, knots)
-            move = plan(knots, self._limits, self._units, speed, coarseness=coarseness)
+            move = self._timed(workspace, knots, joints, speed, coarseness)
             if len(move.segments) <= MOST_SEGMENTS:
                 return Plan(joints, move if move.segments else None)
         _too_long(f"it needs {len(move.segments)} segments")
+
+    def _timed(
+        self, workspace: Workspace, knots: Knots, joints: Floats, speed: float, coarseness: float
+    ) -> CoordinatedMove:
+        """Return the move through proved knots, nowhere so fast that a fault could do harm beside the path."""
+
+        def safely(directions: Floats, braking: float, wished: Floats) -> Floats:
+            per_count = directions / np.array(self._units.per_unit)
+            found = emergency_speed(workspace, self._emergency, joints, per_count, braking, wished)
+            nonlocal slowed
+            slowed = bool(np.any(found < wished))
+            return found
+
+        slowed = False
+        move = plan(knots, self._limits, self._units, speed, safely=safely, coarseness=coarseness)
+        if slowed:  # only where it is dangerous: shorter chords
+            knots = divided(knots, SHORT)
+            joints = knots.counts / np.array(self._units.per_unit)
+            move = plan(knots, self._limits, self._units, speed, safely=safely, coarseness=coarseness)
+        return move
 
     def _proved(self, workspace: Workspace, path: Path, knots: Knots) -> Floats:
         """Return the knots as joints (n, 3) [rad, m, m] once every chord between them is proved."""
@@ -127,11 +152,10 @@ class Planner:
 
     def _preview(self, workspace: Workspace, path: Path, speed: float) -> Preview:
         planned = self._planned(workspace, path, speed)
-        points = [Joints(*place) for place in planned.knots.tolist()] * (2 if len(planned.knots) == 1 else 1)
         return Preview(
             duration=0.0 if planned.move is None else planned.move.duration + SETTLE,
-            lowest=lowest(self._mechanism, points).z,
-            highest=highest(self._mechanism, points).z,
+            lowest=lowest(self._mechanism, planned.knots).z,
+            highest=highest(self._mechanism, planned.knots).z,
             end=planned.end,
             vias=() if planned.move is None else planned.move.via_times(),
         )

@@ -79,6 +79,17 @@ def lay(path: Path, mechanism: Mechanism, units: Units, limits: Limits, coarsene
     return _distinct(counts, exact, sharp, _vias(parameters, counts, pieces))
 
 
+def divided(knots: Knots, longest: float) -> Knots:
+    """Return knots with chords longer than `longest` [counts] divided evenly: straight on, so nothing else changes."""
+    steps = np.diff(knots.exact, axis=0)
+    parts = np.maximum(1, np.ceil(np.sqrt(np.sum(steps * steps, axis=1)) / longest)).astype(np.intp)
+    chord = np.repeat(np.arange(len(parts)), parts)
+    share = (np.arange(len(chord)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[chord]
+    exact = np.concatenate((knots.exact[chord] + share[:, np.newaxis] * steps[chord], knots.exact[-1:]))
+    sharp = np.append((share == 0.0) & knots.sharp[chord], knots.sharp[-1])
+    return _distinct(np.rint(exact).astype(np.int64), exact, sharp, knots.vias)
+
+
 def _vias(parameters: Floats, counts: Whole, pieces: Pieces) -> tuple[float, ...]:
     if not pieces.vias:
         return ()

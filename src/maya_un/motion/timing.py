@@ -18,7 +18,7 @@ from maya_un.errors import InvalidValue
 from maya_un.kinematics import Floats
 from maya_un.motion.knots import STEP, Knots
 from maya_un.motion.limits import Limits
-from maya_un.motion.move import CoordinatedMove, Segment
+from maya_un.motion.move import CoordinatedMove
 from maya_un.motion.speeds import Budget, Chords, caps, knot_squares, peaks
 from maya_un.motion.stairs import Ramps, segments
 
@@ -30,8 +30,11 @@ _STEEP = 0.9
 _NEARLY = 0.99
 """VA may be this much below what the axes allow, where that saves the stairs of a rise."""
 
-SpeedCap = Callable[[Floats], Floats]
-"""From the directions at the knots (n + 1, 3) to the greatest speed along the path there (n + 1,) [counts/s]."""
+Safely = Callable[[Floats, float, Floats], Floats]
+"""What other reasons allow: from directions (n, 3) at the knots, VD, and wished speeds (n,) along the path, to speeds (n,).
+
+The speed at a knot holds for the chord behind it. Infinite where the wish does no harm.
+"""
 
 
 def plan(
@@ -40,59 +43,50 @@ def plan(
     units: Units,
     speed_scale: float = 1.0,
     *,
-    cap: SpeedCap | None = None,
+    safely: Safely | None = None,
     coarseness: float = 1.0,
 ) -> CoordinatedMove:
     """Return the coordinated move through `knots`, from the first (where the robot must be) to the last.
 
-    `speed_scale` in (0, 1] slows the cruise, not the ramps. At a sharp corner the speed is such that no axis' speed jumps
-    by more than a few per cent of its slew: next to rest. `cap` bounds the speed for other reasons. A path that is
-    shorter than a count gives a move without segments. Raises `InvalidValue` for a scale out of range.
+    `speed_scale` in (0, 1] slows the cruise, not the ramps. At a sharp corner the speed is such that no axis' speed
+    jumps by more than 2 % of its slew: next to rest. Stairs are `coarseness` times as high. A path that is shorter
+    than a count gives a move without segments. Raises `InvalidValue` for a scale out of range.
     """
     if not 0.0 < speed_scale <= 1.0:
         raise InvalidValue(key="speed_scale", value=speed_scale, reason="it is a share, above 0 and at most 1")
     a, b, c = knots.counts[0].tolist()
     start = (a, b, c)
     if len(knots.counts) < 2:
-        return CoordinatedMove.along(start, [], limits.letters, _QUANTUM, _QUANTUM, units, vias=())
+        return CoordinatedMove.along(start, [], limits.letters, _QUANTUM, _QUANTUM, units)
     chords = Chords.of(knots)
     va, vd = _rates(chords, limits)
-    found = _segments(chords, limits, speed_scale, (va, vd), cap, coarseness)
+    budget = Budget.of(chords, limits, va, _STEEP * vd)
+    within, at = caps(chords, limits, speed_scale)
+    ramps = _ramps(chords, budget, within, at)
+    if safely is not None:
+        wished = np.append(ramps.top, 0.0)
+        safe = safely(np.concatenate((chords.directions, chords.directions[-1:])), vd, wished)
+        if np.any(safe < wished):
+            within = np.minimum(within, safe[:-1])
+            at[1:-1] = np.minimum(at[1:-1], np.minimum(within[:-1], within[1:]))
+            ramps = _ramps(chords, budget, within, at)
+    slew = speed_scale * np.array(limits.speed, dtype=np.float64)
+    found = segments(chords, ramps, slew, va, STEP * coarseness)
     return CoordinatedMove.along(start, found, limits.letters, va, vd, units, vias=knots.vias)
 
 
-def _segments(
-    chords: Chords,
-    limits: Limits,
-    scale: float,
-    rates: tuple[int, int],
-    cap: SpeedCap | None,
-    coarseness: float,
-) -> list[Segment]:
-    va, vd = rates
-    within, at = caps(chords, limits, scale)
-    if cap is not None:
-        bound = cap(_at_knots(chords.directions))
-        at = np.minimum(at, bound)
-        within = np.minimum(within, np.minimum(bound[1:], bound[:-1]))
-    budget = Budget.of(chords, limits, va, _STEEP * vd)
+def _ramps(chords: Chords, budget: Budget, within: Floats, at: Floats) -> Ramps:
     squares = knot_squares(chords, budget, at)
     top, up, down = peaks(chords, budget, within, squares)
     speeds = np.sqrt(squares)
-    ramps = Ramps(speeds[:-1], np.sqrt(top), speeds[1:], up, down)
-    return segments(chords, ramps, scale * np.array(limits.speed, dtype=np.float64), va, STEP * coarseness)
-
-
-def _at_knots(directions: Floats) -> Floats:
-    """Return for every knot the direction of the chord behind it; at the last one that of the chord before."""
-    return np.concatenate((directions, directions[-1:]))
+    return Ramps(speeds[:-1], np.sqrt(top), speeds[1:], up, down)
 
 
 def _rates(chords: Chords, limits: Limits) -> tuple[int, int]:
     """Return VA and VD [counts/s²], in steps of 1024 as the controller has them.
 
-    VD is the greatest with which a stop anywhere keeps every axis below its own. VA is the next step above what the axes
-    allow where they allow most: stairs make it gentler. A stop is never gentler than a rise.
+    VD is the greatest with which a stop anywhere keeps every axis below its own. VA is the next step above what the
+    axes allow where they allow most: stairs make it gentler. A stop is never gentler than a rise.
     """
     share = np.maximum(np.abs(chords.directions), 1e-9)
     vd = int(np.min(np.array(limits.stop_deceleration) / share)) // _QUANTUM * _QUANTUM
