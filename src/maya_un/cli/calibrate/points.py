@@ -171,7 +171,7 @@ class _Table:
         """Return counts, place and sigma of a row; raises `InvalidValue`."""
         if len(cells) != len(self._head):
             reason = f"the head names {len(self._head)} columns, here are {len(cells)}"
-            raise self._wrong(line, self._head[min(len(cells), len(self._head)) - 1], ",".join(cells), reason)
+            raise self._wrong(line, self._head[min(len(cells), len(self._head) - 1)], ",".join(cells), reason)
         said = dict(zip(self._head, cells, strict=True))
         row = [self._number(line, column, said[column]) for column in (*self._columns.values(), *_PLACE)]
         for index, name in enumerate(self._columns.values()):

@@ -42,7 +42,7 @@ def calibrate(observations: Observations, now: Parameters, hold: Collection[str]
     free = tuple(name for name in FITTED if name not in held)
     identify.require_enough(observations, free)
     problem = _Problem(observations, now, free)
-    start, scale = problem.robust(np.zeros(len(free)))
+    start, scale = problem.robust(problem.turned())
     problem.require_told(start, scale)
     solution, inliers = problem.trimmed(start)
     return problem.conclude(solution, inliers)
@@ -58,6 +58,16 @@ class _Problem:
         self._columns = identify.columns(free)
         self._units = identify.typical(free)
         self._finest = _FINEST if observations.sigma is None else _FINEST * float(np.max(observations.weights))
+
+    def turned(self) -> Floats:
+        """Return the step that turns the machine to where the points are: their frame may have another north."""
+        step = np.zeros(len(self._free))
+        if "zero_a" in self._free:
+            bearing = np.arctan2(self._seen.points[:, 0], self._seen.points[:, 1])
+            angle = model.joints(self._now, self._seen.counts)[:, 0]
+            place = self._free.index("zero_a")
+            step[place] = float(np.angle(np.sum(np.exp(1j * (bearing - angle))))) / self._units[place]
+        return step
 
     def at(self, step: Floats) -> Parameters:
         """Return the constants after a step."""

@@ -132,6 +132,13 @@ def test_with_h_held_phi_takes_its_place() -> None:
     assert found.words[0].startswith("height (H) is held")
 
 
+@pytest.mark.parametrize("zero", [-3.0, -1.5, 2.0, 3.1])
+def test_a_frame_with_another_north_is_found(zero: float) -> None:
+    rng = np.random.default_rng(4)
+    turned = TRUTH._replace(zero_a=zero)
+    assert distance(calibrate(measured(turned, random_counts(rng, 30), rng), NOW), turned) < 40.0
+
+
 def test_what_is_held_stays() -> None:
     found = calibrate(a_set(), NOW, hold=("zero_b", "length"))
     assert found.held == ("length", "gripper_height", "zero_b")

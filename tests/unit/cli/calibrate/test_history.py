@@ -1,0 +1,176 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from maya_un.cli.calibrate import history
+from maya_un.cli.calibrate.history import Step, in_force, steps
+from maya_un.config import load
+from maya_un.errors import FileUnreadable, FileUnwritable, InvalidConfig, NothingToRevert
+
+MINE = "# ours\n[geometry]\nheight = 2.34  # from the drawing\n\n[axes.b]\nspeed_counts = 40_000\n"
+KEYS = {"geometry.height": 2.36, "geometry.delta": 0.31, "axes.b.minimum": 0.58}
+
+
+def about(digest: str = "d1") -> Step:
+    return Step(
+        number=0,
+        action="applied",
+        date="2026-03-01T10:00:00+00:00",
+        author="ana",
+        points="points.csv",
+        digest=digest,
+        measured=30,
+        used=28,
+        rms_before=0.02,
+        rms_after=0.001,
+        before={},
+        after={},
+    )
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> Path:
+    file = tmp_path / "maya.toml"
+    file.write_text(MINE)
+    return file
+
+
+def values(file: Path) -> tuple[float, float, float]:
+    found = load(file)
+    return found.geometry.height, found.geometry.delta, found.axes.b.minimum
+
+
+def test_applying_changes_the_file_and_keeps_what_people_wrote(config: Path) -> None:
+    step = history.apply(config, KEYS, about())
+    assert values(config) == (2.36, 0.31, 0.58)
+    assert "# ours" in config.read_text()
+    assert "# from the drawing" in config.read_text()
+    assert load(config).axes.b.speed_counts == 40_000
+    assert step.before == {"geometry.height": 2.34, "geometry.delta": None, "axes.b.minimum": None}
+    assert step.after == KEYS
+
+
+def test_a_step_is_kept_with_who_when_and_from_what(config: Path) -> None:
+    history.apply(config, KEYS, about())
+    (kept,) = steps(config)
+    assert kept == about().model_copy(update={"number": 1, "before": kept.before, "after": KEYS})
+    assert (config.parent / "maya.calibrations" / "0001.json").exists()
+
+
+def test_reverting_gives_the_values_back(config: Path) -> None:
+    history.apply(config, KEYS, about())
+    step = history.revert(config, "2026-03-02T10:00:00+00:00", "ben")
+    assert values(config) == (2.34, 0.3, 0.575)
+    assert (step.number, step.action, step.reverts, step.author) == (2, "reverted", 1, "ben")
+
+
+def test_calibrations_are_taken_back_one_by_one(config: Path) -> None:
+    history.apply(config, KEYS, about("d1"))
+    history.apply(config, {"geometry.height": 2.37}, about("d2"))
+    history.apply(config, {"geometry.height": 2.38}, about("d3"))
+    heights = [load(config).geometry.height]
+    for _ in range(2):
+        history.revert(config, "later", "ben")
+        heights.append(load(config).geometry.height)
+    assert heights == [2.38, 2.37, 2.36]
+    assert [step.digest for step in in_force(steps(config))] == ["d1"]
+    history.apply(config, {"geometry.height": 2.39}, about("d4"))
+    history.revert(config, "later", "ben")
+    history.revert(config, "later", "ben")
+    assert values(config) == (2.34, 0.3, 0.575)
+    with pytest.raises(NothingToRevert, match="none is in force"):
+        history.revert(config, "later", "ben")
+
+
+def test_what_somebody_changed_since_is_not_taken_back(config: Path) -> None:
+    history.apply(config, KEYS, about())
+    changed = config.read_text().replace("2.36", "2.35")
+    config.write_text(changed)
+    with pytest.raises(NothingToRevert, match=r"geometry\.height was changed"):
+        history.revert(config, "later", "ben")
+    assert config.read_text() == changed
+    assert len(steps(config)) == 1
+
+
+def test_a_file_that_was_not_there_is_made(tmp_path: Path) -> None:
+    file = tmp_path / "maya" / "config.toml"
+    history.apply(file, KEYS, about())
+    assert values(file) == (2.36, 0.31, 0.58)
+    history.revert(file, "later", "ben")
+    assert values(file) == (2.35, 0.3, 0.575)
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {"geometry.delta": 2.5},
+        {"axes.b.minimum": 2.3},
+        {"geometry.height": 99.0},
+        {"geometry.height": 1.0, "axes.b.minimum": 1.9, "axes.c.minimum": 1.9},
+    ],
+    ids=["beyond anchor c", "longer than its maximum", "not metres", "nothing reachable"],
+)
+def test_values_that_make_no_machine_are_refused_and_nothing_is_written(config: Path, keys: dict[str, float]) -> None:
+    with pytest.raises(InvalidConfig):
+        history.apply(config, keys, about())
+    assert config.read_text() == MINE
+    assert steps(config) == []
+
+
+def test_a_file_that_is_no_toml_is_refused(config: Path) -> None:
+    config.write_text("[geometry\n")
+    with pytest.raises(FileUnreadable):
+        history.apply(config, KEYS, about())
+
+
+def test_where_the_step_cannot_be_written_the_configuration_stays(config: Path) -> None:
+    history.folder(config).write_text("in the way")
+    with pytest.raises(FileUnwritable):
+        history.apply(config, KEYS, about())
+    assert config.read_text() == MINE
+
+
+def test_a_crash_between_step_and_file_is_seen(config: Path) -> None:
+    """The step says more than the file: taking it back is refused, and the next calibration begins from the file."""
+    history.apply(config, KEYS, about("d1"))
+    config.write_text(MINE)
+    with pytest.raises(NothingToRevert, match="was changed"):
+        history.revert(config, "later", "ben")
+    assert history.apply(config, KEYS, about("d2")).before["geometry.height"] == 2.34
+
+
+@pytest.mark.parametrize(
+    "content",
+    ["", "{}", "[]", '{"number": "one"}', "null", "\x00"],
+    ids=["empty", "bare", "list", "kind", "null", "nul"],
+)
+def test_a_damaged_step_is_named(config: Path, content: str) -> None:
+    history.apply(config, KEYS, about())
+    damaged = history.folder(config) / "0001.json"
+    damaged.write_text(content)
+    with pytest.raises(FileUnreadable, match=r"0001\.json"):
+        steps(config)
+
+
+def test_a_step_with_a_key_too_many_is_damaged(config: Path) -> None:
+    history.apply(config, KEYS, about())
+    damaged = history.folder(config) / "0001.json"
+    damaged.write_text(json.dumps(json.loads(damaged.read_text()) | {"more": 1}))
+    with pytest.raises(FileUnreadable):
+        steps(config)
+
+
+def test_the_configuration_before_a_calibration_is_found_by_its_points(config: Path) -> None:
+    history.apply(config, KEYS, about("d1"))
+    history.apply(config, {"geometry.height": 2.37, "axes.b.minimum": 0.59}, about("d2"))
+    first, second = history.before(config, "d1"), history.before(config, "d2")
+    assert first is not None
+    assert second is not None
+    assert (first.geometry.height, first.axes.b.minimum) == (2.34, 0.575)
+    assert (second.geometry.height, second.axes.b.minimum) == (2.36, 0.58)
+    assert history.before(config, "d3") is None
+    history.revert(config, "later", "ben")
+    assert history.before(config, "d2") is None
