@@ -13,6 +13,9 @@ from typing import NamedTuple
 AXES = ("a", "b", "c")
 """Names of the axes: a turns the boom, b and c are the two lines."""
 
+JOG_AXES = (*AXES, "x", "y", "z", "r")
+"""What can be jogged: a joint, or the gripper along x, y, z or r, outward along the boom."""
+
 
 class Joints(NamedTuple):
     """Joint coordinates of Maya.

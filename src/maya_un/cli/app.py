@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Annotated, Any, Literal
 
 import typer
 
 from maya_un.address import SIM
-from maya_un.cli import output, teach_commands
+from maya_un.cli import output, teach_commands, zone_commands
 from maya_un.cli.calibrate import commands as calibrate
 from maya_un.cli.dmc_tools import commands as dmc_tools
 from maya_un.cli.help import EVERYWHERE
-from maya_un.cli.quantities import angle, length
+from maya_un.cli.quantities import angle, length, share
 from maya_un.cli.settings import Settings
 from maya_un.errors import InvalidCommandLine, UnknownName
-from maya_un.values import AXES, Joints, Point
+from maya_un.values import JOG_AXES, Joints, Point
 
 # Unknown options become arguments, so that `maya pick -0.2 1.1` means a place and not an option.
 _CONTEXT = {"help_option_names": ["--help"], "ignore_unknown_options": True}
@@ -184,14 +185,26 @@ def move(context: typer.Context, a: Goal, b: MaybeB = None, c: MaybeC = None) ->
 @app.command(**_HOW)
 def jog(
     context: typer.Context,
-    axis: Annotated[str, typer.Argument(metavar="AXIS", help="a, b or c")],
-    distance: Annotated[str, typer.Argument(metavar="DISTANCE", help="in rad or m, or like 5deg, 20mm")],
+    axis: Annotated[
+        str | None, typer.Argument(metavar="[AXIS", help="a, b, c; x, y, z of the gripper, or r, outward")
+    ] = None,
+    distance: Annotated[str | None, typer.Argument(metavar="DISTANCE]", help="in rad or m, or like 5deg, 20mm")] = None,
 ) -> int:
-    """Move one axis by a distance from where it is."""
+    """Move along an axis from where it is, as far as the workspace allows.
+
+    Without AXIS and DISTANCE, on a terminal: by keys, with the position and the nearest limits in view.
+    """
     from maya_un.cli import wishes
 
-    if axis not in AXES:
-        raise UnknownName(name=axis, known=", ".join(AXES))
+    if axis is None and sys.stdin.isatty() and sys.stdout.isatty():
+        from maya_un.cli.pendant import screen
+
+        return screen.jog(_settings(context))
+    if axis is None or distance is None:
+        missing = "AXIS" if axis is None else "DISTANCE"
+        raise InvalidCommandLine(reason=f"{missing} is missing", command="maya jog")
+    if axis not in JOG_AXES:
+        raise UnknownName(name=axis, known=", ".join(JOG_AXES))
     way = angle(distance, "DISTANCE") if axis == "a" else length(distance, "DISTANCE")
     return wishes.jog(axis, way, _settings(context))
 
@@ -202,6 +215,33 @@ def abort(context: typer.Context) -> int:
     from maya_un.cli import wishes
 
     return wishes.at_once("abort", "aborted", _settings(context))
+
+
+@app.command(**_HOW)
+def pause(context: typer.Context) -> int:
+    """Stop on the path and hold all motion until `maya resume`."""
+    from maya_un.cli import wishes
+
+    return wishes.pause(_settings(context))
+
+
+@app.command(**_HOW)
+def resume(context: typer.Context) -> int:
+    """Go on after `maya pause`."""
+    from maya_un.cli import wishes
+
+    return wishes.at_once("resume", "resumed", _settings(context))
+
+
+@app.command(**_HOW)
+def speed(
+    context: typer.Context,
+    ratio: Annotated[str, typer.Argument(metavar="RATIO", help="of the full speed, like 50% or 0.5; at least 1%")],
+) -> int:
+    """Scale the speed of all motion, also of what is under way."""
+    from maya_un.cli import wishes
+
+    return wishes.speed(share(ratio, "RATIO"), _settings(context))
 
 
 @app.command(**_HOW)
@@ -255,6 +295,7 @@ def plot_workspace(
 
 
 teach_commands.register(app, _HOW)
+zone_commands.register(app, _HOW)
 
 
 @dmc.command(**_HOW)

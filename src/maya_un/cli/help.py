@@ -13,6 +13,8 @@ Start
   run JOB [--dry-run] [--speed X]              carry out a job; without a running robot, on a virtual one
   status                                       what the running robot is doing
   stop [--address WHERE]                       stop now, even if the service hangs
+  pause           resume                       hold all motion on its path, go on
+  speed RATIO                                  scale the speed of all motion: 50%
   abort                                        stop without deceleration
   recover                                      clear a fault once its cause is gone; moves nothing
 
@@ -21,8 +23,9 @@ Wishes (to the running robot; lengths in m, or 120mm; angles in rad, or 30deg)
   pick X Y [Z]    place X Y [Z]                fetch a part, put it down; or pick NAME, place NAME
   approach X Y Z                               go above a place, by the cell's clearance; or approach NAME
   gripper open|close
-  move A B C      jog AXIS DISTANCE            joint space; or move NAME
+  move A B C      jog AXIS DISTANCE            joint space, or move NAME; along a, b, c, x, y, z or r
   teach NAME      teach-pallet NAME            keep where the gripper is, keep a grid
+  zones [list]    zones add|remove NAME ...    what it keeps out of, for this run
 
 Ask (no robot needed)
   fk A B C        ik X Y Z        reach X Y Z

@@ -8,7 +8,8 @@ from typing import Any
 from maya_un.cli.display import Display
 
 _PLAIN = {
-    "disconnected", "homed", "stopped", "gripper_open", "gripper_closed", "limit", "fault", "estop", "recovered"
+    "disconnected", "homed", "stopped", "paused", "resumed", "gripper_open", "gripper_closed", "limit", "fault",
+    "estop", "recovered"
 }  # fmt: skip
 """Kinds that are told by their name, their code and their message."""
 
@@ -20,6 +21,8 @@ def line(event: Mapping[str, Any]) -> str | None:
         return _with_code(f"{detail['index']:>4} {detail['step']}: {detail['state']}", event["code"])
     if kind == "phase":
         return f"       {detail['name']}"
+    if kind == "speed":
+        return f"       speed {detail['ratio']:.0%}"
     if kind in _PLAIN:
         message = detail.get("message", "")
         return f"       {_with_code(kind.replace('_', ' '), event['code'])} {message}".rstrip()

@@ -8,9 +8,10 @@ from math import isfinite, pi
 from maya_un.address import REAL, SIM, meant, split
 from maya_un.errors import InvalidValue, SpeedOnRealMachine
 
-_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµ°]*)")
+_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµ°%]*)")
 _LENGTHS = {"": 1.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6}
 _ANGLES = {"": 1.0, "rad": 1.0, "mrad": 1e-3, "deg": pi / 180.0, "°": pi / 180.0}
+_SHARES = {"": 1.0, "%": 0.01}
 FASTEST = 1000.0
 """Largest factor of the twin's clock."""
 
@@ -23,6 +24,11 @@ def length(text: str, key: str) -> float:
 def angle(text: str, key: str) -> float:
     """Return an angle [rad]; raises `InvalidValue` naming `key`."""
     return _quantity(text, key, _ANGLES, "an angle is a number in rad, or with rad, mrad or deg behind it")
+
+
+def share(text: str, key: str) -> float:
+    """Return a share, 1 for all; raises `InvalidValue` naming `key`."""
+    return _quantity(text, key, _SHARES, "a share is a number, or with % behind it")
 
 
 def _quantity(text: str, key: str, units: dict[str, float], rule: str) -> float:

@@ -110,6 +110,8 @@ def _described(found: dict[str, Any], language: str) -> str:
         _place(state, language),
         word("gripper_closed" if state["gripper_closed"] else "gripper_open", language),
     ]
+    if state.get("override", 1.0) != 1.0:
+        lines.insert(1, word("speed_is", language, percent=100.0 * state["override"]))
     if found["progress"] is not None:
         lines.insert(1, _progress(found["progress"], language))
     limits = _active_limits(state)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor, wait
+from math import degrees
+from typing import Any
 
 from maya_un.cli import output
 from maya_un.cli.client import Client
@@ -36,7 +38,7 @@ def wish(primitive: Mapping[str, object], settings: Settings) -> int:
 
 
 def jog(axis: str, distance: float, settings: Settings) -> int:
-    """Have one axis move by `distance` (rad or m) and wait for it; Ctrl-C stops it."""
+    """Have the robot move along an axis by `distance` (rad or m) and wait for it; Ctrl-C stops it."""
     client = Client.find()
     body = {"axis": axis, "distance": distance}
     with chosen(settings) as display, ThreadPoolExecutor(1) as other:
@@ -48,9 +50,30 @@ def jog(axis: str, distance: float, settings: Settings) -> int:
             display.note(word("interrupted", settings.language))
             client.post("/v1/stop")
             raise
-    return output.answer(jogging.result(), word("done", settings.language), settings)
+    gone = jogging.result()
+    return output.answer(gone, _moved(gone, settings.language), settings)
+
+
+def _moved(gone: Mapping[str, Any], language: str) -> str:
+    way = gone["distance"]
+    text = f"{degrees(way):.2f}°" if gone["axis"] == "a" else f"{way * 1e3:.1f} mm"
+    key = "jogged_to_limit" if gone["limit"] else "jogged"
+    return word(key, language, axis=gone["axis"], way=text, reason=gone["reason"])
+
+
+def pause(settings: Settings) -> int:
+    """Have the running robot stop on its path and hold all motion; raises `CannotPause`."""
+    report = Client.find().post("/v1/pause")
+    key = "pausing" if report["was_moving"] else "paused"
+    return output.answer(report, word(key, settings.language, seconds=report["duration"]), settings)
+
+
+def speed(ratio: float, settings: Settings) -> int:
+    """Scale the speed of all motion of the running robot by `ratio` (0.01 to 1)."""
+    answer = Client.find().post("/v1/speed", {"ratio": ratio})
+    return output.answer(answer, word("speed", settings.language, percent=100.0 * answer["ratio"]), settings)
 
 
 def at_once(name: str, told: str, settings: Settings) -> int:
-    """Say "abort" or "recover" to the running robot; `told` is the key of the words for success."""
+    """Say "abort", "recover" or "resume" to the running robot; `told` is the key of the words for success."""
     return output.answer(Client.find().post(f"/v1/{name}"), word(told, settings.language), settings)

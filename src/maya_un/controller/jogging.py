@@ -20,10 +20,7 @@ from maya_un.errors import InvalidValue, PathRefused, UnknownName, Unreachable
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.workspace import Reason, Workspace
 from maya_un.motion.curve import Path
-from maya_un.values import AXES, Joints, Point
-
-JOG_AXES = (*AXES, "x", "y", "z", "r")
-"""What can be jogged: a joint, or the gripper along x, y, z or r, outward along the boom."""
+from maya_un.values import AXES, JOG_AXES, Joints, Point
 
 MARGIN = 5e-4
 """A jog that a limit ends comes to rest this far before it (rad or m)."""

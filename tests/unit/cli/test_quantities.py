@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maya_un.cli.quantities import angle, clock_factor, host_and_port, length, target_address
+from maya_un.cli.quantities import angle, clock_factor, host_and_port, length, share, target_address
 from maya_un.errors import InvalidValue, SpeedOnRealMachine
 
 numbers = st.floats(allow_nan=False, allow_infinity=False)
@@ -29,6 +29,17 @@ def test_lengths_take_units(text: str, value: float) -> None:
 @pytest.mark.parametrize(("text", "value"), [("180deg", pi), ("-90°", -pi / 2), ("2rad", 2.0), ("5mrad", 0.005)])
 def test_angles_take_units(text: str, value: float) -> None:
     assert angle(text, "a") == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize(("text", "value"), [("50%", 0.5), ("0.5", 0.5), ("100 %", 1.0), (".07", 0.07)])
+def test_shares_take_percent(text: str, value: float) -> None:
+    assert share(text, "RATIO") == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize("text", ["", "half", "50mm", "%", "5%%"])
+def test_a_share_that_is_none_is_refused_by_name(text: str) -> None:
+    with pytest.raises(InvalidValue, match=r"^RATIO = "):
+        share(text, "RATIO")
 
 
 @pytest.mark.parametrize(

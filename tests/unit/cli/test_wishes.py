@@ -36,7 +36,7 @@ def test_a_jog_shows_how_far_it_is(monkeypatch: pytest.MonkeyPatch, capsys: pyte
     def says(method: str, path: str, body: Any) -> tuple[int, object]:
         if path == "/v1/jog":
             display.shown.wait(10.0)
-            return 200, body
+            return 200, {**body, "limit": "", "reason": ""}
         return 200, {"progress": PROGRESS}
 
     def chosen(_: Settings) -> Display:
@@ -47,7 +47,82 @@ def test_a_jog_shows_how_far_it_is(monkeypatch: pytest.MonkeyPatch, capsys: pyte
         monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, None))
         assert main(["jog", "b", "20mm"]) == 0
     assert display.motions[0] == ("jog", 1.0, 4.0)
-    assert capsys.readouterr().out == "Done.\n"
+    assert capsys.readouterr().out == "b by 20.0 mm.\n"
+
+
+def said(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], line: list[str], answer: object
+) -> tuple[str, list[tuple[str, Any]]]:
+    """Return what a command line prints when the service answers so, and what it asked."""
+    asked: list[tuple[str, Any]] = []
+
+    def says(method: str, path: str, body: Any) -> tuple[int, object]:
+        asked.append((path, body))
+        return 200, answer
+
+    with http_service(says) as url:
+        monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, None))
+        assert main(line) == 0
+    return capsys.readouterr().out, asked
+
+
+@pytest.mark.parametrize(
+    ("answer", "text"),
+    [
+        ({"axis": "a", "distance": -0.5, "limit": "", "reason": ""}, "a by -28.65°.\n"),
+        (
+            {"axis": "r", "distance": 0.3, "limit": "outer", "reason": "it lies outside"},
+            "r by 300.0 mm. Farther on, it lies outside.\n",
+        ),
+    ],
+)
+def test_a_jog_says_how_far_and_why_no_farther(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], answer: dict[str, object], text: str
+) -> None:
+    def nothing(*_: object) -> None: ...
+
+    monkeypatch.setattr(wishes, "animate", nothing)
+    assert said(monkeypatch, capsys, ["jog", "r", "-2000mm"], answer) == (
+        text,
+        [("/v1/jog", {"axis": "r", "distance": -2.0})],
+    )
+
+
+def test_an_axis_that_nobody_knows_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["jog", "w", "2mm"]) == 2
+    assert "x, y, z, r" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("line", "answer", "text", "asked"),
+    [
+        (
+            ["pause"],
+            {"was_moving": True, "duration": 0.882, "distance": [0, 0, 0]},
+            "Pausing: at rest within 0.88 s. `maya resume` goes on.\n",
+            ("/v1/pause", None),
+        ),
+        (
+            ["pause"],
+            {"was_moving": False, "duration": 0.0, "distance": [0, 0, 0]},
+            "Paused. `maya resume` goes on.\n",
+            ("/v1/pause", None),
+        ),
+        (["resume"], {"resumed": True}, "Going on.\n", ("/v1/resume", None)),
+        (["speed", "50%"], {"ratio": 0.5}, "Speed 50 % from now on.\n", ("/v1/speed", {"ratio": 0.5})),
+        (["speed", "0.3"], {"ratio": 0.3}, "Speed 30 % from now on.\n", ("/v1/speed", {"ratio": 0.3})),
+        (["resume", "--lang", "es"], {"resumed": True}, "Continúa.\n", ("/v1/resume", None)),
+    ],
+)
+def test_pause_resume_and_speed(
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    line: list[str],
+    answer: object,
+    text: str,
+    asked: tuple[str, object],
+) -> None:
+    assert said(monkeypatch, capsys, line, answer) == (text, [asked])
 
 
 def test_ctrl_c_stops_a_jog(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,13 +9,13 @@ from math import cos, inf, nan, radians, sin
 import pytest
 
 from maya_un.config import Config
-from maya_un.controller.jogging import JOG_AXES, MARGIN, TOLERANCE, Jogging, Line
+from maya_un.controller.jogging import MARGIN, TOLERANCE, Jogging, Line
 from maya_un.controller.planner import Planner
 from maya_un.controller.protocol import Jogged
 from maya_un.errors import InvalidValue, MayaError, PathRefused, Stopped, UnknownName, Unreachable
 from maya_un.kinematics import Mechanism, Workspace
 from maya_un.kinematics.zones import Box
-from maya_un.values import Joints, Mode, Point
+from maya_un.values import JOG_AXES, Joints, Mode, Point
 from tests.campaign import Campaign
 from tests.unit.controller.bench import FAR, HERE, commands_in, homed
 from tests.virtual_time import elapse
@@ -115,7 +115,9 @@ def test_from_outside_the_workspace_nothing_is_allowed() -> None:
         jogged("b", -0.1, HERE._replace(b=2.28))
 
 
-@pytest.mark.parametrize(("axis", "way", "error"), [("d", 0.1, UnknownName), ("b", nan, InvalidValue), ("x", -inf, InvalidValue)])
+@pytest.mark.parametrize(
+    ("axis", "way", "error"), [("d", 0.1, UnknownName), ("b", nan, InvalidValue), ("x", -inf, InvalidValue)]
+)
 def test_what_is_no_jog_is_refused(axis: str, way: float, error: type[MayaError]) -> None:
     with pytest.raises(error):
         jogged(axis, way)
