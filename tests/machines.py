@@ -179,7 +179,7 @@ def _keys(rng: Random) -> dict[str, object]:
         },
         "scale": {"pulses_per_metre": per_metre, "pulses_per_degree": per_degree},
         "axes": {
-            "a": _axis(rng, (turn, turn + rng.uniform(1.0, 4.0)), per_degree * 180.0 / pi),
+            "a": _axis(rng, (turn, turn + rng.uniform(1.0, 2.6)), per_degree * 180.0 / pi),
             "b": _axis(rng, lines[0], per_metre),
             "c": _axis(rng, lines[1], per_metre),
         },

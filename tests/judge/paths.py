@@ -50,44 +50,63 @@ class Piece(NamedTuple):
     sharp: bool
 
 
+class Cut(NamedTuple):
+    """How a corner is cut: left `before` ahead of the waypoint, met `after` behind it [m].
+
+    Meanwhile the leg before slows down evenly during the last share `fall` of the time, and the leg behind speeds up
+    evenly during the first share `rise` of it.
+    """
+
+    before: float
+    after: float
+    fall: float = 1.0
+    rise: float = 1.0
+
+
 @dataclass(frozen=True, slots=True)
 class Way:
-    """A path as it is asked for: straight legs in one space, corners cut by parabolas.
+    """A path as it is asked for: straight legs in one space, corners cut.
 
-    Waypoints are in the coordinates of `space`: a, b, c; or x, y, z; or a, d, z [rad, m]. A corner with a blend is left
-    so long before the waypoint and met so long behind it [m] (an angle counts at 1 m in joints, at the leg's mean
-    radius in cylindrical coordinates), at most half of a leg that has corners at both ends, or all of one that has not.
+    Waypoints are in the coordinates of `space`: a, b, c; or x, y, z; or a, d, z [rad, m]. Lengths are in them too, with
+    an angle at 1 m in joints, and at the leg's mean radius in cylindrical coordinates. Cuts that together take
+    more than the leg between them are made smaller in the same proportion.
     """
 
     space: Space
     waypoints: tuple[tuple[float, float, float], ...]
-    blends: tuple[float, ...] = ()
+    cuts: tuple[Cut, ...] = ()
 
     def pieces(self) -> list[Piece]:
         """Return all lines and parabolas, in order."""
-        corners, cuts, lengths = np.array(self.waypoints), self._cuts(), self._lengths()
+        corners, cuts, lengths = np.array(self.waypoints), self._fitted(), self._lengths()
         pieces: list[Piece] = []
+        pace = 1.0
         for leg, (one, two) in enumerate(pairwise(corners)):
-            behind, before = cuts[leg][1], cuts[leg + 1][0]
-            begin, end = one + behind * (two - one), two + before * (one - two)
-            if behind + before < 1.0 - 1e-12:
-                line = np.array((begin, 0.5 * (begin + end), end))
-                pieces.append(Piece(line, (1.0 - behind - before) * lengths[leg], before == 0.0))
+            length, before = lengths[leg], cuts[leg + 1].before
+            rest = length - cuts[leg].after - before
+            if rest > 1e-12 * length:
+                ends = one + cuts[leg].after / length * (two - one), two + before / length * (one - two)
+                line = np.array((ends[0], 0.5 * (ends[0] + ends[1]), ends[1]))
+                pieces.append(Piece(line, rest / pace, before == 0.0))
             if before > 0.0:
-                onward = two + cuts[leg + 1][1] * (corners[leg + 2] - two)
-                pieces.append(Piece(np.array((end, two, onward)), 2.0 * before * lengths[leg], sharp=False))
+                cut, onward = cuts[leg + 1], corners[leg + 2]
+                width = _drawn_out(before, cut.fall) / pace
+                back, ahead = (one - two) * before / length, (onward - two) * cut.after / lengths[leg + 1]
+                pieces += _cut(two, back, ahead, cut, width)
+                pace = _drawn_out(cut.after, cut.rise) / width
         return pieces
 
-    def _cuts(self) -> list[tuple[float, float]]:
-        """Return which share of the legs before and behind each waypoint its blend takes."""
-        lengths = self._lengths()
-        cuts = [(0.0, 0.0)]
-        for via, blend in enumerate(self.blends or (0.0,) * (len(self.waypoints) - 2), start=1):
-            before, behind = lengths[via - 1], lengths[via]
-            most = (before if via == 1 else 0.5 * before, behind if via == len(lengths) - 1 else 0.5 * behind)
-            reach = min(blend, *most)
-            cuts.append((reach / before, reach / behind) if reach > 0.0 else (0.0, 0.0))
-        return [*cuts, (0.0, 0.0)]
+    def _fitted(self) -> list[Cut]:
+        """Return the cuts as they fit, with none at the ends."""
+        none = Cut(0.0, 0.0)
+        cuts = [none, *(self.cuts or [none] * (len(self.waypoints) - 2)), none]
+        fits = [1.0] * len(cuts)
+        for leg, length in enumerate(self._lengths()):
+            taken = cuts[leg].after + cuts[leg + 1].before
+            fit = length / taken if taken > length else 1.0
+            fits[leg], fits[leg + 1] = min(fits[leg], fit), min(fits[leg + 1], fit)
+        found = [Cut(fit * cut.before, fit * cut.after, *cut[2:]) for cut, fit in zip(cuts, fits, strict=True)]
+        return [cut if min(cut.before, cut.after) > 0.0 else none for cut in found]
 
     def _lengths(self) -> list[float]:
         return [self._length(*ends) for ends in pairwise(self.waypoints)]
@@ -104,6 +123,32 @@ class Way:
         if self.space == "joint":
             return places
         return joints_at(frame, places if self.space == "cartesian" else from_cylinder(places))
+
+
+def _cut(corner: Floats, back: Floats, ahead: Floats, cut: Cut, width: float) -> list[Piece]:
+    """Return the parabolas from `corner` + `back` to `corner` + `ahead`, over `width` in all."""
+
+    def at(moment: float) -> Floats:
+        return corner + back * _gone(1.0 - moment, cut.fall) + ahead * _gone(moment, cut.rise)
+
+    pieces: list[Piece] = []
+    for begin, end in pairwise(sorted((0.0, 1.0 - cut.fall, cut.rise, 1.0))):
+        if end - begin > 1e-9:
+            first, middle, last = at(begin), at(0.5 * (begin + end)), at(end)
+            control = 2.0 * middle - 0.5 * (first + last)
+            pieces.append(Piece(np.array((first, control, last)), (end - begin) * width, sharp=False))
+    return pieces
+
+
+def _gone(moment: float, rise: float) -> float:
+    """Return the share of its way that something has gone which speeds up evenly until `rise`, and goes on until 1."""
+    fastest = 1.0 / (1.0 - 0.5 * rise)
+    return fastest * (moment * moment / (2.0 * rise) if moment < rise else moment - 0.5 * rise)
+
+
+def _drawn_out(length: float, rise: float) -> float:
+    """Return how far something goes at the speed it has in the end, while it speeds up to it over `length`."""
+    return length / (1.0 - 0.5 * rise)
 
 
 def drawn(frame: Frame, way: Way, samples: int = SAMPLES) -> Floats:

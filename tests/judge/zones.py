@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import reduce
 from math import hypot, sqrt
 
 import numpy as np
@@ -40,7 +41,7 @@ class Block(Solid):
     high: tuple[float, float, float]
 
     def distance(self, points: Floats) -> Floats:
-        return _outside(np.maximum(np.subtract(self.low, points), np.subtract(points, self.high)))
+        return _outside(*np.maximum(np.subtract(self.low, points), np.subtract(points, self.high)).T)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +56,7 @@ class Column(Solid):
     def distance(self, points: Floats) -> Floats:
         x, y, z = points.T
         across = np.hypot(x - self.centre[0], y - self.centre[1]) - self.radius
-        return _outside(np.column_stack((across, np.maximum(self.bottom - z, z - self.top))))
+        return _outside(across, np.maximum(self.bottom - z, z - self.top))
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,10 +71,12 @@ class Behind(Solid):
         return np.asarray(np.subtract(points, self.point) @ np.asarray(self.normal) / hypot(x, y, z))
 
 
-def _outside(beyond: Floats) -> Floats:
+def _outside(*beyond: Floats) -> Floats:
     """Return the distance to a product of intervals, given how far each coordinate lies beyond its own."""
-    outer = np.sqrt((np.maximum(beyond, 0.0) ** 2).sum(axis=1))
-    return outer + np.minimum(beyond.max(axis=1), 0.0)
+    outer = np.zeros_like(beyond[0])
+    for one in beyond:
+        outer = np.hypot(outer, np.maximum(one, 0.0))
+    return outer + np.minimum(reduce(np.maximum, beyond), 0.0)
 
 
 def segments(frame: Frame, joints: Floats, *, lines: bool) -> Iterator[tuple[Floats, Floats]]:

@@ -21,6 +21,8 @@ import pytest
 from maya_un.controller.seek import SETTLE
 from maya_un.errors import CannotPause, MayaError, PathRefused, Stopped, TrajectoryRefused, Unreachable
 from maya_un.loops import run_virtual
+from maya_un.motion import curve
+from maya_un.motion.curve import Path
 from maya_un.robot.approach import Approach
 from maya_un.robot.gripper import Gripper
 from maya_un.robot.pick import Pick
@@ -30,8 +32,8 @@ from maya_un.robot.robot import Robot
 from maya_un.testing import Rig
 from maya_un.values import Joints, Mode, Point
 from tests.campaign import Campaign
-from tests.judge.mechanism import Floats, places, section
-from tests.judge.paths import Opinion, Way, deviations, drawn, judged
+from tests.judge.mechanism import Floats, places, section, to_cylinder
+from tests.judge.paths import Cut, Opinion, Space, Way, deviations, drawn, judged
 from tests.judge.trajectory import Trajectory
 from tests.machines import Machine, anywhere, drawn_machine, edge_place, homed
 from tests.virtual_time import elapse
@@ -43,6 +45,11 @@ LAG = 0.1
 
 LONGEST_PAUSE = 2.0
 """A robot is paused so long [s], or longer where it is not resumed at once."""
+
+CHORDS = 5e-5
+"""A curved way is driven in chords that are so much off it [rad, m]."""
+
+SPACES: tuple[Space, ...] = ("joint", "joint", "cartesian", "cylindrical")
 
 OFF_THE_WAY = 5e-4
 """How far the gripper may be off a curved way [m]."""
@@ -113,13 +120,34 @@ def drawn_way(trial: Trial) -> Way:
                 waypoints.append(anywhere(rng, machine))
             case _:
                 waypoints.append(inside)
-    return Way("joint", tuple((a, b, c) for a, b, c in waypoints))
+    space = rng.choice(SPACES)
+    return Way(space, _coordinates(trial, space, waypoints), tuple(_drawn_cut(rng) for _ in waypoints[2:]))
+
+
+def _drawn_cut(rng: Random) -> Cut:
+    match rng.choice(("sharp", "even", "any")):
+        case "sharp":
+            return Cut(0.0, 0.0)
+        case "even":
+            length = rng.uniform(0.005, 0.3)
+            return Cut(length, length)
+        case _:
+            return Cut(rng.uniform(0.005, 0.3), rng.uniform(0.005, 0.3), rng.uniform(0.1, 1.0), rng.uniform(0.1, 1.0))
+
+
+def _coordinates(trial: Trial, space: Space, waypoints: Sequence[Joints]) -> tuple[tuple[float, float, float], ...]:
+    joints = np.array(waypoints)
+    if space != "joint":
+        joints = places(trial.machine.frame, joints)
+    if space == "cylindrical":
+        joints = to_cylinder(joints)
+    return tuple((x, y, z) for x, y, z in joints.tolist())
 
 
 async def _way(trial: Trial) -> None:
     way, speed = drawn_way(trial), trial.rng.choice((1.0, trial.rng.uniform(0.05, 1.0)))
     controller = trial.bench.controller
-    path = [Joints(*waypoint) for waypoint in way.waypoints]
+    path = Path(curve.Space(way.space), way.waypoints, tuple(curve.Blend(*cut) for cut in way.cuts))
     try:
         preview = controller.preview(path, speed=speed)
     except TrajectoryRefused:
@@ -131,7 +159,8 @@ async def _way(trial: Trial) -> None:
             await controller.follow(path, speed=speed)
         return
     joints = drawn(trial.machine.frame, way, 2_000)
-    assert judged(trial.machine.frame, joints, trial.machine.zones, _edge(trial, joints)).opinion is not Opinion.OUTSIDE
+    verdict = judged(trial.machine.frame, joints, trial.machine.zones, _doubt(trial, way, joints))
+    assert verdict.opinion is not Opinion.OUTSIDE, f"{verdict}\n{way}\n{trial.machine.config!r}"
     mark, began = trial.now(), asyncio.get_running_loop().time()
     ended = await _disturbed(trial, asyncio.create_task(controller.follow(path, speed=speed)), preview.duration)
     trajectory = trial.since(mark)
@@ -144,7 +173,8 @@ async def _way(trial: Trial) -> None:
 
 
 def _agree_that_it_is_outside(trial: Trial, way: Way, refusal: MayaError) -> None:
-    verdict = judged(trial.machine.frame, drawn(trial.machine.frame, way), trial.machine.zones)
+    joints = drawn(trial.machine.frame, way)
+    verdict = judged(trial.machine.frame, joints, trial.machine.zones, _doubt(trial, way, joints))
     trial.tally["refused"] += 1
     trial.tally["undecided"] += verdict.opinion is Opinion.UNDECIDED
     assert verdict.opinion is not Opinion.INSIDE, f"{refusal}\n{verdict}\n{way}\n{trial.machine.config!r}"
@@ -190,14 +220,25 @@ async def _pace(trial: Trial, motion: asyncio.Task[None], duration: float) -> No
     await controller.override(1.0)
 
 
-def _edge(trial: Trial, joints: Floats) -> float:
+def _edge(trial: Trial, joints: Floats, off: float = 0.0) -> float:
     """Return by how much a place on the very edge may be outside once it is rounded to whole counts [m].
 
-    Where the lines are nearly straight a count of a line lowers or lifts the gripper by many.
+    So it may be if every axis is `off` [rad, m] its way. Where the lines are nearly straight a little of a line lowers
+    or lifts the gripper by much.
     """
     scale, frame = trial.bench.controller.units.per_unit, trial.machine.frame
     _, h = section(frame, joints)
-    return (2.0 + 4.0 * frame.width / float(h.min())) / scale[1] + frame.length / scale[0]
+    steepness = 2.0 + 4.0 * frame.width / max(1e-3, float(h.min()))
+    return steepness * (1.0 / scale[1] + off) + frame.length * (1.0 / scale[0] + off)
+
+
+def _doubt(trial: Trial, way: Way, joints: Floats) -> float:
+    """Return how near to a limit the judge and the planner may differ [m]: chords are not the curve."""
+    return _edge(trial, joints, CHORDS) if _curved(way) else max(1e-6, _edge(trial, joints))
+
+
+def _curved(way: Way) -> bool:
+    return way.space != "joint" or any(cut.before for cut in way.cuts)
 
 
 def _judge_safety(trial: Trial, trajectory: Trajectory) -> None:
@@ -212,7 +253,7 @@ def _judge_safety(trial: Trial, trajectory: Trajectory) -> None:
 
 def _judge_closeness(trial: Trial, way: Way, trajectory: Trajectory) -> None:
     frame, scale = trial.machine.frame, trial.bench.controller.units.per_unit
-    if way.space == "joint" and not any(way.blends):
+    if not _curved(way):
         weights = np.array((frame.length, 1.0, 1.0))
         off = deviations(trajectory.joints * weights, np.array(way.waypoints) * weights).max()
         assert off <= frame.length / scale[0] + 2.0 / scale[1], off

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.judge.mechanism import Floats, Frame
-from tests.judge.paths import Way
+from tests.judge.paths import Cut, Way
 from tests.lower_bound import Curve, Rates, least_time, least_time_of
 
 FRAME = Frame(2.35, 2.30, 0.30, 0.20, ((0.0, 2.0), (0.575, 2.260), (0.565, 2.300)), 5.0)
@@ -68,5 +68,5 @@ def test_a_sharp_corner_costs_a_stop_and_a_blend_less() -> None:
     whole = ((0.5, 1.0, 1.5), corner, (0.5, 1.3, 1.8))
     assert stops == pytest.approx(4.0 * sqrt(0.3 / 0.00512), rel=1e-4)
     assert least_time_of(FRAME, Way("joint", whole), RATES) == pytest.approx(stops)
-    blended = least_time_of(FRAME, Way("joint", whole, (0.1,)), RATES)
+    blended = least_time_of(FRAME, Way("joint", whole, (Cut(0.1, 0.1),)), RATES)
     assert 2.0 * sqrt(0.3 / 0.00512) < blended < stops - 4.0

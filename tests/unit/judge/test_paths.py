@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.judge.mechanism import Floats, Frame, joints_at, places, to_cylinder
-from tests.judge.paths import Opinion, Space, Way, deviations, drawn, judged
+from tests.judge.paths import Cut, Opinion, Space, Way, deviations, drawn, judged
 from tests.judge.zones import Block
 
 FRAME = Frame(2.35, 2.30, 0.30, 0.20, ((-0.5, 2.0 * pi / 3.0), (0.575, 2.260), (0.565, 2.300)), 5.0)
@@ -34,7 +34,7 @@ def test_legs_go_straight_through_every_waypoint_in_their_own_space(space: Space
 @pytest.mark.parametrize("space", ["joint", "cartesian"])
 def test_a_blend_leaves_the_corner_on_a_parabola(space: Space) -> None:
     """Half way the parabola is half way between its control point, the corner, and the middle of its ends."""
-    way = Way(space, ((0.2, 1.0, 1.5), (0.6, 1.0, 1.5), (0.6, 1.3, 1.5)), (0.1,))
+    way = Way(space, ((0.2, 1.0, 1.5), (0.6, 1.0, 1.5), (0.6, 1.3, 1.5)), (Cut(0.1, 0.1),))
     line, parabola, onward = way.pieces()
     assert line.points[2] == pytest.approx((0.5, 1.0, 1.5))
     assert onward.points[0] == pytest.approx((0.6, 1.1, 1.5))
@@ -42,23 +42,38 @@ def test_a_blend_leaves_the_corner_on_a_parabola(space: Space) -> None:
     assert middle == pytest.approx((0.575, 1.025, 1.5))
 
 
-def test_a_blend_is_at_most_half_of_a_leg_between_corners_and_counts_arcs_at_their_radius() -> None:
-    way = Way("cylindrical", ((0.0, 1.0, 1.0), (0.2, 1.0, 1.0), (0.2, 1.0, 1.3), (0.3, 1.4, 1.3)), (0.18, 0.4))
-    line, first, second, rest = way.pieces()
-    assert line.points[2] == pytest.approx((0.05, 1.0, 1.0))
-    assert first.points[2] == pytest.approx((0.2, 1.0, 1.15))
-    assert second.points[0] == pytest.approx((0.2, 1.0, 1.15))
-    taken = 0.15 / (0.4**2 + 0.12**2) ** 0.5
+def test_cuts_that_do_not_fit_a_leg_are_made_smaller_and_arcs_count_at_their_radius() -> None:
+    waypoints = ((0.0, 1.0, 1.0), (0.2, 1.0, 1.0), (0.2, 1.0, 1.3), (0.3, 1.4, 1.3))
+    line, first, second, rest = Way("cylindrical", waypoints, (Cut(0.18, 0.2), Cut(0.4, 0.4))).pieces()
+    # 0.2 and 0.4 want to share 0.3: both cuts shrink to a half.
+    assert line.points[2] == pytest.approx((0.11, 1.0, 1.0))
+    assert first.points[2] == pytest.approx((0.2, 1.0, 1.1))
+    assert second.points[0] == pytest.approx((0.2, 1.0, 1.1))
+    taken = 0.2 / (0.4**2 + 0.12**2) ** 0.5
     assert rest.points[0] == pytest.approx((0.2 + 0.1 * taken, 1.0 + 0.4 * taken, 1.3))
 
 
+def test_a_leg_that_is_quick_to_start_leaves_the_corner_later() -> None:
+    """At half time the leg behind, up to speed already, has gone a third of its 0.3 m; a quarter of 0.1 m is left."""
+    waypoints = ((0.2, 1.0, 1.5), (0.6, 1.0, 1.5), (0.6, 1.4, 1.5))
+    _, first, second, _ = Way("joint", waypoints, (Cut(0.1, 0.3, 1.0, 0.5),)).pieces()
+    assert first.points[2] == pytest.approx((0.6 - 0.1 / 4.0, 1.0 + 0.3 / 3.0, 1.5))
+    assert second.points[2] == pytest.approx((0.6, 1.3, 1.5))
+    assert first.width == second.width
+
+
 def test_the_parameter_goes_smoothly_through_a_blend() -> None:
-    way = Way("cylindrical", ((0.0, 1.0, 1.0), (0.2, 1.2, 1.0), (0.2, 1.0, 1.3), (0.3, 1.4, 1.3)), (0.1, 0.0))
+    way = Way(
+        "cylindrical",
+        ((0.0, 1.0, 1.0), (0.2, 1.2, 1.0), (0.2, 1.0, 1.3), (0.3, 1.4, 1.3)),
+        (Cut(0.1, 0.15, 0.7, 0.4), Cut(0.0, 0.0)),
+    )
     pieces = way.pieces()
-    assert [piece.sharp for piece in pieces] == [False, False, True, True]
-    rates = [np.diff(piece.points, axis=0) * 2.0 / piece.width for piece in pieces]
-    assert rates[0][1] == pytest.approx(rates[1][0])
-    assert rates[1][1] == pytest.approx(rates[2][0])
+    assert [piece.sharp for piece in pieces] == [False, False, False, False, True, True]
+    starts = [2.0 * (piece.points[1] - piece.points[0]) / piece.width for piece in pieces]
+    ends = [2.0 * (piece.points[2] - piece.points[1]) / piece.width for piece in pieces]
+    for before, behind in zip(ends[:4], starts[1:5], strict=True):
+        assert before == pytest.approx(behind)
 
 
 Places = tuple[tuple[float, float, float], ...]
