@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from math import degrees
 
-from maya_un.api.messages import Reach, to_data
+from maya_un.api.messages import Distance, Reach, to_data
 from maya_un.cli import output
 from maya_un.cli.configure import configuration
+from maya_un.cli.report import table
 from maya_un.cli.settings import Settings
 from maya_un.cli.words import word
 from maya_un.kinematics.workspace import Workspace
@@ -36,18 +37,34 @@ def ik(point: Point, settings: Settings) -> int:
 
 
 def reach(point: Point, settings: Settings) -> int:
-    """Print whether `point` [m] can be reached, else why not and the nearest that can.
+    """Print whether `point` [m] can be reached and how far from every limit, else all that is broken and the nearest.
 
-    Exit code 0 where it can, 1 where not: both are answers.
+    The zones are those of the configuration. Exit code 0 where it can, 1 where not: both are answers.
     """
     found = Reach.of(Workspace.of(configuration(settings)), point)
     joints = None if found.joints is None else found.joints._asdict()
-    value = {**to_data(found), "joints": joints, "nearest": found.nearest._asdict()}
+    nearest = None if found.nearest is None else found.nearest._asdict()
+    value = {**to_data(found), "joints": joints, "nearest": nearest}
     output.answer(value, _reach_text(found, settings.language), settings)
     return output.DONE if found.reachable else output.FAILED
 
 
 def _reach_text(found: Reach, language: str) -> str:
-    if found.joints is not None:
-        return f"{word('reachable', language)}: {joints_text(found.joints)}"
-    return word("out_of_reach", language, reason=found.reason, nearest=point_text(found.nearest))
+    if found.joints is None or found.tensions is None:
+        nearest = word("nowhere", language) if found.nearest is None else point_text(found.nearest)
+        lines = [word("out_of_reach", language, reason=found.reason, nearest=nearest)]
+        return "\n".join([*lines, *(word("also", language, reason=one.text) for one in found.broken[1:])])
+    lines = [f"{word('reachable', language)}: {joints_text(found.joints)}"]
+    lines.append(word("tensions", language, b=found.tensions[0], c=found.tensions[1]))
+    rows = [(word(f"limit_{one.limit}", language, zone=one.zone), _margin_text(one)) for one in found.margins]
+    return "\n".join([*lines, "", table((word("limit", language), word("margin", language)), rows, right=(1,))])
+
+
+def _margin_text(distance: Distance) -> str:
+    match distance.unit:
+        case "rad":
+            return f"{degrees(distance.margin):.3f} °"
+        case "load":
+            return f"{distance.margin:.3f} × load"
+        case _:
+            return f"{distance.margin * 1e3:.1f} mm"

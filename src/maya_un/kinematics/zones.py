@@ -160,6 +160,22 @@ def zone_of(config: AnyZone) -> Zone:
             return HalfSpace(config.name, Point(*config.point), Point(*config.normal), config.margin, config.lines)
 
 
+def written(zone: Zone) -> AnyZone:
+    """Return how a zone is written; `zone_of` undoes it."""
+    match zone:
+        case Box():
+            kind, own = BoxConfig, {"kind": "box", "low": tuple(zone.low), "high": tuple(zone.high)}
+        case Cylinder():
+            place = {key: getattr(zone, key) for key in ("x", "y", "radius", "low", "high")}
+            kind, own = CylinderConfig, {"kind": "cylinder", **place}
+        case HalfSpace():
+            kind = HalfSpaceConfig
+            own = {"kind": "half_space", "point": tuple(zone.point), "normal": tuple(zone.normal)}
+        case _:
+            raise TypeError(f"{type(zone).__name__} is no kind of zone that can be written")
+    return kind.model_validate({"name": zone.name, "margin": zone.margin, "lines": zone.lines, **own})
+
+
 def _joined(beyond: Floats) -> tuple[Floats, Floats]:
     """Return the distance (...) to a product of intervals, and its change with each of `beyond` (k, ...).
 

@@ -4,6 +4,7 @@ import asyncio
 import json
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from math import pi
 
 import pytest
 
@@ -19,6 +20,8 @@ from maya_un.values import Joints, Point
 from tests.fakes import FakeController
 from tests.virtual_time import elapse
 
+CRATE: dict[str, object] = {"name": "crate", "kind": "box", "low": [0.3, 0.9, 0], "high": [0.7, 1.3, 0.5]}
+WALL: dict[str, object] = {"name": "wall", "kind": "half_space", "point": [0, 2, 0], "normal": [0, -1, 0]}
 JOB = {"parts": {"cube": [0.5, 1.1]}, "steps": [{"pick": "cube"}, {"place": [1.1, 0.5]}]}
 
 
@@ -191,7 +194,56 @@ async def test_reach_says_why_not_and_where_instead() -> None:
         answer = service.reach(Point(0.5, 1.1, 2.2))
         assert not answer.reachable
         assert answer.reason
+        assert answer.nearest is not None
         assert service.reach(answer.nearest).reachable
+
+
+async def test_reach_measures_what_it_can_and_names_what_it_cannot() -> None:
+    async with door() as (_, service):
+        await service.set_zone(CRATE)
+        there = service.reach(Point(0.5, 1.1, 0.9))
+        assert there.joints is not None
+        margins = {one.zone or one.limit: (one.margin, one.unit) for one in there.margins}
+        assert margins["crate"] == (pytest.approx(0.35), "m")
+        assert margins["boom"] == (pytest.approx(min(there.joints.a, 2 * pi / 3 - there.joints.a)), "rad")
+        assert margins["tension_b"] == (pytest.approx(5.0 - (there.tensions or (0, 0))[0]), "load")
+        answer = service.reach(Point(0.5, 1.1, 0.4))
+        assert [(one.limit, one.zone) for one in answer.broken] == [("zone", "crate")]
+        assert answer.reason == answer.broken[0].text
+
+
+async def test_zones_come_and_go_by_name() -> None:
+    async with door() as (controller, service):
+        assert await service.zones() == []
+        taken = await service.set_zone(CRATE)
+        assert (taken.name, taken.margin) == ("crate", 0.05)
+        await service.set_zone(CRATE | {"margin": 0.1})
+        await service.set_zone(WALL)
+        zones = await service.zones()
+        assert [(zone.name, zone.margin) for zone in zones] == [("crate", 0.1), ("wall", 0.05)]
+        assert [zone.name for zone in controller.zones] == ["crate", "wall"]
+        assert to_data(zones) == [to_data(zone) for zone in zones]
+        await service.remove_zone("crate")
+        assert [zone.name for zone in controller.zones] == ["wall"]
+        with pytest.raises(NotFound, match="no zone crate"):
+            await service.remove_zone("crate")
+
+
+async def test_what_is_no_zone_is_refused_with_its_key() -> None:
+    async with door() as (_, service):
+        with pytest.raises(InvalidRequest, match="high"):
+            await service.set_zone({"name": "crate", "kind": "box", "low": [0, 0, 0]})
+        assert await service.zones() == []
+
+
+async def test_zones_stay_as_they_are_while_a_job_runs() -> None:
+    async with door() as (_, service):
+        await service.submit(JOB)
+        await elapse(1.0)
+        with pytest.raises(Busy, match="job 1"):
+            await service.set_zone(CRATE)
+        with pytest.raises(Busy, match="job 1"):
+            await service.remove_zone("crate")
 
 
 async def test_everything_that_leaves_is_json() -> None:

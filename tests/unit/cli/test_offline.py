@@ -48,6 +48,50 @@ def test_people_get_degrees_and_millimetres(capsys: pytest.CaptureFixture[str]) 
     assert "reachable: a 22.6199°" in capsys.readouterr().out
 
 
+def test_reach_tells_how_far_from_every_limit_and_what_the_lines_carry(capsys: pytest.CaptureFixture[str]) -> None:
+    # In the middle, 1.25 below the anchors: b = c = 1.6008, T = b/2h = 0.640 on both lines, 30° into the boom's range.
+    assert main(["reach", "0.65", "1.12583302", "0.9"]) == 0
+    out = capsys.readouterr().out
+    assert "line b carries 0.640 × load, line c 0.640 × load" in out
+    rows = dict(line.rsplit("  ", 1) for line in out.split("\n\n")[1].splitlines()[1:])
+    found = {name.strip(): margin.strip() for name, margin in rows.items()}
+    assert found["range of the boom"] == "30.000 °"
+    assert found["inner anchor"] == found["outer anchor"] == "1000.0 mm"
+    assert found["table top"] == "900.0 mm"
+    assert found["ends of line b"] == "659.2 mm"
+    assert found["tension of line c"] == "4.360 × load"
+
+
+def test_reach_tells_all_that_is_broken(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["reach", "0", "1.3", "-0.05"]) == 1
+    first, *others = capsys.readouterr().out.splitlines()
+    assert first.startswith("not reachable: it lies 50 mm below the table top; nearest x")
+    assert [line.split(" would")[0] for line in others] == ["also: line b", "also: line c"]
+    found = answered("reach 0 1.3 -0.05", capsys, code=1)
+    broken = found["broken"]
+    assert isinstance(broken, list)
+    assert [(one["limit"], one["unit"]) for one in broken] == [("floor", "m"), ("line_b", "m"), ("line_c", "m")]
+    assert broken[0]["excess"] == pytest.approx(0.05)
+    assert (found["margins"], found["tensions"]) == ([], None)
+
+
+def test_reach_knows_the_zones_of_the_configuration(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "c.toml"
+    zone = '[[zones]]\nname = "{}"\nkind = "half_space"\npoint = [0, 0, {}]\nnormal = [0, 0, 1]\n'
+    file.write_text(zone.format("crates", 0.5))
+    inside = answered(f"reach 0.5 1.2 0.4 --config {file}", capsys, code=1)
+    assert inside["nearest"] == pytest.approx({"x": 0.5, "y": 1.2, "z": 0.55}, abs=1e-3)
+    broken = inside["broken"]
+    assert isinstance(broken, list)
+    assert (broken[0]["limit"], broken[0]["zone"], broken[0]["excess"]) == ("zone", "crates", pytest.approx(0.15))
+    assert main(["reach", "0.5", "1.2", "0.6", "--config", str(file)]) == 0
+    assert "zone crates" in capsys.readouterr().out
+    file.write_text(zone.format("all", 3.0))
+    assert main(["reach", "0.5", "1.2", "0.6", "--config", str(file)]) == 1
+    assert "nearest nothing: the zones leave no place" in capsys.readouterr().out
+    assert answered(f"reach 0.5 1.2 0.6 --config {file}", capsys, code=1)["nearest"] is None
+
+
 def test_config_init_writes_what_check_accepts_and_never_overwrites(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

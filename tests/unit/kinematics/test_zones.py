@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maya_un.kinematics import Box, Cylinder, Floats, HalfSpace, Zone
-from maya_un.kinematics.zones import ACCURACY, clearances, corners, travel_bound, travel_bounds
+from maya_un.kinematics.zones import ACCURACY, clearances, corners, travel_bound, travel_bounds, written, zone_of
 from maya_un.values import Joints, Point
 from tests.strategies import WORKSPACE, reachable_joints
 
@@ -211,3 +211,8 @@ def test_turning_alone_moves_the_outer_anchor_most() -> None:
 
 def test_lines_that_might_be_straight_on_the_way_have_no_bound() -> None:
     assert travel_bound(MAYA, Joints(0.0, 1.1, 1.1), Joints(0.0, 0.9, 0.9)) == np.inf
+
+
+@given(zones())
+def test_a_zone_that_is_written_and_read_is_the_same(zone: Zone) -> None:
+    assert zone_of(written(zone)) == zone

@@ -1,0 +1,34 @@
+"""Zones at the door: read and changed one by one, as they are written in the configuration."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from maya_un.config.zones import AnyZone, parse_zone
+from maya_un.controller.protocol import Controller
+from maya_un.errors import NotFound
+from maya_un.kinematics.zones import Zone, written, zone_of
+
+
+def zones_of(controller: Controller) -> list[AnyZone]:
+    """Return the zones in force."""
+    return [written(zone) for zone in controller.zones]
+
+
+def put_zone(controller: Controller, data: Mapping[str, object]) -> AnyZone:
+    """Keep out of one more zone, which takes the place of one of its name; return it as it is taken.
+
+    Raises `InvalidRequest` with the key that makes it none, and `Busy` while something moves.
+    """
+    new = parse_zone(data)
+    zones = {zone.name: zone for zone in controller.zones} | {new.name: zone_of(new)}
+    controller.set_zones(list(zones.values()))
+    return new
+
+
+def drop_zone(controller: Controller, name: str) -> None:
+    """Keep out of a zone no longer; raises `NotFound`, and `Busy` while something moves."""
+    left: list[Zone] = [zone for zone in controller.zones if zone.name != name]
+    if len(left) == len(controller.zones):
+        raise NotFound(what="zone", number=name)
+    controller.set_zones(left)

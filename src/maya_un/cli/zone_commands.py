@@ -1,0 +1,62 @@
+"""The commands about zones: their arguments and their help."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import typer
+
+from maya_un.cli.settings import Settings
+
+Name = Annotated[str, typer.Argument(metavar="NAME", help="letters, digits, - and _")]
+
+
+def register(app: typer.Typer, how: dict[str, Any]) -> None:
+    """Put the commands under `app`; `how` is what all commands have in common."""
+    about = "What the running robot keeps out of, for this run. Without a command, list it."
+    group = typer.Typer(add_completion=False, rich_markup_mode=None, help=about)
+    group.callback(invoke_without_command=True, **how)(_unless_named)
+    group.command("list", **how)(listed)
+    group.command("add", **how)(add)
+    group.command("remove", **how)(remove)
+    app.add_typer(group, name="zones")
+
+
+def _settings(context: typer.Context) -> Settings:
+    settings = context.obj
+    assert isinstance(settings, Settings)
+    return settings
+
+
+def _unless_named(context: typer.Context) -> int | None:
+    return listed(context) if context.invoked_subcommand is None else None
+
+
+def listed(context: typer.Context) -> int:
+    """List all zones, as `add` takes them."""
+    from maya_un.cli import zones
+
+    return zones.listed(_settings(context))
+
+
+def add(
+    context: typer.Context,
+    name: Name,
+    kind: Annotated[Literal["box", "cylinder", "half_space"], typer.Argument(metavar="KIND")],
+    values: Annotated[list[str] | None, typer.Argument(metavar="[KEY=VALUE]...", help="low=0,1,0 margin=50mm")] = None,
+) -> int:
+    """Keep out of one more zone, until `maya up` ends; one of its name gives way.
+
+    KIND is box (low, high), cylinder (x, y, radius, low, high) or half_space (point, normal). What stays stands in the
+    configuration, which also tells what the keys mean.
+    """
+    from maya_un.cli import zones
+
+    return zones.add(name, kind, values or (), _settings(context))
+
+
+def remove(context: typer.Context, name: Name) -> int:
+    """Keep out of a zone no longer, until `maya up` ends."""
+    from maya_un.cli import zones
+
+    return zones.remove(name, _settings(context))

@@ -1,0 +1,82 @@
+"""`maya zones`: what the running robot keeps out of. Changes hold for its run; what stays is the configuration's."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+from urllib.parse import quote
+
+from maya_un.cli import output
+from maya_un.cli.client import Client
+from maya_un.cli.quantities import length
+from maya_un.cli.report import table
+from maya_un.cli.settings import Settings
+from maya_un.cli.words import word
+from maya_un.errors import InvalidCommandLine, InvalidValue
+
+_COMMAND = "maya zones add"
+
+
+def listed(settings: Settings) -> int:
+    """Print all zones, as `add` takes them; raises `ServiceNotRunning`."""
+    zones = Client.find().get("/v1/zones")
+    head = tuple(word(key, settings.language) for key in ("zone", "kind", "as_written"))
+    rows = [(zone["name"], zone["kind"], _written(zone)) for zone in zones]
+    text = table(head, rows) if rows else word("no_zones", settings.language)
+    note = word("zones_of_this_run", settings.language)
+    return output.answer({"zones": zones, "note": note}, f"{text}\n{note}", settings)
+
+
+def add(name: str, kind: str, pairs: Sequence[str], settings: Settings) -> int:
+    """Keep out of one more zone, its lengths given as `key=value`; one of its name gives way.
+
+    Raises `InvalidCommandLine`, `InvalidValue`, `ServiceNotRunning`, and `Busy` while something moves.
+    """
+    given = [_pair(text) for text in pairs]
+    if len(given) != len(dict(given)):
+        raise InvalidCommandLine(reason="a key is given twice", command=_COMMAND)
+    zone = {key: _value(key, text) for key, text in given}
+    taken = Client.find().request("PUT", _path(name), {"kind": kind, **zone})
+    return _told(taken, word("zone_added", settings.language, name=name), settings)
+
+
+def remove(name: str, settings: Settings) -> int:
+    """Keep out of a zone no longer; raises `NotFound`, `ServiceNotRunning`, and `Busy` while something moves."""
+    answer = Client.find().request("DELETE", _path(name))
+    return _told(answer, word("zone_removed", settings.language, name=name), settings)
+
+
+def _told(answer: Mapping[str, Any], text: str, settings: Settings) -> int:
+    note = word("zones_of_this_run", settings.language)
+    return output.answer({**answer, "note": note}, f"{text} {note}", settings)
+
+
+def _path(name: str) -> str:
+    return f"/v1/zones/{quote(name, safe='')}"
+
+
+def _pair(text: str) -> tuple[str, str]:
+    key, equals, value = text.partition("=")
+    if not (key and equals and value):
+        raise InvalidCommandLine(reason=f"{text!r} is not KEY=VALUE", command=_COMMAND)
+    return key, value
+
+
+def _value(key: str, text: str) -> bool | float | list[float]:
+    if key == "lines":
+        if text not in {"true", "false"}:
+            raise InvalidValue(key=key, value=repr(text), reason="it is true or false")
+        return text == "true"
+    numbers = [length(part, key) for part in text.split(",")]
+    return numbers if "," in text else numbers[0]
+
+
+def _written(zone: Mapping[str, Any]) -> str:
+    return " ".join(f"{key}={_plain(value)}" for key, value in zone.items() if key not in {"name", "kind"})
+
+
+def _plain(value: bool | float | Sequence[float]) -> str:
+    if isinstance(value, bool):
+        return json.dumps(value)
+    return f"{value:g}" if isinstance(value, int | float) else ",".join(f"{one:g}" for one in value)
