@@ -36,6 +36,18 @@ class Marked:
         _mark(axes, held, "o", INK, "target, reachable" if self.reachable else "nearest reachable place")
 
 
+def make_room(axes: Axes, place: tuple[float, float]) -> None:
+    """Widen a picture in a plane so that it shows `place` too, unless that is farther off than the picture is large."""
+    limits = (axes.get_xlim(), axes.get_ylim())
+    sizes = [high - low for low, high in limits]
+    if all(low - size <= at <= high + size for (low, high), size, at in zip(limits, sizes, place, strict=True)):
+        across, up = (
+            (min(low, at - 0.04 * size), max(high, at + 0.04 * size))
+            for (low, high), size, at in zip(limits, sizes, place, strict=True)
+        )
+        axes.set(xlim=across, ylim=up)
+
+
 def _mark(axes: Axes, place: tuple[float, ...], marker: str, colour: str, label: str) -> None:
     columns = [[value] for value in place]
     axes.plot(*columns, marker=marker, color=colour, label=label, ls="none", ms=7.0, mew=2.0, zorder=8)

@@ -11,12 +11,13 @@ from matplotlib.patches import Arc, FancyArrowPatch, Wedge
 
 from maya_un.kinematics import Workspace
 from maya_un.plots import zones
-from maya_un.plots.marks import Marked
+from maya_un.plots.marks import Marked, make_room
 from maya_un.plots.style import BOOM, GREY, INK, LINE_B, LINE_C, REACHABLE, quiet_grid
 
 _COLUMNS = 801
 _GRID = 0.015
 _ROOM = 0.3
+_ARROW, _ARC = 0.18, 0.27
 
 
 def rings(workspace: Workspace, height: float) -> list[tuple[float, float]]:
@@ -86,6 +87,7 @@ class _Drawing:
         zones_at(self.axes, self.workspace, self.height)
         if marked is not None:
             marked.show(self.axes, marked.target[:2], marked.held[:2])
+            make_room(self.axes, marked.target[:2])
         self.axes.set_title(f"From above, at z = {self.height:.2f} m", loc="left")
 
     def _radii(self) -> None:
@@ -107,15 +109,15 @@ class _Drawing:
                 Arc((0, 0), 2 * radius, 2 * radius, theta1=start, theta2=end, color=colour, lw=0.9, ls="dotted")
             )
         for angle in self.workspace.boom:
-            x, y = _at(mechanism.length + 0.04, angle)
+            x, y = _at(1.02 * mechanism.length, angle)
             axes.plot((0.0, x), (0.0, y), color=GREY, linewidth=0.8, linestyle="dashed", zorder=1.4)
             x, y = _at(mechanism.length + 0.13, angle)
             axes.text(x, y, f"α = {degrees(angle):.0f}°", color=INK, fontsize=8, ha="center", va="center")
 
     def _directions(self) -> None:
         """Draw the directions +x and +y, and which way α grows."""
-        axes = self.axes
-        for x, y, name in ((0.0, 0.42, "+y"), (0.42, 0.0, "+x")):
+        axes, size = self.axes, _ARROW * self.workspace.mechanism.length
+        for x, y, name in ((0.0, size, "+y"), (size, 0.0, "+x")):
             axes.add_patch(FancyArrowPatch((0, 0), (x, y), arrowstyle="-|>", mutation_scale=9, color=INK, zorder=5))
             axes.annotate(name, (x, y), (3, 3), textcoords="offset points", fontsize=8, zorder=5)
 
@@ -132,10 +134,10 @@ class _Drawing:
 
     def _angle(self) -> None:
         """Show how the boom's angle is counted: from +y, clockwise."""
-        radius, first = 0.62, self.workspace.boom[0]
-        swept = np.linspace(0.0, self.bearing, 61)
-        if self.bearing - first < 0.15:
+        if self.bearing < 0.15:
             return
+        radius = _ARC * self.workspace.mechanism.length
+        swept = np.linspace(0.0, self.bearing, 61)
         x, y = radius * np.sin(swept), radius * np.cos(swept)
         self.axes.plot(x, y, color=BOOM, linewidth=1.2, zorder=4)
         tip = FancyArrowPatch((x[-4], y[-4]), (x[-1], y[-1]), arrowstyle="-|>", mutation_scale=9, color=BOOM, zorder=4)
@@ -152,5 +154,8 @@ def _extent(workspace: Workspace) -> tuple[float, float, float, float]:
     """Return left, right, low and high ends of what the boom passes over, with some room [m]."""
     reach = workspace.mechanism.length
     turned = np.linspace(*workspace.boom, 181)
-    x, y = np.append(reach * np.sin(turned), 0.0), np.append(reach * np.cos(turned), 0.0)
+    counted = np.linspace(min(0.0, workspace.boom[0]), workspace.boom[1], 181)
+    size = _ARC * reach
+    x = np.concatenate((reach * np.sin(turned), size * np.sin(counted), [0.0, _ARROW * reach]))
+    y = np.concatenate((reach * np.cos(turned), size * np.cos(counted), [0.0, _ARROW * reach]))
     return float(x.min()) - _ROOM, float(x.max()) + _ROOM, float(y.min()) - _ROOM, float(y.max()) + _ROOM

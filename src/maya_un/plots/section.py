@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from maya_un.kinematics import Floats, Workspace
 from maya_un.plots import zones
-from maya_un.plots.marks import Marked
+from maya_un.plots.marks import Marked, make_room
 from maya_un.plots.style import FORBIDDEN, GREY, INK, LINE_B, LINE_C, PALE, REACHABLE, quiet_grid
 from maya_un.values import Joints
 
@@ -93,8 +93,6 @@ class _Drawing:
         self._strokes()
         self._tensions(edge)
         self._zones()
-        if marked is not None:
-            self._marked(marked)
         self.axes.set(
             aspect="equal",
             xlim=(-0.14, mechanism.length + 0.32),
@@ -102,6 +100,8 @@ class _Drawing:
             xlabel="distance from axis a, d [m]",
             ylabel="height, z [m]",
         )
+        if marked is not None:
+            self._marked(marked)
         self.axes.set_title(f"From the side, boom at {degrees(self.bearing):.0f}°", loc="left")
 
     def _frame(self) -> None:
@@ -213,7 +213,9 @@ class _Drawing:
         for anchor, colour in ((mechanism.delta, LINE_B), (mechanism.length, LINE_C)):
             axes.plot((anchor, d), (mechanism.height, z + mechanism.drop), color=colour, linewidth=1.8, zorder=6)
         axes.plot((d, d), (z + mechanism.drop, z), color=INK, linewidth=2.2, zorder=6)
-        marked.show(axes, (hypot(marked.target.x, marked.target.y), marked.target.z), (d, z))
+        target = (hypot(marked.target.x, marked.target.y), marked.target.z)
+        marked.show(axes, target, (d, z))
+        make_room(axes, target)
 
     def _say(
         self,

@@ -53,6 +53,14 @@ def test_a_target_in_reach_is_one_mark() -> None:
     assert figure.axes[0].get_title(loc="left") == "From the side, boom at 23°"
 
 
+@pytest.mark.parametrize(("view", "across"), [(View.SECTION, 1.4), (View.PLAN, -1.4)])
+def test_a_target_beside_the_machine_is_inside_the_picture_and_one_far_off_is_not(view: View, across: float) -> None:
+    near, far = (workspace_figure(WORKSPACE, 0.4, view, Point(-1.4 * size, 0.0, 0.4)).axes[0] for size in (1, 9))
+    plain = workspace_figure(WORKSPACE, 0.4, view).axes[0]
+    assert near.get_xlim()[0] < across < near.get_xlim()[1]
+    assert far.get_xlim() == plain.get_xlim()
+
+
 @pytest.mark.parametrize("kind", style.FORMATS)
 def test_the_same_picture_is_the_same_file(kind: str) -> None:
     view = View.ALL if kind == "svg" else View.PLAN
