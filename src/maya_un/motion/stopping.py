@@ -8,9 +8,9 @@ A stop, the guard and a limit switch of the coordinated mode brake along the pat
     about this; the worse is assumed.
 
 In both cases the axes end somewhere in the box between where they were and where each of them would have come to rest
-by itself: q + [−e⁻, e⁺], with e = v²/2r for the deceleration r, and as far as the path ahead takes an axis within its
-way of braking. All e grow with the square of the speed along the path. The greatest speed is sought at which the
-boxes at all places of a chord keep the emergency bounds:
+by itself: q + [−e⁻, e⁺], with e = vτ + v²/2r for the deceleration r and an axis that follows late by τ, and as far as
+the path ahead takes an axis on the way of braking. All e grow with the speed along the path. The greatest speed is
+sought at which the boxes at all places of a chord keep the emergency bounds:
 
     T ≤ the emergency tension     greatest at the box' corner of shortest lines, or no more than the load
     slack ≤ the emergency slack   of c greatest where c is longest and b shortest, of b the other way round
@@ -42,6 +42,9 @@ SLACK = 0.05
 CREEP = 1e-3
 """An excess of a stop that is not worth preventing: so far [m] the end of a line or of the boom may go anywhere."""
 
+LATE = 0.04
+"""An axis is where its reference was up to so long ago [s]; one that fails stops there, the others go on."""
+
 _CORNER = 0.2
 _MOST = 128
 _HALVINGS = 3
@@ -52,14 +55,16 @@ _FAR, _NEAR = 0.05, 0.01
 
 @dataclass(frozen=True, slots=True)
 class Emergency:
-    """What a fault may lead to: `tension` [loads], `slack` [m]; and how the axes brake then.
+    """What a fault may lead to: `tension` [loads], `slack` [m]; and how the axes go on then.
 
-    `rates` are the decelerations of the axes each by itself (rad/s², m/s², m/s²).
+    `rates` are the decelerations of the axes each by itself (rad/s², m/s², m/s²); `late` is how late they follow
+    their references at most [s].
     """
 
     tension: float
     slack: float
     rates: tuple[float, float, float]
+    late: float = LATE
 
     @classmethod
     def of(cls, config: Config) -> Self:
@@ -83,14 +88,31 @@ class _Boxes(NamedTuple):
     on: Floats
     clear: Floats
 
-    def of(self, chords: NDArray[np.intp]) -> _Boxes:
-        """Return the boxes of some chords, which may be named more than once."""
-        return _Boxes(*(column[chords] for column in self))
 
-    def grown(self, squares: Floats) -> _Boxes:
-        """Return the boxes that belong to these squares of the speed (m,), where these belong to a speed of 1."""
-        size = squares[:, np.newaxis]
-        return _Boxes(self.starts, self.ends, self.back * size, self.on * size, self.clear)
+class _Growth(NamedTuple):
+    """How boxes grow with the speed v along the path: `back` and `on` (m, 3) with v², `least` and `most` with v.
+
+    The others are as in `_Boxes`.
+    """
+
+    starts: Floats
+    ends: Floats
+    back: Floats
+    on: Floats
+    least: Floats
+    most: Floats
+    clear: Floats
+
+    def of(self, chords: NDArray[np.intp]) -> _Growth:
+        """Return what belongs to some chords, which may be named more than once."""
+        return _Growth(*(column[chords] for column in self))
+
+    def at(self, squares: Floats) -> _Boxes:
+        """Return the boxes that belong to these squares of the speed (m,)."""
+        square = squares[:, np.newaxis]
+        speed = np.sqrt(square)
+        back, on = self.back * square + self.least * speed, self.on * square + self.most * speed
+        return _Boxes(self.starts, self.ends, back, on, self.clear)
 
 
 def emergency_speed(
@@ -110,11 +132,12 @@ def emergency_speed(
     squares, directions = fastest[:-1] * fastest[:-1], directions[:-1]
     anywhere = directions.max(axis=0), directions.min(axis=0)
     clear = _nearest_zone(workspace, joints[:-1], joints[1:], _FAR)
-    coarse = _Boxes(joints[:-1], joints[1:], *_sizes(emergency, directions, anywhere, braking), clear)
+    coarse = _Growth(joints[:-1], joints[1:], *_growing(emergency, directions, anywhere, braking), clear)
     chords = _doubtful(workspace, emergency, coarse, squares)
     if len(chords):
-        ahead = _ahead(workspace, joints, directions, squares / (2.0 * braking))
-        fine = _Boxes(joints[:-1], joints[1:], *_sizes(emergency, directions, ahead, braking), clear).of(chords)
+        reach = squares / (2.0 * braking) + fastest[:-1] * emergency.late
+        ahead = _ahead(workspace, joints, directions, reach)
+        fine = _Growth(joints[:-1], joints[1:], *_growing(emergency, directions, ahead, braking), clear).of(chords)
         left = _doubtful(workspace, emergency, fine, squares[chords])
         chords, fine = chords[left], fine.of(left)
         fine = fine._replace(clear=_nearest_zone(workspace, fine.starts, fine.ends, _NEAR))
@@ -123,31 +146,32 @@ def emergency_speed(
     return found
 
 
-def _doubtful(workspace: Workspace, emergency: Emergency, boxes: _Boxes, squares: Floats) -> NDArray[np.intp]:
+def _doubtful(workspace: Workspace, emergency: Emergency, growth: _Growth, squares: Floats) -> NDArray[np.intp]:
     """Return the numbers of the boxes that are not safe at these squares of the speed."""
-    return np.flatnonzero(~_safe(workspace, emergency, boxes.grown(squares)))
+    return np.flatnonzero(~_safe(workspace, emergency, growth.at(squares)))
 
 
-def _slowed(workspace: Workspace, emergency: Emergency, boxes: _Boxes, squares: Floats) -> Floats:
+def _slowed(workspace: Workspace, emergency: Emergency, growth: _Growth, squares: Floats) -> Floats:
     """Return the greatest speeds (m,), infinite where the wished ones, whose squares are given, are safe."""
     arms = np.array((workspace.mechanism.length, 1.0, 1.0))
-    safe = _greatest(workspace, emergency, boxes, squares)
-    creep = CREEP / (np.maximum(boxes.back, boxes.on) * arms).max(axis=1, initial=0.0)
+    safe = _greatest(workspace, emergency, growth, squares)
+    creep = CREEP / (np.maximum(growth.back, growth.on) * arms).max(axis=1, initial=0.0)
     return np.where(safe < squares, np.sqrt(np.maximum(safe, creep)), np.inf)
 
 
-def _sizes(
+def _growing(
     emergency: Emergency, directions: Floats, ahead: tuple[Floats, Floats], braking: float
-) -> tuple[Floats, Floats]:
-    """Return the sizes of the boxes backwards and on (m, 3) that belong to a speed of 1 along the path.
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return `back`, `on`, `least` and `most` (m, 3) of `_Growth`.
 
     `ahead` are the greatest and the least direction on the way of braking.
     """
     alone = directions * directions / (2.0 * np.array(emergency.rates))
-    most, least = ahead
-    on = np.maximum(np.where(directions > 0.0, alone, 0.0), np.maximum(most, 0.0) / (2.0 * braking))
-    back = np.maximum(np.where(directions < 0.0, alone, 0.0), np.maximum(-least, 0.0) / (2.0 * braking))
-    return back, on
+    most, least = np.maximum(ahead[0], 0.0), np.maximum(-ahead[1], 0.0)
+    on = np.maximum(np.where(directions > 0.0, alone, 0.0), most / (2.0 * braking))
+    back = np.maximum(np.where(directions < 0.0, alone, 0.0), least / (2.0 * braking))
+    late, every = emergency.late, directions.shape
+    return back, on, np.broadcast_to(least * late, every), np.broadcast_to(most * late, every)
 
 
 def _ahead(workspace: Workspace, joints: Floats, directions: Floats, reach: Floats) -> tuple[Floats, Floats]:
@@ -192,17 +216,17 @@ def _nearest_zone(workspace: Workspace, starts: Floats, ends: Floats, step: floa
     return np.minimum.reduceat(least, begins)
 
 
-def _greatest(workspace: Workspace, emergency: Emergency, boxes: _Boxes, squares: Floats) -> Floats:
+def _greatest(workspace: Workspace, emergency: Emergency, growth: _Growth, squares: Floats) -> Floats:
     """Return the greatest squares of the speed (m,) up to `squares` that are safe, 0 for none.
 
-    `boxes` belong to a speed of 1. Every round looks at some speeds between one that is safe and one that is not.
+    Every round looks at some speeds between one that is safe and one that is not.
     """
     low, width = np.zeros(len(squares)), squares
     inner = np.arange(1.0, _SECTIONS + 1.0)[:, np.newaxis] / _SECTIONS
     chords = np.tile(np.arange(len(squares)), _SECTIONS)
     for _ in range(_ROUNDS):
         tried = np.minimum(low + inner * width, squares)
-        safe = _safe(workspace, emergency, boxes.of(chords).grown(tried.ravel())).reshape(tried.shape)
+        safe = _safe(workspace, emergency, growth.of(chords).at(tried.ravel())).reshape(tried.shape)
         width = width / _SECTIONS
         low = np.minimum(low + np.logical_and.accumulate(safe).sum(axis=0) * width, squares)
     return low
