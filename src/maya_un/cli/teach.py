@@ -40,7 +40,12 @@ class Grid(NamedTuple):
 def teach(name: str, settings: Settings, *, replacing: bool) -> int:
     """Keep where the running robot is under `name`; raises `ServiceNotRunning` and what the service refuses."""
     pose = _taught(Client.find(), name, replacing)
-    return output.answer(pose, word("taught", settings.language, name=name, place=_pose_text(pose)), settings)
+    return output.answer(pose, _said(pose, settings.language), settings)
+
+
+def keep(client: Client, name: str, language: str, replacing: bool) -> str:
+    """Keep where the robot behind `client` is under `name`, and return what to say of it; raises as `teach`."""
+    return _said(_taught(client, name, replacing), language)
 
 
 def poses(settings: Settings) -> int:
@@ -110,7 +115,7 @@ def _driven_to(grid: Grid, settings: Settings, replacing: bool) -> list[str]:
         name = said or f"{grid.name}.{row}-{column}"
         if not said:
             pose = _taught(client, name, replacing)
-            _aside(word("taught", settings.language, name=name, place=_pose_text(pose)), settings)
+            _aside(_said(pose, settings.language), settings)
         names.append(name)
     return names
 
@@ -172,8 +177,9 @@ def _listed(found: Sequence[Mapping[str, Any]], language: str) -> str:
     return table(head, rows)
 
 
-def _pose_text(pose: Mapping[str, Any]) -> str:
-    return f"{_place(pose['point'])} m   {_joints(pose['joints'])}"
+def _said(pose: Mapping[str, Any], language: str) -> str:
+    place = f"{_place(pose['point'])} m   {_joints(pose['joints'])}"
+    return word("taught", language, name=pose["name"], place=place)
 
 
 def _place(point: Sequence[float] | None) -> str:

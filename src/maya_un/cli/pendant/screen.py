@@ -1,0 +1,133 @@
+"""The pendant on a screen: the picture, the keys, and a line for the name of a pose."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from collections.abc import Callable
+
+from prompt_toolkit.application import Application
+from prompt_toolkit.buffer import Buffer
+from prompt_toolkit.filters import Condition
+from prompt_toolkit.formatted_text import FormattedText
+from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
+from prompt_toolkit.layout import ConditionalContainer, HSplit, Layout, VSplit, Window
+from prompt_toolkit.layout.controls import BufferControl, FormattedTextControl
+from prompt_toolkit.styles import Style
+
+from maya_un.cli import output
+from maya_un.cli.client import Client
+from maya_un.cli.configure import configuration
+from maya_un.cli.pendant.keys import MOVES, STEPS
+from maya_un.cli.pendant.picture import drawn
+from maya_un.cli.pendant.session import Session
+from maya_un.cli.settings import Settings
+from maya_un.cli.signals import on_end
+from maya_un.cli.words import word
+from maya_un.kinematics.workspace import Workspace
+
+_STYLE = Style.from_dict(
+    {
+        "head": "bold",
+        "moving": "ansigreen bold",
+        "near": "ansiyellow bold",
+        "note": "ansicyan",
+        "trouble": "ansired bold",
+        "keys": "ansibrightblack",
+    }
+)
+
+
+def jog(settings: Settings) -> int:
+    """Move the running robot by keys until a person ends it; return the exit code. Raises `ServiceNotRunning`."""
+    client = Client.find()
+    client.get("/v1/health")
+    return asyncio.run(_Pendant(client, settings).show())
+
+
+class _Pendant:
+    """A session, and the application that shows it."""
+
+    def __init__(self, client: Client, settings: Settings) -> None:
+        self._language = settings.language
+        self._session = Session(client, Workspace.of(configuration(settings)), settings.language)
+        self._naming = False
+        self._name = Buffer(multiline=False, accept_handler=self._named)
+        self._app: Application[int] = Application(
+            layout=self._layout(),
+            key_bindings=self._keys(),
+            style=_STYLE,
+            full_screen=True,
+            refresh_interval=0.1,
+        )
+
+    async def show(self) -> int:
+        """Show it until it is ended; a step that is under way then is stopped."""
+        watching = asyncio.create_task(self._session.watch())
+        try:
+            with on_end(lambda: self._end(output.DONE), signal.SIGTERM):
+                return await self._app.run_async(handle_sigint=False)
+        finally:
+            watching.cancel()
+            await asyncio.wait({watching})
+            await self._session.close()
+
+    def _layout(self) -> Layout:
+        def text() -> FormattedText:
+            return FormattedText(drawn(self._session, self._language))
+
+        asked = VSplit(
+            [
+                Window(FormattedTextControl(word("pendant_name", self._language)), dont_extend_width=True, height=1),
+                Window(BufferControl(self._name), height=1),
+            ]
+        )
+        keys = Window(FormattedTextControl([("class:keys", word("pendant_keys", self._language))]), height=2)
+        picture = Window(FormattedTextControl(text, focusable=True, show_cursor=False), wrap_lines=True)
+        return Layout(HSplit([picture, ConditionalContainer(asked, Condition(lambda: self._naming)), keys]), picture)
+
+    def _keys(self) -> KeyBindings:
+        keys = KeyBindings()
+        moving = Condition(lambda: not self._naming)
+        for key, (axis, direction) in MOVES.items():
+            keys.add(key, filter=moving)(self._mover(axis, direction))
+        for key in STEPS:
+            keys.add(key, filter=moving)(self._chooser(key))
+        keys.add("t", filter=moving)(self._ask)
+        keys.add("q", filter=moving)(lambda _: self._end(output.DONE))
+        keys.add("escape", filter=~moving, eager=True)(self._leave)
+        keys.add("space", eager=True)(lambda _: self._session.stop())
+        keys.add("c-d")(lambda _: self._end(output.DONE))
+        keys.add("c-c")(lambda _: self._end(output.INTERRUPTED))
+        return keys
+
+    def _mover(self, axis: str, direction: int) -> Callable[[KeyPressEvent], None]:
+        return lambda _: self._session.move(axis, direction)
+
+    def _chooser(self, key: str) -> Callable[[KeyPressEvent], None]:
+        def choose(event: KeyPressEvent) -> None:
+            self._session.step = key
+
+        return choose
+
+    def _ask(self, event: KeyPressEvent) -> None:
+        self._naming = True
+        event.app.layout.focus(self._name)
+
+    def _leave(self, event: KeyPressEvent) -> None:
+        self._name.reset()
+        self._naming = False
+        event.app.layout.focus_previous()
+
+    def _named(self, buffer: Buffer) -> bool:
+        """Teach the pose whose name was typed; `!` behind it has one of that name replaced."""
+        text = buffer.text.strip()
+        if text:
+            self._session.teach(text.removesuffix("!"), replacing=text.endswith("!"))
+        self._naming = False
+        self._app.layout.focus_previous()
+        return False
+
+    def _end(self, code: int) -> None:
+        if self._app.is_running:
+            self._app.exit(result=code)
