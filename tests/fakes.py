@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from maya_un.config import Config, Units
 from maya_un.controller.homing import homed_pose
+from maya_un.controller.inspection import Inspection
 from maya_un.controller.planner import Planner
 from maya_un.controller.protocol import Jogged, Preview
 from maya_un.controller.run import OnVia
@@ -88,6 +89,10 @@ class FakeController:
         """Check and time a path as the real floor does."""
         self.previews += 1
         return self._planner.preview(self.workspace, path, speed)
+
+    def inspect(self, path: Route, *, speed: float = 1.0, samples: int = 200) -> Inspection | None:
+        """Work the details out as the real floor does."""
+        return self._planner.inspect(self.workspace, path, speed, samples)
 
     async def home(self) -> None:
         """Take a minute and stand at the homed pose."""

@@ -17,17 +17,22 @@ from maya_un.config import Config
 from maya_un.config.zones import AnyZone
 from maya_un.controller.homing import homed_pose
 from maya_un.controller.protocol import Controller, Jogged
-from maya_un.errors import Busy, Stopped
+from maya_un.errors import Busy, InvalidValue, Stopped
 from maya_un.events import Event
 from maya_un.process.book import Book
+from maya_un.process.inspection import JobInspection
 from maya_un.process.job import Job
 from maya_un.process.preview import JobPreview
 from maya_un.process.process import Process
 from maya_un.process.report import JobReport, JobSummary
 from maya_un.process.wishes import named
+from maya_un.robot.plan import Pose
 from maya_un.robot.primitives import Primitive, from_dict
 from maya_un.robot.robot import Robot
 from maya_un.values import Joints, Point, StopReport
+
+MOST_SAMPLES = 10_000
+"""Samples of one motion that may be asked for."""
 
 
 class Service:
@@ -185,9 +190,24 @@ class Service:
         It starts where the robot is, or with `from_homed` where homing leaves it. Raises `InvalidJob` and
         `UnknownName`.
         """
+        parsed = job if isinstance(job, Job) else Job.parse(job)
+        return await self._process.preview(parsed, self._start(from_homed=from_homed))
+
+    async def inspect(
+        self, job: Job | Mapping[str, object], *, from_homed: bool = False, samples: int = 200
+    ) -> JobInspection:
+        """Return a job in detail: its preview, profiles of the axes, least margins, longest stop; sends nothing.
+
+        Every motion has so many `samples`, 2 to 10 000. Raises as `preview` does, and `InvalidValue`.
+        """
+        if not 2 <= samples <= MOST_SAMPLES:
+            raise InvalidValue(key="samples", value=samples, reason=f"it must be 2 to {MOST_SAMPLES}")
+        parsed = job if isinstance(job, Job) else Job.parse(job)
+        return await self._process.inspect(parsed, self._start(from_homed=from_homed), samples)
+
+    def _start(self, *, from_homed: bool) -> Pose:
         here = self._robot.pose
-        start = here._replace(joints=homed_pose(self._config)) if from_homed else here
-        return await self._process.preview(job if isinstance(job, Job) else Job.parse(job), start)
+        return here._replace(joints=homed_pose(self._config)) if from_homed else here
 
     def fk(self, joints: Joints) -> Point:
         """Return the gripper point of joints (rad, m, m); raises `Unreachable`."""

@@ -9,6 +9,7 @@ from typing import NoReturn
 import numpy as np
 
 from maya_un.config import Config, Units
+from maya_un.controller.inspection import Inspection, inspect
 from maya_un.controller.protocol import Preview
 from maya_un.controller.seek import SETTLE
 from maya_un.errors import InvalidValue, PathRefused, TrajectoryRefused
@@ -86,6 +87,13 @@ class Planner:
         """Check a route without timing it; raises `Unreachable`, `PathRefused` as `plan` does."""
         path = self._path(route)
         self._proved(workspace, path, lay(path, self._mechanism, self._units, self._limits))
+
+    def inspect(self, workspace: Workspace, route: Route, speed: float, samples: int) -> Inspection | None:
+        """Return the details of the motion along a route, None where it goes nowhere; raises as `plan` does."""
+        planned = self.plan(workspace, route, speed)
+        if planned.move is None:
+            return None
+        return inspect(workspace, planned.knots, planned.move, samples)
 
     def begun_at(self, route: Route, here: Joints) -> Path:
         """Return the route from exactly `here` on; raises `TrajectoryRefused` where it starts somewhere else."""

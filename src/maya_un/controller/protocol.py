@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from maya_un.config import Config
+from maya_un.controller.inspection import Inspection
 from maya_un.controller.run import OnVia
 from maya_un.events import EventLog
 from maya_un.kinematics.mechanism import Mechanism
@@ -96,6 +97,10 @@ class Controller(Protocol):
 
     def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
         """Check `path` (joints in rad, m, m) as a motion would and tell what it would be; sends nothing."""
+        ...
+
+    def inspect(self, path: Route, *, speed: float = 1.0, samples: int = 200) -> Inspection | None:
+        """Return the details of the motion along `path`, None where it goes nowhere; raises as `preview` does."""
         ...
 
     async def home(self) -> None:

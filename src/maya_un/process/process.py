@@ -23,6 +23,7 @@ from maya_un.errors import (
     Stopped,
 )
 from maya_un.events import Kind
+from maya_un.process.inspection import JobInspection, inspect_job
 from maya_un.process.job import Job
 from maya_un.process.names import Recall
 from maya_un.process.preview import JobPreview, preview_job
@@ -119,6 +120,10 @@ class Process:
     async def preview(self, job: Job, start: Pose) -> JobPreview:
         """Return what `job` would be from `start`; raises as `submit` for what it says; sends nothing."""
         return await preview_job(self._robot, expand(job, self._grasp_height, self._recall).tasks, start)
+
+    async def inspect(self, job: Job, start: Pose, samples: int) -> JobInspection:
+        """Return `job` in detail, from `start`; raises as `preview` does; sends nothing."""
+        return await inspect_job(self._robot, expand(job, self._grasp_height, self._recall).tasks, start, samples)
 
     async def close(self) -> None:
         """Cancel what runs and what waits, and return when the robot is at rest."""

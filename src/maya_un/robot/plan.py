@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from maya_un.controller.inspection import Inspection
 from maya_un.controller.protocol import Preview
 from maya_un.motion.curve import Path
 from maya_un.robot.jaws import Jaws
@@ -83,6 +84,15 @@ class Grip:
 
 
 Action = Homing | Travel | Grip
+
+
+@dataclass(frozen=True, slots=True)
+class ActionDetail:
+    """An action in detail: its phases, its duration [s] (None for a homing), and its motion, None where it has none."""
+
+    phases: tuple[PhasePreview, ...]
+    duration: float | None
+    motion: Inspection | None
 
 
 @dataclass(frozen=True, slots=True)

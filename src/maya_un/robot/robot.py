@@ -11,7 +11,7 @@ from maya_un.errors import Busy, Faulted, NotConnected, NotHomed, PathRefused, U
 from maya_un.events import Kind
 from maya_un.kinematics.workspace import Workspace
 from maya_un.robot.jaws import JawsMemory
-from maya_un.robot.plan import Action, Grip, Homing, Plan, Pose, PrimitivePreview, Travel
+from maya_un.robot.plan import Action, ActionDetail, Grip, Homing, Plan, Pose, PrimitivePreview, Travel
 from maya_un.robot.primitives import Gripper, Home, Primitive
 from maya_un.robot.sketch import Sketch
 from maya_un.values import Mode
@@ -68,6 +68,18 @@ class Robot:
         `NotHomed`, `GripperNotEmpty`, `GripperEmpty`.
         """
         return self._plan(primitive, start).preview()
+
+    def inspect(self, primitive: Primitive, start: Pose, samples: int = 200) -> tuple[list[ActionDetail], Pose]:
+        """Return the details of every action of `primitive` from `start`, and where it ends; raises as `preview` does.
+
+        Every motion has so many `samples`.
+        """
+        plan = self._plan(primitive, start)
+        return [self._detail(action, samples) for action in plan.actions], plan.end
+
+    def _detail(self, action: Action, samples: int) -> ActionDetail:
+        inspection = self._controller.inspect(action.path, samples=samples) if isinstance(action, Travel) else None
+        return ActionDetail(action.phases(), action.duration, inspection)
 
     async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
         """Do `primitive` and return when it is done; every phase is an event and told to `on_phase`.

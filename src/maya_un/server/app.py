@@ -10,6 +10,7 @@ from starlette.exceptions import HTTPException
 
 from maya_un import __version__
 from maya_un.api.messages import EventMessage
+from maya_un.api.service import MOST_SAMPLES
 from maya_un.errors import MayaError, NotFound
 from maya_un.server import problems
 from maya_un.server.bridge import Bridge
@@ -95,6 +96,11 @@ def _add_jobs(app: FastAPI, bridge: Bridge) -> None:
     async def preview(job: Body) -> Response:
         """Tell what a job would be, step by step; nothing moves."""
         return _answer(await bridge.call(lambda service: service.preview(job)))
+
+    @app.post("/v1/inspect")
+    async def inspect(job: Body, samples: Annotated[int, Query(ge=2, le=MOST_SAMPLES)] = 200) -> Response:
+        """Tell what a job would be in detail: profiles of the axes, least margins, the longest stop; nothing moves."""
+        return _answer(await bridge.call(lambda service: service.inspect(job, samples=samples)))
 
 
 def _add_wishes(app: FastAPI, bridge: Bridge) -> None:

@@ -1,0 +1,125 @@
+"""A whole job in detail, before its first step: profiles of the axes, least margins, longest stop."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from maya_un.controller.inspection import Closest, Inspection
+from maya_un.process.preview import JobPreview, preview_job
+from maya_un.process.tasks import Task
+from maya_un.robot.plan import ActionDetail, Pose
+from maya_un.robot.robot import Robot
+
+
+@dataclass(frozen=True, slots=True)
+class Band:
+    """A phase of a step, from `start` to `end` [s] of the job."""
+
+    step: int
+    phase: str
+    start: float
+    end: float
+
+
+@dataclass(frozen=True, slots=True)
+class Nearest:
+    """The least margin of a job to a limit or, with `zone`, a zone of that `name`: in which step, at which time [s]."""
+
+    name: str
+    margin: float
+    unit: str
+    zone: bool
+    step: int
+    time: float
+
+
+@dataclass(frozen=True, slots=True)
+class Samples:
+    """A motion sampled: times from the start of the job [s], joints [rad, m, m] and velocities [rad/s, m/s, m/s]."""
+
+    step: int
+    time: tuple[float, ...]
+    joints: tuple[tuple[float, float, float], ...]
+    velocity: tuple[tuple[float, float, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class JobInspection:
+    """A job in detail. A homing counts as no time, because nobody knows it before.
+
+    `stop_time` [s] and `stop_distance` [m] are those of the longest stop; both are 0 where nothing moves.
+    """
+
+    preview: JobPreview
+    bands: tuple[Band, ...]
+    closest: tuple[Nearest, ...]
+    stop_time: float
+    stop_distance: float
+    motions: tuple[Samples, ...]
+
+
+async def inspect_job(robot: Robot, tasks: Sequence[Task], start: Pose, samples: int) -> JobInspection:
+    """Return the details of `tasks` from `start` up to the first that is refused; sends nothing.
+
+    Every motion has so many `samples`. Lets others run between two steps.
+    """
+    preview = await preview_job(robot, tasks, start)
+    found = _Collected()
+    pose = start
+    for task in tasks[: len(preview.steps)]:
+        details, pose = robot.inspect(task.primitive, pose, samples)
+        for detail in details:
+            found.add(task.index, detail)
+        await asyncio.sleep(0)
+    return JobInspection(
+        preview,
+        tuple(found.bands),
+        _least(found.closest),
+        max((motion.stopping.time for motion in found.inspections), default=0.0),
+        max((motion.stopping.distance for motion in found.inspections), default=0.0),
+        tuple(found.motions),
+    )
+
+
+class _Collected:
+    """What the actions of a job come to, one after the other."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+        self.bands: list[Band] = []
+        self.closest: list[Nearest] = []
+        self.motions: list[Samples] = []
+        self.inspections: list[Inspection] = []
+
+    def add(self, step: int, detail: ActionDetail) -> None:
+        """Add an action that begins now."""
+        if detail.motion is not None:
+            self._add_motion(step, detail.motion)
+        for name, duration in detail.phases:
+            end = self.now + (duration or 0.0)
+            self.bands.append(Band(step, name, self.now, end))
+            self.now = end
+
+    def _add_motion(self, step: int, motion: Inspection) -> None:
+        self.inspections.append(motion)
+        self.closest += [_of_job(near, step, self.now) for near in motion.closest]
+        joints = [(a, b, c) for a, b, c in motion.trajectory.joints.tolist()]
+        velocity = [(a, b, c) for a, b, c in motion.trajectory.velocity.tolist()]
+        times = (self.now + motion.trajectory.time).tolist()
+        self.motions.append(Samples(step, tuple(times), tuple(joints), tuple(velocity)))
+
+
+def _of_job(near: Closest, step: int, begun: float) -> Nearest:
+    return Nearest(near.name, near.margin, near.unit, near.zone, step, begun + near.time)
+
+
+def _least(found: Iterable[Nearest]) -> tuple[Nearest, ...]:
+    """Return the least of every name, limits first, in the order in which the motions name them."""
+    least: dict[tuple[bool, str], Nearest] = {}
+    for near in found:
+        known = least.get((near.zone, near.name))
+        if known is None or near.margin < known.margin:
+            least[near.zone, near.name] = near
+    return tuple(sorted(least.values(), key=lambda near: near.zone))
