@@ -10,6 +10,7 @@ from maya_un.config import Config
 from maya_un.controller import marker
 from maya_un.controller.execution import Execution
 from maya_un.controller.homing import Homing
+from maya_un.controller.inspection import Inspection
 from maya_un.controller.jogging import Jogging
 from maya_un.controller.link import Dial
 from maya_un.controller.monitor import Monitor
@@ -196,7 +197,7 @@ class GalilController:
         await self._travel("follow", lambda here: self._planner.begun_at(path, here), speed, on_via)
 
     async def jog(self, axis: str, distance: float, *, speed: float = 1.0, clip: bool = False) -> Jogged:
-        """Move along one of `jogging.JOG_AXES` by `distance` (rad or m), or with `clip` as far as the workspace allows.
+        """Move along one of `values.JOG_AXES` by `distance` (rad or m), or with `clip` as far as the workspace allows.
 
         Tells how far it went and what ended it before. Raises `UnknownName` for another axis.
         """
@@ -300,6 +301,10 @@ class GalilController:
     def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
         """Check and time `path` as a motion would; raises what the motion would raise, sends nothing."""
         return self._planner.preview(self.workspace, path, speed)
+
+    def inspect(self, path: Route, *, speed: float = 1.0, samples: int = 200) -> Inspection | None:
+        """Return the details of the motion along `path`, None where it goes nowhere; raises as `preview` does."""
+        return self._planner.inspect(self.workspace, path, speed, samples)
 
     async def _travel(
         self, name: str, path: Callable[[Joints], Route], speed: float, on_via: OnVia | None = None
