@@ -6,6 +6,7 @@ A pattern has a group for every number; each must be right to half a unit of its
 from __future__ import annotations
 
 import re
+import runpy
 from math import atan2, degrees, hypot, pi, sqrt
 
 import numpy as np
@@ -258,3 +259,13 @@ def test_raising_the_anchors_and_lengthening_the_gripper_changes_no_point() -> N
     other = Workspace.of(changed).mechanism
     for joints in (Joints(0.3, 1.2, 1.3), Joints(1.9, 2.0, 1.1)):
         assert other.fk(joints) == pytest.approx(WORKSPACE.mechanism.fk(joints), abs=1e-12)
+
+
+def test_the_example_of_a_calibration() -> None:
+    figures = runpy.run_path(str(ROOT / "scripts" / "calibration_figures.py"))
+    result = figures["example"]()
+    assert len(result.observations) == 24
+    assert result.outliers == (figures["MISREAD"] + 1,)
+    holds("points are # mm (root mean square) from where the constants have them", 1e3 * result.rms_before)
+    holds("after it # mm, which is the noise", 1e3 * result.rms_after)
+    assert result.rms_after == pytest.approx(3e-4 * sqrt(3.0), rel=0.15)
