@@ -109,7 +109,7 @@ def _holds_rows(path: Path) -> bool:
 
 def _poses(config: Config, before: Floats, number: int, here: Joints) -> list[Joints]:
     """Return the poses that tell most beside the points there are, in the order of travel."""
-    grid = design.grid(config)
+    grid = design.apart(design.grid(config), before)
     rows = design.information(config, grid, _FREE)
     known = design.information(config, before, _FREE)
     picked = grid[design.chosen(rows, max(0, number), known)]

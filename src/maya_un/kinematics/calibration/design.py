@@ -35,6 +35,9 @@ TENSION_SHARE = 0.7
 NOISE = 1e-3
 """Noise of a measured coordinate [m] that the choice reckons with; it only weighs points against plausible errors."""
 
+SAME = 1e-3
+"""Poses this near to each other in every joint are the same (rad, m)."""
+
 _GRID = (9, 17, 15)
 _ROUNDS = 10
 _GAIN = 1e-6
@@ -53,6 +56,12 @@ def grid(config: Config) -> Floats:
     places = np.array([(d * np.sin(a), d * np.cos(a), z) for a, d, z in product(boom, out, heights)])
     poses = mechanism.ik_many(places)
     return poses[[_is_safe(workspace, Joints(*map(float, pose))) for pose in poses]]
+
+
+def apart(poses: Floats, others: Floats) -> Floats:
+    """Return those poses, shape (n, 3), that are none of the `others`, shape (m, 3), but for the rounding to counts."""
+    nearest = np.abs(poses[:, None, :] - others[None, :, :]).max(axis=2).min(axis=1, initial=np.inf)
+    return poses[nearest > SAME]
 
 
 def _is_safe(workspace: Workspace, pose: Joints) -> bool:

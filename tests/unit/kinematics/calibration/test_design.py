@@ -70,6 +70,13 @@ def test_what_is_measured_already_is_not_measured_again() -> None:
     assert fresh == pytest.approx(design.log_determinant(ROWS[design.chosen(ROWS, 20, ROWS[:0])]), abs=1.0)
 
 
+def test_poses_that_were_measured_are_taken_out_whatever_the_rounding() -> None:
+    left = design.apart(GRID, GRID[[3, 700]] + np.array([1e-4, -1e-6, 1e-6]))
+    assert len(left) == len(GRID) - 2
+    assert not np.any(np.all(left == GRID[3], axis=1))
+    assert len(design.apart(GRID, GRID[:0])) == len(GRID)
+
+
 def test_no_more_poses_are_chosen_than_there_are() -> None:
     assert sorted(design.chosen(ROWS[:5], 9, ROWS[:0])) == [0, 1, 2, 3, 4]
 

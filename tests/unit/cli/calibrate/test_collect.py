@@ -1,0 +1,250 @@
+"""`maya calibrate collect` against a service that says what the test wants, and a person who types what it wants."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from maya_un.cli import runtime
+from maya_un.cli.calibrate import points
+from maya_un.cli.main import main
+from maya_un.config import Config, Units
+from maya_un.errors import EndNotReached, MayaError, PathRefused, Unreachable
+from maya_un.kinematics import Mechanism, Workspace
+from maya_un.values import Joints
+from tests.unit.cli.servers import http_service
+
+CONFIG = Config()
+UNITS = Units.of(CONFIG)
+HOME = Joints(0.035, 1.5, 1.3)
+Capture = pytest.CaptureFixture[str]
+
+
+class Door:
+    """A robot that is at once where it is told to be, and what it was told."""
+
+    def __init__(self) -> None:
+        self.config = CONFIG
+        self.homed = True
+        self.at = HOME
+        self.told: list[Joints] = []
+        self.refuse: dict[int, tuple[MayaError, bool]] = {}
+        """By number of the wish: the error, and whether it comes at once or as the end of the job."""
+        self._ended: dict[str, Any] = {}
+
+    def says(self, method: str, path: str, body: Any) -> tuple[int, object]:
+        if (method, path) == ("POST", "/v1/tasks"):
+            return self._go(Joints(*body["joints"]))
+        if path.startswith("/v1/jobs/"):
+            return 200, self._ended
+        if path == "/v1/status":
+            return 200, {"state": self._state(), "last_event": 0, "progress": None}
+        return 404, {}
+
+    def _go(self, target: Joints) -> tuple[int, object]:
+        self.told.append(target)
+        error, at_once = self.refuse.get(len(self.told), (None, False))
+        if error is not None and at_once:
+            return 409, {"code": error.code, "details": error.details}
+        code, message = (0, "") if error is None else (error.code, str(error))
+        self._ended = {"state": "failed" if code else "done", "code": code, "message": message, "steps": []}
+        if error is None:
+            self.at = target
+        return 202, {"id": len(self.told)}
+
+    def _state(self) -> dict[str, Any]:
+        units = Units.of(self.config)
+        counts = units.to_counts(self.at)
+        here = units.to_joints(counts)
+        place = Mechanism.of(self.config).fk(here)
+        return {"counts": counts, "joints": here if self.homed else None, "point": place if self.homed else None}
+
+
+@pytest.fixture
+def door() -> Iterator[Door]:
+    found = Door()
+    with http_service(found.says) as url:
+        runtime.publish(runtime.Running(url, os.getpid(), None))
+        yield found
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "points.csv"
+
+
+def collect(monkeypatch: pytest.MonkeyPatch, file: Path, typed: str, *more: str) -> int:
+    monkeypatch.setattr("sys.stdin", io.StringIO(typed))
+    return main(["calibrate", "collect", str(file), *more])
+
+
+def refused_path() -> PathRefused:
+    return PathRefused(target="there", reason="it leaves the workspace")
+
+
+def test_what_is_typed_is_written_with_the_counts_of_the_pose(
+    door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    typed = "1.1 0.7 0.8\n1100mm, 700mm, 812.5mm\n-0.25 70cm 0.9 \n1 1 1\n"
+    assert collect(monkeypatch, file, typed, "--points", "4") == 0
+    seen = points.read(file, CONFIG).observations
+    assert seen.points.tolist() == [[1.1, 0.7, 0.8], [1.1, 0.7, 0.8125], [-0.25, 0.7, 0.9], [1.0, 1.0, 1.0]]
+    assert [tuple(row) for row in seen.counts.tolist()] == [UNITS.to_counts(pose) for pose in door.told]
+    assert f"4 points in {file}" in capsys.readouterr().out
+
+
+def test_poses_are_inside_the_workspace_and_tell_something_new(
+    door: Door, file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    collect(monkeypatch, file, "1 1 1\n" * 10, "--points", "10")
+    collect(monkeypatch, file, "1 1 1\n" * 10, "--points", "16")
+    assert len(door.told) == 16
+    assert all(Workspace.of(CONFIG).contains(pose) for pose in door.told)
+    assert len({tuple(round(value, 6) for value in pose) for pose in door.told}) == 16
+    assert min(Mechanism.of(CONFIG).fk(pose).z for pose in door.told) >= 0.25 - 1e-9
+
+
+def test_a_file_that_is_full_moves_nothing(door: Door, file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    collect(monkeypatch, file, "1 1 1\n" * 5, "--points", "5")
+    del door.told[:]
+    assert collect(monkeypatch, file, "", "--points", "5") == 0
+    assert door.told == []
+
+
+def test_a_pose_is_skipped_and_the_rest_is_left(door: Door, file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert collect(monkeypatch, file, "s\n1 1 1\nSKIP\nq\n", "--points", "9") == 0
+    assert len(door.told) == 4
+    (kept,) = points.read(file, CONFIG).observations.counts
+    assert tuple(kept.tolist()) == UNITS.to_counts(door.told[1])
+
+
+def test_who_ends_the_input_ends_the_round(door: Door, file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert collect(monkeypatch, file, "1 1 1\n") == 0
+    assert (len(door.told), len(points.read(file, CONFIG).observations)) == (2, 1)
+
+
+def test_a_round_that_brought_nothing_can_be_gone_on_with(
+    door: Door, file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    collect(monkeypatch, file, "q\n")
+    collect(monkeypatch, file, "1 1 1\n", "--points", "4")
+    assert len(points.read(file, CONFIG).observations) == 1
+    assert len(door.told) == 3
+
+
+@pytest.mark.parametrize("wrong", ["1 1", "1 1 1 1", "here", "1 1 1deg", "1 1 nan", "1100 700 800", ""])
+def test_what_is_not_understood_is_asked_again(
+    door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture, wrong: str
+) -> None:
+    collect(monkeypatch, file, f"{wrong}\n0.5 0.6 0.7\nq\n")
+    assert points.read(file, CONFIG).observations.points.tolist() == [[0.5, 0.6, 0.7]]
+    assert "Say it again" in capsys.readouterr().out
+    assert len(door.told) == 2
+
+
+@pytest.mark.parametrize("at_once", [True, False])
+def test_a_way_that_is_refused_is_tried_over_the_middle(
+    door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, at_once: bool
+) -> None:
+    door.refuse[1] = refused_path(), at_once
+    collect(monkeypatch, file, "1 1 1\nq\n")
+    first, middle, again, _ = door.told
+    assert first == again
+    assert middle == pytest.approx(Joints(first.a, 1.5, 1.3))
+    assert points.read(file, CONFIG).observations.counts[0].tolist() == list(UNITS.to_counts(first))
+
+
+def test_a_pose_that_cannot_be_reached_at_all_is_left_out(
+    door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    door.refuse = {
+        1: (refused_path(), False),
+        2: (Unreachable(target="it", reason="a zone", nearest="none"), True),
+    }
+    collect(monkeypatch, file, "1 1 1\nq\n")
+    assert "Left out: The way to there leaves the workspace" in capsys.readouterr().out
+    assert points.read(file, CONFIG).observations.counts[0].tolist() == list(UNITS.to_counts(door.told[2]))
+
+
+def test_a_motion_that_fails_ends_the_round_and_keeps_the_points(
+    door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    door.refuse[3] = EndNotReached(axis="b", distance="3 mm"), False
+    assert collect(monkeypatch, file, "1 1 1\n2 2 2\n3 3 3\n") == 1
+    assert "error 2308" in capsys.readouterr().err
+    assert len(points.read(file, CONFIG).observations) == 2
+
+
+def test_ctrl_c_while_it_asks_ends_the_round(door: Door, file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Impatient(io.StringIO):
+        def readline(self, size: int | None = -1, /) -> str:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("sys.stdin", Impatient())
+    assert main(["calibrate", "collect", str(file)]) == 130
+    assert len(door.told) == 1
+
+
+def test_as_json_only_the_end_is_said(door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    collect(monkeypatch, file, "1 1 1\ns\nq\n", "--json")
+    assert json.loads(capsys.readouterr().out) == {"path": str(file), "points": 1, "written": 1}
+
+
+def test_spanish_is_spoken(door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    collect(monkeypatch, file, "1 1 1\nq\n", "--lang", "es")
+    assert "x y z medidos" in capsys.readouterr().out
+
+
+def test_a_robot_that_is_not_homed_is_refused(
+    door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    door.homed = False
+    assert collect(monkeypatch, file, "") == 1
+    assert "error 2103" in capsys.readouterr().err
+    assert not file.exists()
+
+
+@pytest.mark.parametrize(
+    ("section", "key", "value"), [("geometry", "height", 2.36), ("scale", "pulses_per_metre", 1.001e6)]
+)
+def test_a_robot_that_runs_with_other_constants_is_refused(
+    door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture, section: str, key: str, value: float
+) -> None:
+    changed = getattr(CONFIG, section).model_copy(update={key: value})
+    door.config = CONFIG.model_copy(update={section: changed})
+    assert collect(monkeypatch, file, "1 1 1\n") == 2
+    assert "another configuration" in capsys.readouterr().err
+    assert door.told == []
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a,b,c,x,y,z\n21261,1500000,1400000,1.1,0.7,0.8\n",
+        "# datum 0 574000 565000\na_counts,b_counts,c_counts,x,y,z\n21261,1500000,1400000,1.1,0.7,0.8\n",
+        "a_counts,b_counts,c_counts,x,y,z\n21261,1500000,1400000,1.1,0.7,0.8\n",
+    ],
+    ids=["other head", "other datum", "no datum"],
+)
+def test_a_file_of_somebody_else_is_not_gone_on_with(
+    door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture, text: str
+) -> None:
+    file.write_text(text)
+    assert collect(monkeypatch, file, "1 1 1\n") == 2
+    assert "begin another file" in capsys.readouterr().err
+    assert (file.read_text(), door.told) == (text, [])
+
+
+def test_without_a_running_robot_nothing_is_begun(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert collect(monkeypatch, file, "1 1 1\n") == 1
+    assert not file.exists()
+
+
+def test_fewer_points_than_a_calibration_needs_are_not_asked_for(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert collect(monkeypatch, file, "", "--points", "3") == 2
