@@ -48,8 +48,7 @@ LATE = 0.04
 _CORNER = 0.2
 _MOST = 128
 _HALVINGS = 3
-_SECTIONS = 4
-_ROUNDS = 6
+_BISECTIONS = 12
 _FAR, _NEAR = 0.05, 0.01
 
 
@@ -217,18 +216,13 @@ def _nearest_zone(workspace: Workspace, starts: Floats, ends: Floats, step: floa
 
 
 def _greatest(workspace: Workspace, emergency: Emergency, growth: _Growth, squares: Floats) -> Floats:
-    """Return the greatest squares of the speed (m,) up to `squares` that are safe, 0 for none.
-
-    Every round looks at some speeds between one that is safe and one that is not.
-    """
-    low, width = np.zeros(len(squares)), squares
-    inner = np.arange(1.0, _SECTIONS + 1.0)[:, np.newaxis] / _SECTIONS
-    chords = np.tile(np.arange(len(squares)), _SECTIONS)
-    for _ in range(_ROUNDS):
-        tried = np.minimum(low + inner * width, squares)
-        safe = _safe(workspace, emergency, growth.of(chords).at(tried.ravel())).reshape(tried.shape)
-        width = width / _SECTIONS
-        low = np.minimum(low + np.logical_and.accumulate(safe).sum(axis=0) * width, squares)
+    """Return the greatest squares of the speed (m,) up to `squares` that are safe, 0 for none, by bisection."""
+    low, high = np.zeros(len(squares)), squares
+    tried = squares
+    for _ in range(_BISECTIONS):
+        safe = _safe(workspace, emergency, growth.at(tried))
+        low, high = np.where(safe, tried, low), np.where(safe, high, tried)
+        tried = 0.5 * (low + high)
     return low
 
 
