@@ -18,7 +18,7 @@ from maya_un.errors import InvalidValue
 from maya_un.kinematics import Floats
 from maya_un.motion.knots import STEP, Knots
 from maya_un.motion.limits import Limits
-from maya_un.motion.move import CoordinatedMove
+from maya_un.motion.move import CoordinatedMove, Segments
 from maya_un.motion.speeds import Budget, Chords, caps, knot_squares, peaks
 from maya_un.motion.stairs import Ramps, segments
 
@@ -26,6 +26,9 @@ _QUANTUM = 1024
 
 _STEEP = 0.9
 """The slow-down planned is at most this share of VD, so that stairs fit in."""
+
+HARDER = 5
+"""How much harder than alone an axis may stop that shares a sequence with slower ones."""
 
 _NEARLY = 0.99
 """VA may be this much below what the axes allow, where that saves the stairs of a rise."""
@@ -57,12 +60,14 @@ def plan(
     a, b, c = knots.counts[0].tolist()
     start = (a, b, c)
     if len(knots.counts) < 2:
-        return CoordinatedMove.along(start, [], limits.letters, _QUANTUM, _QUANTUM, units)
+        return CoordinatedMove.along(start, Segments.of(()), limits.letters, _QUANTUM, _QUANTUM, units)
     chords = Chords.of(knots)
-    va, vd = _rates(chords, limits)
-    budget = Budget.of(chords, limits, va, _STEEP * vd)
     within, at = caps(chords, limits, speed_scale)
+    gentle = _stop_rate(chords, limits)
+    va = min(_rise_rate(chords, limits), gentle)
+    budget = Budget.of(chords, limits, va, _STEEP * gentle)
     ramps = _ramps(chords, budget, within, at)
+    vd = _brisk(gentle, float(np.max(ramps.top)), limits)
     if safely is not None:
         wished = np.append(ramps.top, 0.0)
         safe = safely(np.concatenate((chords.directions, chords.directions[-1:])), vd, wished)
@@ -82,14 +87,29 @@ def _ramps(chords: Chords, budget: Budget, within: Floats, at: Floats) -> Ramps:
     return Ramps(speeds[:-1], np.sqrt(top), speeds[1:], up, down)
 
 
-def _rates(chords: Chords, limits: Limits) -> tuple[int, int]:
-    """Return VA and VD [counts/s²], in steps of 1024 as the controller has them.
+def _rise_rate(chords: Chords, limits: Limits) -> int:
+    """Return VA [counts/s²]: the next step of 1024 above what the axes allow where they allow most.
 
-    VD is the greatest with which a stop anywhere keeps every axis below its own. VA is the next step above what the
-    axes allow where they allow most: stairs make it gentler. A stop is never gentler than a rise.
+    Stairs make it gentler elsewhere.
     """
     share = np.maximum(np.abs(chords.directions), 1e-9)
-    vd = int(np.min(np.array(limits.stop_deceleration) / share)) // _QUANTUM * _QUANTUM
     most = float(np.max(np.min(np.array(limits.acceleration) / share, axis=1)))
-    va = ceil(_NEARLY * most / _QUANTUM) * _QUANTUM
-    return max(_QUANTUM, min(va, vd)), max(_QUANTUM, vd)
+    return max(_QUANTUM, ceil(_NEARLY * most / _QUANTUM) * _QUANTUM)
+
+
+def _stop_rate(chords: Chords, limits: Limits) -> int:
+    """Return the greatest deceleration along the path with which a stop anywhere keeps every axis below its own."""
+    share = np.maximum(np.abs(chords.directions), 1e-9)
+    return max(_QUANTUM, int(np.min(np.array(limits.stop_deceleration) / share)) // _QUANTUM * _QUANTUM)
+
+
+def _brisk(gentle: int, fastest: float, limits: Limits) -> int:
+    """Return VD [counts/s²]: `gentle`, or more where a stop from the `fastest` speed would take too long with it.
+
+    The path of the lines is long in counts, that of the boom is short, and VD is one for the whole sequence. Where a
+    move has stretches of both, a stop may take as long as that of the slowest axis alone, and no longer; in turn
+    another axis may stop up to `HARDER` times as hard as it would alone.
+    """
+    longest = max(speed / rate for speed, rate in zip(limits.speed, limits.stop_deceleration, strict=True))
+    wanted = ceil(fastest / longest / _QUANTUM) * _QUANTUM
+    return max(gentle, min(wanted, HARDER * gentle))
