@@ -5,7 +5,8 @@ The first follows from its middle, because the distances to the edge of the sect
 more than the place does. The second is the distance of the box itself, which is exact.
 
 The number of boxes grows with the square of the exactness, so all of the workspace is searched to a centimetre, and
-the finer search goes on about what was found, in windows that move on as long as that gains something.
+what is around that place to less, in a window that moves on as long as that gains something. From there the place
+slides along what is in its way.
 """
 
 from __future__ import annotations
@@ -27,12 +28,42 @@ from maya_un.values import Point
 COARSE = 0.01
 """To this all of the workspace is searched [m]: another place that is nearer by less may be overlooked."""
 
-_FINER = ((0.08, 0.002), (0.02, 0.0005))
-"""Half the size of a window and the exactness within it [m]."""
+_WINDOW, _FINE = 0.08, 0.002
+"""Half the size of the window about a place, and the exactness within it [m]."""
+
+_SLIDES = 100
+"""Most steps of sliding; each is the best of many."""
+
+_LEAST_GAIN = 1e-7
+"""Sliding ends where a step brings no more than this [m]."""
 
 _AT_ONCE = 1024
 _MOST = 100_000
 _SIDES = np.array(list(product((-1.0, 1.0), repeat=3)))
+
+
+def _moves() -> Floats:
+    """Return steps in three directions, of which the third is away from the target, shape (n, 3) [m].
+
+    They go aside all around and a little towards the target, steeply or hardly at all, and straight towards it.
+    """
+    ring = np.linspace(0.0, tau, 16, endpoint=False)
+    steep = (1.0, 0.3, 0.1, 0.03, 0.01, 0.003)
+    directions = [(cos(angle), sin(angle), -down) for angle in ring for down in steep]
+    lengths = [10.0 ** (-0.5 * power) for power in range(4, 13)]
+    steps = [[length * part for part in way] for length in lengths for way in (*directions, (0.0, 0.0, -1.0))]
+    return np.array(steps)
+
+
+_MOVES = _moves()
+
+
+def _frame(away: Floats) -> Floats:
+    """Return two directions across a vector (3,) and its own, as rows (3, 3)."""
+    ahead = away / np.linalg.norm(away)
+    across = np.cross(ahead, np.eye(3)[np.abs(ahead).argmin()])
+    across /= np.linalg.norm(across)
+    return np.array([across, np.cross(ahead, across), ahead], dtype=np.float64)
 
 
 class _Found(NamedTuple):
@@ -81,12 +112,33 @@ class Search:
         it is narrower than `COARSE`.
         """
         best = self._improved(_Found(inf, None), self._everything(), COARSE, target)
-        for window, exactness in _FINER:
-            gain = inf
-            while best.place is not None and gain > exactness:
-                before, best = best, self._improved(best, self._around(best.place, window), exactness, target)
-                gain = before.distance - best.distance
-        return None if best.place is None else self._point(*map(float, best.place))
+        gain = inf
+        while best.place is not None and gain > _FINE:
+            before, best = best, self._improved(best, self._around(best.place, _WINDOW), _FINE, target)
+            gain = before.distance - best.distance
+        return None if best.place is None else self._slid(self._point(*map(float, best.place)), target)
+
+    def _slid(self, place: Point, target: Point) -> Point:
+        """Return a place that is nearer, by steps aside and a little towards the target."""
+        best = np.array(place)
+        for _ in range(_SLIDES):
+            away = best - np.array(target)
+            trials = best + _MOVES @ _frame(away)
+            trials = trials[self._reachable(trials)]
+            distances = np.sqrt(((trials - np.array(target)) ** 2).sum(axis=1))
+            if distances.min(initial=inf) > float(np.linalg.norm(away)) - _LEAST_GAIN:
+                break
+            best = trials[distances.argmin()]
+        return Point(*map(float, best))
+
+    def _reachable(self, points: Floats) -> NDArray[np.bool_]:
+        """Return which points (n, 3) [m] are places to be searched, shape (n,)."""
+        x, y, z = points.T
+        middle = 0.5 * (self.boom[0] + self.boom[1])
+        a = middle + (np.arctan2(x, y) - middle + pi) % tau - pi
+        u, h = np.hypot(x, y) - self.mechanism.delta, self.mechanism.reach_down - z
+        within = (self.boom[0] <= a) & (a <= self.boom[1])
+        return within & (self._spare(np.stack([a, u, h], axis=1)) >= 0.0)
 
     def _improved(self, best: _Found, boxes: _Boxes, exactness: float, target: Point) -> _Found:
         """Return the nearest place within `boxes` where it is nearer than the `best` so far."""
