@@ -24,6 +24,7 @@ Wishes (to the running robot; lengths in m, or 120mm; angles in rad, or 30deg)
   approach X Y Z                               go above a place, by the cell's clearance; or approach NAME
   gripper open|close
   move A B C      jog AXIS DISTANCE            joint space, or move NAME; along a, b, c, x, y, z or r
+  jog                                          the same by keys, on a terminal
   teach NAME      teach-pallet NAME            keep where the gripper is, keep a grid
   zones [list]    zones add|remove NAME ...    what it keeps out of, for this run
 
