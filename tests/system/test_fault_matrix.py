@@ -80,6 +80,8 @@ PHASES = {
     "down to the tray": (Kind.MOVING, 5),
     "release": (Kind.GRIPPER_OPEN, 2),
     "up and away": (Kind.MOVING, 6),
+    "paused across": (Kind.MOVING, 4),
+    "slowed across": (Kind.MOVING, 4),
     "at rest": (Kind.HOMED, 1),
 }
 """When a phase begins: with the n-th event of a kind."""
@@ -146,6 +148,7 @@ async def _trial(case: Case, phase: str, rng: Random) -> None:
         if phase != "at rest":
             number = process.submit(_job(phase))
             await _begun(bench, phase, number, process)
+            await _paced(bench, phase, rng)
         await elapse(rng.uniform(0.0, 3.0))
         told = len(bench.controller.events)
         injection = bench.virtual.faults.inject(case.fault, case.values, seconds=LASTS if _lasts(case) else None)
@@ -153,12 +156,28 @@ async def _trial(case: Case, phase: str, rng: Random) -> None:
         if number is None:
             await elapse(30.0)
         else:
-            report = await process.result(number)
+            report = await _result(bench, process, number)
             _judge_job(case, report, bench, where)
         await elapse(LASTS)
         _judge_events(case, bench, told, where)
         await _nothing_moves_until_recovery(bench, where)
         _judge_mechanics(bench, case, phase, where)
+
+
+async def _paced(bench: Rig, phase: str, rng: Random) -> None:
+    """Pause or slow the motion down where the phase says so."""
+    if phase.startswith(("paused", "slowed")):
+        await elapse(rng.uniform(0.0, 3.0))
+        await (bench.controller.pause() if phase.startswith("paused") else bench.controller.override(0.4))
+
+
+async def _result(bench: Rig, process: Process, number: int) -> JobReport:
+    """Wait for the end of a job; one that a fault left in its pause is resumed once the fault is over."""
+    if bench.controller.state.mode is Mode.PAUSED:
+        await elapse(2.0 * LASTS)
+        if bench.controller.state.mode is Mode.PAUSED:
+            await bench.controller.resume()
+    return await process.result(number)
 
 
 def _lasts(case: Case) -> bool:
