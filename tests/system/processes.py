@@ -77,13 +77,18 @@ class Wire:
     def __exit__(self, *_: object) -> None:
         self._socket.close()
 
+    def say(self, command: str) -> bytes:
+        """Send one command and return what it prints; one that is refused fails."""
+        self._socket.sendall(f"{command}\r".encode())
+        reply = b""
+        while not reply.endswith((b":", b"?")):
+            reply += self._socket.recv(1024)
+        assert reply.endswith(b":"), f"{command} is refused"
+        return reply[:-1]
+
     def numbers(self, operands: str) -> list[float]:
         """Return what MG prints for operands."""
-        self._socket.sendall(f"MG {operands}\r".encode())
-        reply = b""
-        while not reply.endswith(b":"):
-            reply += self._socket.recv(1024)
-        return [float(word) for word in reply[:-1].split()]
+        return [float(word) for word in self.say(f"MG {operands}").split()]
 
     @property
     def time(self) -> float:

@@ -12,7 +12,7 @@ from random import Random
 import pytest
 
 from maya_un.assembly import Twin, make_twin
-from maya_un.config import Config
+from maya_un.config import Config, Units
 from maya_un.controller.controller import GalilController
 from maya_un.controller.guard import BEATS
 from maya_un.errors import HostSilent
@@ -24,7 +24,7 @@ from maya_un.virtual.maya.mechanics import MayaMechanics
 from maya_un.virtual.maya.start import Start
 from maya_un.virtual.wire.server import VirtualController
 from tests.campaign import Campaign
-from tests.system.processes import Wire, running
+from tests.system.processes import Wire, done, running
 from tests.virtual_time import elapse
 
 GUARD_TIME = Config().safety.guard_time
@@ -99,6 +99,39 @@ def test_axes_brake_on_their_path_when_the_host_is_gone(death: signal.Signals) -
                 assert (wire.numbers("_OP0"), wire.numbers("_MOA,_MOB,_MOC")) == (outputs, motors)
                 assert twin.mechanics.record.gripper_closed is gripper
                 assert not twin.mechanics.record.drops
+
+
+@pytest.mark.system
+def test_a_pause_outlives_no_host_and_nothing_moves_when_another_comes() -> None:
+    with served(seed=5) as (twin, address), Wire(address) as wire:
+        _mark(twin, wire)
+        with running(f"up --port 0 --skip-home --address {address}") as up:
+            up.until("maya home")
+            with running("jog r -0.5"):
+                _wait_for(wire, "_BGS", 1.0)
+                code, said = done("pause")
+                assert (code, "maya resume" in said) == (0, True)
+                _wait_for(wire, "_VMS", 0.0)
+                assert wire.numbers("_BGS") == [1.0]
+                stands = wire.numbers("_RPA,_RPB,_RPC")
+                up.send(signal.SIGKILL)
+                _wait_for(wire, "_BGS", 0.0)
+                assert wire.numbers("_SCB") == [4.0]
+        with running(f"up --port 0 --skip-home --address {address}") as up:
+            up.until("maya home")
+            begun = wire.time
+            while wire.time < begun + 1.5:
+                assert wire.numbers("_RPA,_RPB,_RPC,_BGS") == [*stands, 0.0]
+            assert done("resume")[0] == 1
+            assert wire.numbers("_RPA,_RPB,_RPC") == stands
+            assert not twin.mechanics.record.drops
+
+
+def _mark(twin: Twin, wire: Wire) -> None:
+    """Leave the mark of a homing, with counts that are true."""
+    a, b, c = Units.of(Config()).to_counts(Joints(*twin.mechanics.true_joints()))
+    for command in (f"DP {a},{b},{c}", "mayaendb=2260000", "mayaendc=2300000", "ZAA=7", "mayahome=7"):
+        wire.say(command)
 
 
 def _segments(data: bytes) -> list[str]:
