@@ -1,6 +1,6 @@
 """What every benchmark shares: cases measured in turn, compared with a baseline of the same run, one table.
 
-A case is a function that takes one sample: seconds, or bytes. All cases are sampled once a round, so that what
+A case is a function that takes one sample: seconds, bytes, or metres. All cases are sampled once a round, so that what
 the machine does beside us hits every one of them alike. Comparisons take the best of all rounds (least
 disturbed) unless a benchmark asks for another, as one about a longest wait must; nothing here passes or fails.
 """
@@ -16,13 +16,13 @@ from statistics import median
 from typing import Literal
 
 Sample = Callable[[], float]
-"""Takes one sample [s or bytes]."""
+"""Takes one sample [s, bytes or m]."""
 
 Kind = Literal["ratio", "over"]
 """How a case compares with its baseline: as a multiple of it, or by how much it lies over it."""
 
-SCALES = {"s": 1.0, "ms": 1e3, "µs": 1e6, "MB": 1e-6}
-"""From seconds or bytes to what the table shows."""
+SCALES = {"s": 1.0, "ms": 1e3, "µs": 1e6, "MB": 1e-6, "mm": 1e3}
+"""From seconds, bytes or metres to what the table shows."""
 
 
 @dataclass(frozen=True, slots=True)
