@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import accumulate
+from functools import cached_property
 from math import sqrt
-from typing import NamedTuple
+from typing import NamedTuple, overload
+
+import numpy as np
 
 from maya_un.config import Units
+from maya_un.kinematics import Floats
+from maya_un.motion.knots import Whole
 from maya_un.motion.profile import Profile
 from maya_un.values import Joints
 
@@ -36,34 +40,62 @@ class Segment(NamedTuple):
         return norm(self.counts)
 
 
-@dataclass(frozen=True, slots=True)
+class Segments(Sequence[Segment]):
+    """Segments as arrays: whole `counts` (n, 3), `speeds` and `end_speeds` (n,); each is a `Segment` when asked for."""
+
+    def __init__(self, counts: Whole, speeds: Whole, end_speeds: Whole) -> None:
+        self.counts, self.speeds, self.end_speeds = counts, speeds, end_speeds
+        ways = counts.astype(np.float64)
+        self.lengths: Floats = np.sqrt(np.einsum("ij,ij->i", ways, ways))
+
+    @classmethod
+    def of(cls, segments: Iterable[Segment]) -> Segments:
+        """Return these segments as arrays."""
+        rows = [(*counts, speed, end_speed) for counts, speed, end_speed in segments]
+        table = np.array(rows, dtype=np.int64).reshape(-1, 5)
+        return cls(table[:, :3], table[:, 3], table[:, 4])
+
+    def __len__(self) -> int:
+        return len(self.speeds)
+
+    @overload
+    def __getitem__(self, index: int) -> Segment: ...
+    @overload
+    def __getitem__(self, index: slice) -> Segments: ...
+    def __getitem__(self, index: int | slice) -> Segment | Segments:
+        if isinstance(index, slice):
+            return Segments(self.counts[index], self.speeds[index], self.end_speeds[index])
+        a, b, c = self.counts[index].tolist()
+        return Segment((a, b, c), int(self.speeds[index]), int(self.end_speeds[index]))
+
+    def __iter__(self) -> Iterator[Segment]:
+        rows = zip(self.counts.tolist(), self.speeds.tolist(), self.end_speeds.tolist(), strict=True)
+        return (Segment((a, b, c), speed, end_speed) for (a, b, c), speed, end_speed in rows)
+
+
+@dataclass(frozen=True, eq=False)
 class CoordinatedMove:
     """A move in linear mode, complete before it starts.
 
-    `start` and `end` are in counts, `va` and `vd` in counts/s², `vs` in counts/s. `columns` says which joint (0 to
-    2) stands in the place of the controller's axes A, B, C …, None for an axis that takes no part. `profile` is
-    the way over time, `ways` the way along the path at every segment's end [counts], `places` the counts there;
-    `via_ways` is the way at every waypoint between the ends of the path [counts].
+    `start` is in counts, `va` and `vd` in counts/s². `columns` says which joint (0 to 2) stands in the place of the
+    controller's axes A, B, C …, None for an axis that takes no part. `profile` is the way over time, `via_ways` the way
+    along the path at every waypoint between its ends [counts].
     """
 
     start: Counts
-    end: Counts
-    segments: tuple[Segment, ...]
+    segments: Segments
     columns: tuple[int | None, ...]
     va: int
     vd: int
-    vs: int
     units: Units
     profile: Profile
-    ways: tuple[float, ...]
-    places: tuple[Counts, ...]
     via_ways: tuple[float, ...] = ()
 
     @classmethod
     def along(
         cls,
         start: Counts,
-        segments: Sequence[Segment],
+        segments: Segments,
         letters: tuple[str, str, str],
         va: int,
         vd: int,
@@ -74,23 +106,30 @@ class CoordinatedMove:
 
         `vias` are the ways at which the waypoints between the ends are passed [counts].
         """
-        lengths = [segment.length for segment in segments]
-        places = tuple(accumulate((segment.counts for segment in segments), _plus, initial=start))
-        legs = zip(lengths, segments, strict=True)
-        return cls(
-            start=start,
-            end=places[-1],
-            segments=tuple(segments),
-            columns=_columns(segments, letters),
-            va=va,
-            vd=vd,
-            vs=max((segment.speed for segment in segments), default=0),
-            units=units,
-            profile=Profile.along(((length, leg.speed, leg.end_speed) for length, leg in legs), va, vd),
-            ways=tuple(accumulate(lengths)),
-            places=places,
-            via_ways=vias,
-        )
+        profile = Profile.over(segments.lengths, segments.speeds, segments.end_speeds, va, vd)
+        return cls(start, segments, _columns(segments, letters), va, vd, units, profile, vias)
+
+    @cached_property
+    def places(self) -> tuple[Counts, ...]:
+        """Where the axes are at the start and at every segment's end [counts]."""
+        ways = np.cumsum(self.segments.counts, axis=0)
+        return (self.start, *((a, b, c) for a, b, c in (ways + np.array(self.start)).tolist()))
+
+    @cached_property
+    def ways(self) -> tuple[float, ...]:
+        """The way along the path at every segment's end [counts]."""
+        return tuple(np.cumsum(self.segments.lengths).tolist())
+
+    @cached_property
+    def end(self) -> Counts:
+        """Where it ends [counts]."""
+        a, b, c = (self.segments.counts.sum(axis=0) + np.array(self.start)).tolist()
+        return a, b, c
+
+    @property
+    def vs(self) -> int:
+        """The greatest speed along the path that is asked for [counts/s]."""
+        return int(self.segments.speeds.max(initial=0))
 
     @property
     def axes(self) -> str:
@@ -159,23 +198,17 @@ def commands(move: CoordinatedMove, ratio: float = 1.0) -> list[str]:
     if not move.segments:
         return []
     setup = ["CA S", "CS S", speed_ratio(ratio), f"LM {move.axes}", f"VA {move.va}", f"VD {move.vd}", f"VS {move.vs}"]
-    return [*setup, *(_li(segment, move.columns) for segment in move.segments), "LE"]
+    segments, taking_part = move.segments, [joint for joint in move.columns if joint is not None]
+    numbers = np.column_stack((segments.counts[:, taking_part], segments.speeds, segments.end_speeds))
+    pattern = "LI " + ",".join("" if joint is None else "%d" for joint in move.columns) + "<%d>%d"
+    return [*setup, *(pattern % tuple(row) for row in numbers.tolist()), "LE"]
 
 
-def _li(segment: Segment, columns: tuple[int | None, ...]) -> str:
-    distances = ",".join("" if joint is None else str(segment.counts[joint]) for joint in columns)
-    return f"LI {distances}<{segment.speed}>{segment.end_speed}"
-
-
-def _columns(segments: Sequence[Segment], letters: tuple[str, str, str]) -> tuple[int | None, ...]:
+def _columns(segments: Segments, letters: tuple[str, str, str]) -> tuple[int | None, ...]:
     """Return the joint in the place of A, B, C: those that move, and b and c always together."""
-    moving = {joint for joint in range(3) if any(segment.counts[joint] for segment in segments)}
+    moving = set(np.flatnonzero(segments.counts.any(axis=0)).tolist())
     if moving & {1, 2}:
         moving |= {1, 2}
     places = {letters[joint]: joint for joint in moving}
     last = max(places, default="")
     return tuple(places.get(letter) for letter in "ABC" if letter <= last)
-
-
-def _plus(one: Counts, two: Counts) -> Counts:
-    return one[0] + two[0], one[1] + two[1], one[2] + two[2]

@@ -14,14 +14,23 @@ stands there.
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from math import inf, sqrt
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from maya_un.kinematics import Floats
+
 _ROUNDING = 1e-6
 """Counts: a ramp that misses its segment by less fits it; only rounding makes such a difference."""
+
+
+Speeds = Floats | NDArray[np.int64]
+"""Speeds in counts/s, whole as the controller gets them or not."""
 
 
 class Piece(NamedTuple):
@@ -41,38 +50,79 @@ class Leg(NamedTuple):
     bound: float
 
 
-@dataclass(frozen=True, slots=True)
-class Profile:
-    """Way and speed over time: pieces in order of time, `duration` [s] and `length` [counts] of the whole.
+@dataclass(frozen=True)
+class _Legs:
+    """The legs in order, (n,) each, as `Leg` has them; `lengths` are their own."""
 
-    The duration of a sequence that stands at a ratio of 0 is infinite. `legs`, `va` and `vd` are what it is made of.
-    """
-
-    pieces: tuple[Piece, ...]
-    duration: float
-    length: float
-    legs: tuple[Leg, ...]
-    va: float
-    vd: float
+    lengths: Floats
+    stops: Floats
+    targets: Floats
+    bounds: Floats
 
     @classmethod
-    def along(
-        cls, segments: Iterable[tuple[float, float, float]], va: float, vd: float, ratio: float = 1.0
-    ) -> Profile:
+    def of(cls, lengths: Floats, targets: Speeds, ends: Speeds, vd: float) -> _Legs:
+        """Return the segments with the speed at every end bounded by what lets all later ones be kept."""
+        bounds: Floats = ends.astype(np.float64)
+        bounds[-1:] = 0.0
+        squares = bounds * bounds
+        if (squares[:-1] > squares[1:] + 2.0 * vd * lengths[1:]).any():
+            bounds = _bounded(lengths, ends, vd)
+        return cls(lengths, np.cumsum(lengths), targets.astype(np.float64), bounds)
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """Way and speed over time: `course` (m, 4) has a row like `Piece` for every piece, in order of time.
+
+    `duration` [s] is infinite where the sequence stands at a ratio of 0. `va` and `vd` are what it is made with.
+    """
+
+    course: Floats
+    duration: float
+    va: float
+    vd: float
+    driven: _Legs
+
+    @classmethod
+    def along(cls, segments: Iterable[tuple[float, float, float]], va: float, vd: float, ratio: float = 1.0) -> Profile:
         """Return the profile over segments (length > 0, target speed > 0, end speed), begun at rest.
 
         `ratio` is the speed ratio from the start on, 0 or above.
         """
-        legs = _legs(segments, vd)
-        return cls._driven(_Run(va, vd), legs, 0, ratio)
+        table: Floats = np.array(list(segments), dtype=np.float64).reshape(-1, 3)
+        return cls.over(table[:, 0], table[:, 1], table[:, 2], va, vd, ratio)
+
+    @classmethod
+    def over(cls, lengths: Floats, targets: Speeds, ends: Speeds, va: float, vd: float, ratio: float = 1.0) -> Profile:
+        """Return the profile over segments given as arrays (n,); as `along`."""
+        legs = _Legs.of(lengths, targets, ends, vd)
+        even = _even(legs, va, vd, ratio)
+        if even is None:
+            return cls._driven(_Run(va, vd), legs, 0, ratio)
+        return cls(*even, va, vd, legs)
+
+    @property
+    def length(self) -> float:
+        """The way of the whole sequence [counts]."""
+        return float(self.driven.stops[-1]) if len(self.driven.stops) else 0.0
+
+    @cached_property
+    def legs(self) -> tuple[Leg, ...]:
+        """The segments it is made of."""
+        return _rows(self.driven.stops, self.driven.targets, self.driven.bounds)
+
+    @cached_property
+    def pieces(self) -> tuple[Piece, ...]:
+        """The stretches of constant acceleration, in order of time."""
+        return tuple(Piece(*row) for row in self.course.tolist())
 
     def at(self, t: float) -> tuple[float, float]:
         """Return (way [counts], speed [counts/s]) at time `t` [s]; before the start and after the end at rest."""
-        if t <= 0.0 or not self.pieces:
+        if t <= 0.0 or not len(self.course):
             return 0.0, 0.0
         if t >= self.duration:
             return self.length, 0.0
-        begun, s, v, acceleration = self.pieces[bisect_right(self.pieces, t, key=lambda piece: piece.t) - 1]
+        begun, s, v, acceleration = self.course[self.course[:, 0].searchsorted(t, side="right") - 1].tolist()
         passed = t - begun
         return min(self.length, s + passed * (v + 0.5 * acceleration * passed)), max(0.0, v + acceleration * passed)
 
@@ -81,9 +131,9 @@ class Profile:
         if t >= self.duration:
             return self
         way, speed = self.at(t)
-        past = self.pieces[: bisect_left(self.pieces, max(0.0, t), key=lambda piece: piece.t)]
-        here = bisect_right(self.legs, way, key=lambda leg: leg.stop)
-        return self._driven(_Run(self.va, self.vd, max(0.0, t), way, speed, past), self.legs, here, ratio)
+        past = self.pieces[: int(self.course[:, 0].searchsorted(max(0.0, t)))]
+        here = int(self.driven.stops.searchsorted(way, side="right"))
+        return self._driven(_Run(self.va, self.vd, max(0.0, t), way, speed, past), self.driven, here, ratio)
 
     def when(self, way: float) -> float:
         """Return the time at which the sequence has gone `way` [counts]; infinite where it stands before."""
@@ -91,41 +141,72 @@ class Profile:
             return 0.0
         if way >= self.length:
             return self.duration
-        index = bisect_right(self.pieces, way, key=lambda piece: piece.s) - 1
-        begun, s, v, acceleration = self.pieces[index]
+        index = int(self.course[:, 1].searchsorted(way, side="right")) - 1
+        begun, s, v, acceleration = self.course[index].tolist()
         left = way - s
         speed = v + sqrt(max(0.0, v * v + 2.0 * acceleration * left))
         if speed <= 0.0:
             return begun if left <= 0.0 else inf
-        until = self.pieces[index + 1].t if index + 1 < len(self.pieces) else self.duration
+        until = float(self.course[index + 1, 0]) if index + 1 < len(self.course) else self.duration
         return min(begun + 2.0 * left / speed, until)
 
     @classmethod
-    def _driven(cls, run: _Run, legs: tuple[Leg, ...], first: int, ratio: float) -> Profile:
+    def _driven(cls, run: _Run, legs: _Legs, first: int, ratio: float) -> Profile:
+        """Return the profile as the run goes over the legs from the `first` on, one by one."""
         stands = False
-        for leg in legs[first:]:
+        for leg in _rows(legs.stops[first:], legs.targets[first:], legs.bounds[first:]):
             stands = not run.leg(leg, ratio * leg.target)
             if stands:
                 break
-        length = legs[-1].stop if legs else 0.0
-        return cls(tuple(run.pieces), inf if stands else run.t, length, legs, run.va, run.vd)
+        course = np.array(run.pieces, dtype=np.float64).reshape(-1, 4)
+        return cls(course, inf if stands else run.t, run.va, run.vd, legs)
 
 
-def _legs(segments: Iterable[tuple[float, float, float]], vd: float) -> tuple[Leg, ...]:
-    """Return the segments with the speed at every end bounded by what lets all later ones be kept."""
-    known = list(segments)
+def _rows(stops: Floats, targets: Floats, bounds: Floats) -> tuple[Leg, ...]:
+    return tuple(map(Leg, stops.tolist(), targets.tolist(), bounds.tolist()))
+
+
+def _bounded(lengths: Floats, ends: Speeds, vd: float) -> Floats:
+    """Return the bounds where somebody asks for end speeds that later segments cannot brake from."""
     bounds: list[float] = []
     limit = 0.0
-    for length, _, end in reversed(known):
+    for length, end in zip(reversed(lengths.tolist()), reversed(ends.tolist()), strict=True):
         limit = min(limit, end)
         bounds.append(limit)
         limit = sqrt(limit * limit + 2.0 * vd * length)
-    legs: list[Leg] = []
-    stop = 0.0
-    for (length, target, _), bound in zip(known, reversed(bounds), strict=True):
-        stop += length
-        legs.append(Leg(stop, target, bound))
-    return tuple(legs)
+    return np.array(bounds[::-1])
+
+
+def _even(legs: _Legs, va: float, vd: float, ratio: float) -> tuple[Floats, float] | None:
+    """Return course and duration where every segment is left with just the speed that is asked for at its end.
+
+    All segments are then on their own: the speed rises to a peak, or to the target, and falls. None where that is not
+    so: a segment too short to rise that much, or entered faster than its target. `_Run` does the same one by one.
+    """
+    lengths, targets = legs.lengths, ratio * legs.targets
+    ends = np.minimum(legs.bounds, targets)
+    entries = np.zeros_like(ends)
+    entries[1:] = ends[:-1]
+    squares, falls = entries * entries, ends * ends
+    if (entries > targets).any() or (falls > squares + 2.0 * va * lengths).any() or not ratio > 0.0:
+        return None
+    meeting = (2.0 * va * vd * lengths + vd * squares + va * falls) / (va + vd)
+    peaks = np.minimum(targets, np.sqrt(np.maximum(meeting, np.maximum(squares, falls))))
+    ways = np.empty((len(peaks), 3))
+    highest = peaks * peaks
+    ways[:, 0] = (highest - squares) / (2.0 * va)
+    ways[:, 2] = (highest - falls) / (2.0 * vd)
+    ways[:, 1] = np.maximum(0.0, lengths - ways[:, 0] - ways[:, 2])
+    times = ways / np.stack((0.5 * (entries + peaks), peaks, 0.5 * (ends + peaks)), axis=1)
+    course = np.empty((len(peaks), 3, 4))
+    ran = np.concatenate(([0.0], np.cumsum(times)))
+    course[..., 0] = ran[:-1].reshape(-1, 3)
+    course[:, 0, 1] = legs.stops - lengths
+    course[:, 1, 1] = course[:, 0, 1] + ways[:, 0]
+    course[:, 2, 1] = legs.stops - ways[:, 2]
+    course[:, 0, 2], course[:, 1, 2], course[:, 2, 2] = entries, peaks, peaks
+    course[..., 3] = va, 0.0, -vd
+    return course.reshape(-1, 4)[(ways > 0.0).ravel()], float(ran[-1])
 
 
 class _Run:

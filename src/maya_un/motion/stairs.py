@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maya_un.kinematics import Floats
-from maya_un.motion.move import Segment
+from maya_un.motion.move import Segment, Segments
 from maya_un.motion.speeds import Chords
 
 LONGEST = 8_388_607
@@ -50,7 +50,7 @@ class _Pieces:
     end: Floats
 
 
-def segments(chords: Chords, ramps: Ramps, slew: Floats, va: float, step: float) -> list[Segment]:
+def segments(chords: Chords, ramps: Ramps, slew: Floats, va: float, step: float) -> Segments:
     """Return the segments along `chords`.
 
     `slew` (3,) are the greatest speeds of the axes [counts/s], `step` is how much the speed may change from one piece
@@ -65,7 +65,8 @@ def segments(chords: Chords, ramps: Ramps, slew: Floats, va: float, step: float)
     end[:-1] = np.minimum(end[:-1], target[1:])
     end[-1] = 0.0
     target = np.maximum(end, np.minimum(target, _even(end + step * allowed)))  # where stairs were lost to rounding
-    return _split(counts.astype(np.int64).tolist(), target.astype(np.int64).tolist(), end.astype(np.int64).tolist())
+    found = Segments(counts.astype(np.int64), target.astype(np.int64), end.astype(np.int64))
+    return found if np.abs(counts).max(initial=0.0) <= LONGEST else _split(found)
 
 
 def _pieces(chords: Chords, ramps: Ramps, slew: Floats, va: float, step: float) -> _Pieces:
@@ -89,7 +90,9 @@ def _pieces(chords: Chords, ramps: Ramps, slew: Floats, va: float, step: float) 
     dropped = np.maximum(place + 1 - up - flat, 0)
     is_up, is_down = place < up, dropped > 0
     after = np.where(is_up, ramps.start[chord] + climbed * up_step, ramps.top[chord] - dropped * down_step)
-    target = np.where(is_up, after - 0.5 * haste[chord] * up_step, np.where(is_down, after + 0.5 * down_step, ramps.top[chord]))
+    target = np.where(
+        is_up, after - 0.5 * haste[chord] * up_step, np.where(is_down, after + 0.5 * down_step, ramps.top[chord])
+    )
     by_rise = (after**2 - ramps.start[chord] ** 2) / (2.0 * ramps.up[chord])
     by_fall = chords.lengths[chord] - (after**2 - ramps.end[chord] ** 2) / (2.0 * ramps.down[chord])
     share = np.where(is_up, by_rise, by_fall) / chords.lengths[chord]
@@ -117,18 +120,15 @@ def _even(speeds: Floats) -> Floats:
     return np.maximum(SLOWEST, np.floor(speeds * 0.5 + 1e-9) * 2.0)
 
 
-def _split(counts: list[list[int]], targets: list[int], ends: list[int]) -> list[Segment]:
+def _split(segments: Segments) -> Segments:
     """Return the segments; what is longer than the controller takes in one goes in equal parts."""
     found: list[Segment] = []
-    for (a, b, c), target, end in zip(counts, targets, ends, strict=True):
+    for (a, b, c), target, end in segments:
         parts = ceil(max(abs(a), abs(b), abs(c)) / LONGEST)
-        if parts == 1:
-            found.append(Segment((a, b, c), target, end))
-            continue
         done = (0, 0, 0)
         for part in range(1, parts + 1):
             reached = (round(a * part / parts), round(b * part / parts), round(c * part / parts))
             step = (reached[0] - done[0], reached[1] - done[1], reached[2] - done[2])
             found.append(Segment(step, target, target if part < parts else end))
             done = reached
-    return found
+    return Segments.of(found)
