@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from math import hypot, sin, sqrt
+from itertools import pairwise
+from math import cos, hypot, sin, sqrt
 from random import Random
 
 import numpy as np
@@ -88,15 +89,17 @@ class Way:
 
 
 def random_path(workspace: Workspace, rng: Random) -> Floats:
-    """Return the knots of a way near the ceiling, the table or a zone, straight in space or in the joints."""
+    """Return the knots of one or two legs near the ceiling, the table or zones, straight in space or in the joints."""
     low, high = {WORKSPACE: (1.9, 2.065), LOW: (0.0, 0.05), ZONES: (0.38, 0.8)}[workspace]
-    radii = rng.uniform(0.45, 2.15), rng.uniform(0.45, 2.15)
-    heights = rng.uniform(low, high), rng.uniform(low, high)
-    turns = rng.uniform(0.0, 2.0), rng.uniform(0.0, 2.0)
-    ends = [Point(d * sin(a), d * sqrt(1.0 - sin(a) ** 2), z) for a, d, z in zip(turns, radii, heights, strict=True)]
+    ends: list[Point] = []
+    for _ in range(rng.choice((2, 2, 3))):
+        a, d = rng.uniform(0.0, 2.0), rng.uniform(0.45, 2.15)
+        ends.append(Point(d * sin(a), d * cos(a), rng.uniform(low, high)))
     count = rng.choice((2, 20, 60))
-    places = workspace.mechanism.ik_many(np.linspace(ends[0], ends[1], count))
-    return places if rng.random() < 0.7 else np.linspace(places[0], places[-1], count)
+    straight = rng.random() < 0.7
+    legs = [workspace.mechanism.ik_many(np.linspace(one, two, count)) for one, two in pairwise(ends)]
+    legs = [leg if straight else np.linspace(leg[0], leg[-1], count) for leg in legs]
+    return np.concatenate([legs[0], *(leg[1:] for leg in legs[1:])])
 
 
 def assert_bounds_kept(workspace: Workspace, places: Floats) -> None:
