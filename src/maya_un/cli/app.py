@@ -123,6 +123,7 @@ def run_job(
     seed: Seed = None,
     address: Annotated[str | None, typer.Option(help=_ADDRESSES)] = None,
     skip_home: SkipHome = False,
+    plot: Annotated[str | None, typer.Option(metavar="FILE", help="with --dry-run: a picture of it")] = None,
 ) -> int:
     """Carry out a job and report every step.
 
@@ -131,7 +132,7 @@ def run_job(
     """
     from maya_un.cli import run as command
 
-    return command.run(job, command.Options(dry_run, address, speed, seed, skip_home), _settings(context))
+    return command.run(job, command.Options(dry_run, address, speed, seed, skip_home, plot), _settings(context))
 
 
 def _wish(primitive: dict[str, object], context: typer.Context) -> int:
@@ -164,6 +165,14 @@ def approach(context: typer.Context, x: Spot, y: MaybeY = None, z: MaybeZ = None
     if y is not None and z is None:
         raise InvalidCommandLine(reason="Z is missing", command="maya approach")
     return _wish(_aimed("approach", x, y, z), context)
+
+
+@app.command(**_HOW)
+def line(context: typer.Context, x: Spot, y: MaybeY = None, z: MaybeZ = None) -> int:
+    """Go straight to a taught place, or to x, y, z; the straight line is all that is looked at."""
+    if y is not None and z is None:
+        raise InvalidCommandLine(reason="Z is missing", command="maya line")
+    return _wish(_aimed("line", x, y, z), context)
 
 
 @app.command(**_HOW)
@@ -296,6 +305,21 @@ def plot_workspace(
 
 teach_commands.register(app, _HOW)
 zone_commands.register(app, _HOW)
+
+
+@plot.command("job", **_HOW)
+def plot_job(
+    context: typer.Context,
+    job: Annotated[str, typer.Argument(metavar="JOB", help="a YAML or JSON file")],
+    output: Picture = None,
+) -> int:
+    """Draw what a job will be: axes over time, tensions, the gripper's way.
+
+    Begins at the homed pose; nothing moves.
+    """
+    from maya_un.cli import plot_job as command
+
+    return command.plot(job, output, _settings(context))
 
 
 @dmc.command(**_HOW)

@@ -22,6 +22,7 @@ Wishes (to the running robot; lengths in m, or 120mm; angles in rad, or 30deg)
   home                                         find the switches and define the position
   pick X Y [Z]    place X Y [Z]                fetch a part, put it down; or pick NAME, place NAME
   approach X Y Z                               go above a place, by the cell's clearance; or approach NAME
+  line X Y Z                                   go straight to a place; or line NAME
   gripper open|close
   move A B C      jog AXIS DISTANCE            joint space, or move NAME; along a, b, c, x, y, z or r
   jog                                          the same by keys, on a terminal

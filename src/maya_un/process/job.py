@@ -7,7 +7,7 @@
       tray: [1.10, 0.50, 0.40]
     pallets:                    grids of places, spanned by their corners
       box: {corners: [[0.3, 1.0], [0.5, 1.0], [0.3, 1.2]], rows: 3, columns: 4}
-    steps:                      home · pick · place · approach · gripper: open|close · move: {a, b, c}
+    steps:                      home · pick · place · approach · line · gripper: open|close · move: {a, b, c}
       - home
       - pick: cube
       - place: tray

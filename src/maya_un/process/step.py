@@ -10,14 +10,14 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_val
 
 from maya_un.process.spots import Goal, Name, Spot
 
-COMMANDS = ("home", "pick", "place", "approach", "gripper", "move")
+COMMANDS = ("home", "pick", "place", "approach", "line", "gripper", "move")
 """What a step may be, besides a loop."""
 
 
 class Step(BaseModel):
     """One step: exactly one of its keys is set.
 
-    A name in `pick`, `place`, `approach` is a part, a place, a cell of a pallet like `tray[1,2]` or a taught pose;
+    A name in `pick`, `place`, `approach`, `line` is a part, a place, a cell of a pallet like `tray[1,2]` or a taught pose;
     one in `move` a taught pose.
     """
 
@@ -26,6 +26,7 @@ class Step(BaseModel):
     pick: Spot | None = None
     place: Spot | None = None
     approach: Spot | None = None
+    line: Spot | None = None
     gripper: Literal["open", "close"] | None = None
     move: Goal | None = None
 

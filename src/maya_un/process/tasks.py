@@ -20,6 +20,7 @@ from maya_un.process.taught import Taught
 from maya_un.robot.approach import Approach
 from maya_un.robot.gripper import Gripper
 from maya_un.robot.home import Home
+from maya_un.robot.line import Line
 from maya_un.robot.move import MoveJoints
 from maya_un.robot.pick import Pick
 from maya_un.robot.place import Place
@@ -90,7 +91,7 @@ def _arguments(primitive: Primitive) -> tuple[object, ...]:
             return ("open" if open_ else "close",)
         case MoveJoints(joints):
             return joints
-        case Approach(target) | Pick(target) | Place(target):
+        case Approach(target) | Pick(target) | Place(target) | Line(target):
             return target
         case _:
             return ()
@@ -158,6 +159,9 @@ class _Table:
         if step.approach is not None:
             target, label = self._spot(step.approach, planned)
             return Approach(target), label
+        if step.line is not None:
+            target, label = self._spot(step.line, planned)
+            return Line(target), label
         return self._without_place(step, planned.key), str(step)
 
     def _without_place(self, step: Step, key: str) -> Primitive:

@@ -8,7 +8,7 @@ from maya_un.errors import InvalidValue
 from maya_un.process.cells import read_reference
 from maya_un.process.job import Job
 
-_NAMED = {"pick": "target", "place": "target", "approach": "target", "move": "joints"}
+_NAMED = {"pick": "target", "place": "target", "approach": "target", "line": "target", "move": "joints"}
 
 
 def named(wish: Mapping[str, object]) -> Job | None:

@@ -1,7 +1,7 @@
 """The skills as data: what every queue, file and edge calls them.
 
     {"command": "home"}                                {"command": "can_teleop"}
-    {"command": "pick", "target": [x, y, z]}           place, approach alike; z may be left out; or {"x": …}
+    {"command": "pick", "target": [x, y, z]}           place, approach, line alike; z may be left out; or {"x": …}
     {"command": "gripper", "open": true}
     {"command": "move", "joints": [a, b, c]}           or {"a": …}
 
@@ -19,19 +19,20 @@ from maya_un.robot.approach import Approach
 from maya_un.robot.can_teleop import CanTeleop
 from maya_un.robot.gripper import Gripper
 from maya_un.robot.home import Home
+from maya_un.robot.line import Line
 from maya_un.robot.move import MoveJoints
 from maya_un.robot.pick import Pick
 from maya_un.robot.place import Place
 from maya_un.values import Joints, Point
 
-Primitive = Home | Approach | Pick | Place | Gripper | MoveJoints | CanTeleop
+Primitive = Home | Approach | Pick | Place | Line | Gripper | MoveJoints | CanTeleop
 """Any skill."""
 
 
 def to_dict(primitive: Primitive) -> dict[str, object]:
     """Return a primitive as plain data, as `from_dict` reads it."""
     match primitive:
-        case Approach(target) | Pick(target) | Place(target):
+        case Approach(target) | Pick(target) | Place(target) | Line(target):
             return {"command": primitive.command, "target": list(target)}
         case Gripper(open_):
             return {"command": primitive.command, "open": open_}
@@ -119,6 +120,7 @@ _READERS: dict[str, tuple[str, Callable[[object, float], Primitive]]] = {
     Approach.command: ("target", lambda value, height: Approach(read_point(value, "target", height))),
     Pick.command: ("target", lambda value, height: Pick(read_point(value, "target", height))),
     Place.command: ("target", lambda value, height: Place(read_point(value, "target", height))),
+    Line.command: ("target", lambda value, height: Line(read_point(value, "target", height))),
     Gripper.command: ("open", _read_gripper),
     MoveJoints.command: ("joints", lambda value, _: MoveJoints(read_joints(value, "joints"))),
     CanTeleop.command: ("", lambda _, __: CanTeleop()),

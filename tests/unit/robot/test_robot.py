@@ -21,8 +21,9 @@ from maya_un.errors import (
 )
 from maya_un.events import Kind
 from maya_un.kinematics.workspace import Workspace
-from maya_un.motion import Path
+from maya_un.motion import Path, Space
 from maya_un.robot.jaws import Jaws
+from maya_un.robot.line import Line
 from maya_un.robot.plan import Pose
 from maya_un.robot.primitives import Approach, CanTeleop, Gripper, Home, MoveJoints, Pick, Place, Primitive
 from maya_un.robot.robot import Robot
@@ -331,3 +332,20 @@ async def test_a_pick_that_failed_before_it_closed_holds_nothing() -> None:
     with pytest.raises(FollowingError):
         await robot.run(Pick(HERE))
     assert robot.holding is False
+
+
+async def test_a_line_goes_straight() -> None:
+    controller, robot = made()
+    await robot.run(Line(Point(0.4, 0.9, 0.8)))
+    _, path = controller.calls[0]
+    assert isinstance(path, Path)
+    assert path.space is Space.CARTESIAN
+    assert len(path.waypoints) == 2
+    assert controller.state.point == pytest.approx((0.4, 0.9, 0.8), abs=COUNT)
+
+
+async def test_a_line_through_what_cannot_be_reached_is_refused() -> None:
+    _, robot = made()
+    behind = Pose(robot.pose.joints, Jaws.OPEN)
+    with pytest.raises(Unreachable, match="anchors"):
+        robot.preview(Line(Point(0.4, 0.9, 2.3)), behind)
