@@ -4,9 +4,8 @@ A box is given up as soon as nothing in it can be reached, or as nothing in it i
 The first follows from its middle, because the distances to the edge of the section and to the zones change by no
 more than the place does. The second is the distance of the box itself, which is exact.
 
-The number of boxes grows with the square of the exactness, so all of the workspace is searched to a centimetre, and
-what is around that place to less, in a window that moves on as long as that gains something. From there the place
-slides along what is in its way.
+The nearer what has been found already, the fewer boxes are left. So all is searched to a centimetre first, from the
+place found there one slides along what is in the way, and then all is searched to a millimetre.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from math import atan2, cos, hypot, inf, pi, sin, tau
+from math import atan2, cos, dist, hypot, inf, pi, sin, tau
 from typing import NamedTuple
 
 import numpy as np
@@ -25,11 +24,10 @@ from maya_un.kinematics.section import Section
 from maya_un.kinematics.zones import Zone, clearances_between, corners_at
 from maya_un.values import Point
 
-COARSE = 0.01
-"""To this all of the workspace is searched [m]: another place that is nearer by less may be overlooked."""
+EXACTNESS = 1e-3
+"""No place that is clear of all zones is nearer by more than this [m], and by what is kept off for rounding."""
 
-_WINDOW, _FINE = 0.08, 0.002
-"""Half the size of the window about a place, and the exactness within it [m]."""
+_COARSE = 0.01
 
 _SLIDES = 100
 """Most steps of sliding; each is the best of many."""
@@ -64,13 +62,6 @@ def _frame(away: Floats) -> Floats:
     across = np.cross(ahead, np.eye(3)[np.abs(ahead).argmin()])
     across /= np.linalg.norm(across)
     return np.array([across, np.cross(ahead, across), ahead], dtype=np.float64)
-
-
-class _Found(NamedTuple):
-    """The nearest so far: its distance [m], and (α, u, h), None where there is none yet."""
-
-    distance: float
-    place: Floats | None
 
 
 class _Boxes(NamedTuple):
@@ -108,15 +99,16 @@ class Search:
     def nearest(self, target: Point) -> Point | None:
         """Return the place nearest to `target`, None where the zones leave none.
 
-        It is the nearest of its neighbourhood to less than a millimetre. What the zones leave may be overlooked where
-        it is narrower than `COARSE`.
+        It is nearest to `EXACTNESS`, and mostly to a tenth of that. Gaps between zones that are narrower than a
+        millimetre may be overlooked.
         """
-        best = self._improved(_Found(inf, None), self._everything(), COARSE, target)
-        gain = inf
-        while best.place is not None and gain > _FINE:
-            before, best = best, self._improved(best, self._around(best.place, _WINDOW), _FINE, target)
-            gain = before.distance - best.distance
-        return None if best.place is None else self._slid(self._point(*map(float, best.place)), target)
+        place, distance = None, inf
+        for exactness in (_COARSE, EXACTNESS):
+            found = self._search(distance, exactness, target)
+            if found is not None:
+                place = self._slid(found, target)
+                distance = dist(place, target)
+        return place
 
     def _slid(self, place: Point, target: Point) -> Point:
         """Return a place that is nearer, by steps aside and a little towards the target."""
@@ -140,8 +132,12 @@ class Search:
         within = (self.boom[0] <= a) & (a <= self.boom[1])
         return within & (self._spare(np.stack([a, u, h], axis=1)) >= 0.0)
 
-    def _improved(self, best: _Found, boxes: _Boxes, exactness: float, target: Point) -> _Found:
-        """Return the nearest place within `boxes` where it is nearer than the `best` so far."""
+    def _search(self, best: float, exactness: float, target: Point) -> Point | None:
+        """Return a place to be searched that is nearer than `best` by more than `exactness` [m], None for none.
+
+        No other is nearer than that one by more than `exactness`.
+        """
+        boxes, found = self._everything(), None
         near = self._distances(boxes, target)
         seen = 0
         while len(near) and seen < _MOST:
@@ -150,28 +146,19 @@ class Search:
             seen += len(now.middles)
             spare = self._spare(now.middles)
             away = np.where(spare >= 0.0, self._distances(now.shrunk(0.0), target), inf)
-            if away.min() < best.distance:
-                best = _Found(float(away.min()), now.middles[away.argmin()])
+            if away.min() < best:
+                best, found = float(away.min()), now.middles[away.argmin()]
             inner = now.chosen(spare + self._radii(now) >= 0.0).split()
             boxes = later.joined(inner)
             near = np.concatenate([near[order[_AT_ONCE:]], self._distances(inner, target)])
-            worth = near < best.distance - exactness
+            worth = near < best - exactness
             boxes, near = boxes.chosen(worth), near[worth]
-        return best
+        return None if found is None else self._point(*map(float, found))
 
     def _everything(self) -> _Boxes:
         """Return the box of all (α, u, h)."""
         low = np.array([[self.boom[0], 0.0, 0.0]])
         high = np.array([[self.boom[1], self.section.width, self.section.deepest]])
-        return _Boxes(0.5 * (low + high), 0.5 * (high - low))
-
-    def _around(self, place: Floats, window: float) -> _Boxes:
-        """Return the box of all that is at most `window` [m] beside a place (3,)."""
-        turn = window / (self.mechanism.delta + place[1])
-        low = np.array([[self.boom[0], -inf, -inf]])
-        high = np.array([[self.boom[1], inf, inf]])
-        half = np.array([[turn, window, window]])
-        low, high = np.maximum(low, place - half), np.minimum(high, place + half)
         return _Boxes(0.5 * (low + high), 0.5 * (high - low))
 
     def _distances(self, boxes: _Boxes, target: Point) -> Floats:

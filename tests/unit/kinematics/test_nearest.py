@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from math import dist, hypot
+from math import dist, hypot, inf
+from random import Random
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from maya_un.errors import Unreachable
 from maya_un.kinematics import Box, Cylinder, HalfSpace, Workspace, Zone
+from maya_un.kinematics.nearest import EXACTNESS
 from maya_un.values import Point
+from tests.campaign import Campaign
 from tests.strategies import WORKSPACE, any_points
 
 EXACT = 4e-4
@@ -54,6 +58,38 @@ def test_no_place_of_a_grid_is_nearer(name: str, target: Point) -> None:
     # Coarsely everywhere that is nearer at all, and finely beside the place that was found.
     assert best <= sampled(workspace, target, best, target, best) + EXACT
     assert best <= sampled(workspace, target, best, found, 0.03) + EXACT
+
+
+def a_zone(draw: Random, number: int) -> Zone:
+    """Draw a zone somewhere in the workspace."""
+    x, y, z = draw.uniform(0.0, 1.8), draw.uniform(0.3, 1.8), draw.uniform(0.0, 1.4)
+    name, margin, lines = f"zone{number}", draw.uniform(0.0, 0.1), draw.random() < 0.5
+    match draw.choice(["box", "cylinder", "half_space"]):
+        case "box":
+            half = [draw.uniform(0.05, 0.4) for _ in range(3)]
+            low = Point(x - half[0], y - half[1], z - half[2])
+            return Box(name, low, Point(x + half[0], y + half[1], z + half[2]), margin, lines)
+        case "cylinder":
+            return Cylinder(name, x, y, draw.uniform(0.05, 0.4), z - 0.3, z + draw.uniform(0.1, 1.0), margin, lines)
+        case _:
+            normal = Point(draw.gauss(0.0, 1.0), draw.gauss(0.0, 1.0), draw.gauss(0.0, 1.0))
+            return HalfSpace(name, Point(x, y, z), normal, margin)
+
+
+def test_no_random_place_is_nearer(campaign: Campaign) -> None:
+    for case in range(campaign.size(ci=15, long=400)):
+        draw = campaign.rng(case)
+        workspace = WORKSPACE.with_zones([a_zone(draw, number) for number in range(draw.randint(1, 4))])
+        target = Point(draw.uniform(-0.3, 2.0), draw.uniform(0.0, 2.0), draw.uniform(0.0, 2.0))
+        places = np.random.default_rng(draw.getrandbits(64)).uniform(-0.5, 0.5, (20_000, 3)) + np.array(target)
+        apart = np.sqrt(((places - np.array(target)) ** 2).sum(axis=1))[workspace.reachable_many(places)]
+        try:
+            found = workspace.nearest(target)
+        except Unreachable:
+            assert not len(apart), f"case {case}"
+            continue
+        assert workspace.why_not(found) is None
+        assert dist(target, found) <= apart.min(initial=inf) + EXACTNESS + workspace.zone_grain, f"case {case}"
 
 
 def test_above_a_flat_top_is_nearest_from_just_below_it() -> None:
