@@ -6,7 +6,7 @@ import asyncio
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -26,6 +26,7 @@ from maya_un.cli.signals import on_end
 from maya_un.cli.twin import parts_of, require_twin
 from maya_un.cli.words import word
 from maya_un.config import Config
+from maya_un.errors import InvalidCommandLine, InvalidJob
 from maya_un.loops import ScaledLoop, run_virtual
 from maya_un.loops import run as run_loop
 from maya_un.process.files import load_job
@@ -48,6 +49,7 @@ class Options(NamedTuple):
     speed: float | None = None
     seed: int | None = None
     skip_home: bool = False
+    plot: str | None = None
 
     @property
     def own_stack(self) -> bool:
@@ -68,6 +70,8 @@ def run(file: str, options: Options, settings: Settings) -> int:
     address = target_address(options.address or SIM, config.controller.address)
     factor = clock_factor(options.speed, address)
     require_twin(address, "maya run", seed=options.seed)
+    if options.plot is not None and not options.dry_run:
+        raise InvalidCommandLine(reason="--plot draws a dry run, so it needs --dry-run", command="maya run")
     job = load_job(Path(file))
     if options.dry_run:
         outcome = _dry_run(job, config, address, options, settings)
@@ -97,7 +101,20 @@ def _dry_run(job: Job, config: Config, address: str, options: Options, settings:
     if not settings.json:
         output.say(word("dry", settings.language))
     performance = _Performance(job, Display(), settings, home_first=address != SIM or options.skip_home)
-    return run_virtual(performance.perform(config, SIM, options.seed or 0), HORIZON)
+    outcome = run_virtual(performance.perform(config, SIM, options.seed or 0), HORIZON)
+    if options.plot is not None:
+        _draw(job, config, Path(options.plot), settings)
+    return outcome
+
+
+def _draw(job: Job, config: Config, path: Path, settings: Settings) -> None:
+    """Write the picture of a job, as far as there is anything to draw; raises `InvalidValue` and `FileUnwritable`."""
+    from maya_un.cli import plot_job
+
+    with suppress(InvalidJob):
+        plot_job.draw(job, config, path, settings)
+        if not settings.json:
+            output.say(word("picture", settings.language, path=path))
 
 
 def _own_stack(

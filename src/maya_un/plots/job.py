@@ -36,11 +36,12 @@ _NARROW = 0.011
 
 
 class Phase(NamedTuple):
-    """A stretch of a motion with a name, from `start` to `end` [s]."""
+    """A stretch of a motion with a name, from `start` to `end` [s]; `short` stands where there is no room for it."""
 
     name: str
     start: float
     end: float
+    short: str = ""
 
 
 def job_figure(
@@ -202,10 +203,11 @@ def _names(axes: Axes, course: Course, phases: Sequence[Phase]) -> None:
     whole = float(course.time[-1] - course.time[0])
     for phase in phases:
         share = (phase.end - phase.start) / whole if whole > 0.0 else 0.0
-        if share > _NARROW * len(phase.name):
+        name = phase.name if share > _NARROW * len(phase.name) else phase.short
+        if name and share > _NARROW * len(name):
             middle = 0.5 * (phase.start + phase.end)
             axes.annotate(
-                phase.name,
+                name,
                 (middle, 1.0),
                 (0, 2),
                 xycoords=("data", "axes fraction"),
@@ -239,7 +241,7 @@ def _way_beside(axes: Axes, course: Course) -> None:
 
 
 def _way(axes: Axes, across: Floats, up: Floats) -> None:
-    axes.plot(across, up, color=LINE_C, linewidth=1.6, zorder=4)
+    axes.plot(across, up, color=LINE_C, linewidth=1.2, zorder=4)
     known = np.flatnonzero(np.isfinite(across + up))
     for index, marker, label in ((0, "o", "start"), (-1, "s", "end")):
         if known.size:

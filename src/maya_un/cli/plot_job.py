@@ -1,0 +1,113 @@
+"""`maya plot job`: a job as a picture before anything moves; `maya run --dry-run --plot` draws the same."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from maya_un.address import SIM
+from maya_un.api.messages import to_data
+from maya_un.assembly import stack
+from maya_un.cli import output
+from maya_un.cli.configure import configuration, taught_places
+from maya_un.cli.settings import Settings
+from maya_un.cli.words import word
+from maya_un.config import Config
+from maya_un.errors import InvalidJob
+from maya_un.kinematics.workspace import Workspace
+from maya_un.loops import run_virtual
+from maya_un.process.files import load_job
+from maya_un.process.inspection import JobInspection
+from maya_un.process.job import Job
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from maya_un.plots.job import Phase
+
+DEFAULT = "maya-job.svg"
+"""Where the picture goes when nothing is said, in the current folder."""
+
+SAMPLES = 300
+"""Samples drawn of every motion."""
+
+_MANY = 12
+"""With more phases than this a picture names the steps instead."""
+
+_HORIZON = 1e6
+
+
+def plot(file: str, target: str | None, settings: Settings) -> int:
+    """Draw the job of `file` as it would be from the homed pose, and return the exit code.
+
+    A job that is refused at some step is drawn up to there, and not done. Raises what reading it raises, `InvalidJob`
+    where nothing moves, `InvalidValue` and `FileUnwritable`.
+    """
+    path = Path(target or DEFAULT)
+    inspection = draw(load_job(Path(file)), configuration(settings), path, settings)
+    preview = inspection.preview
+    answer = {
+        "path": str(path),
+        "duration": preview.duration,
+        "lowest": preview.lowest,
+        "highest": preview.highest,
+        "closest": [to_data(near) for near in inspection.closest],
+        "stop_time": inspection.stop_time,
+        "stop_distance": inspection.stop_distance,
+        "refusal": None if preview.refusal is None else to_data(preview.refusal),
+    }
+    output.answer(answer, word("picture", settings.language, path=path), settings)
+    if preview.refusal is None:
+        return output.DONE
+    notice = preview.refusal.notice
+    return output.concluded({"state": "refused", "code": notice.code, "message": notice.message}, settings)
+
+
+def draw(job: Job, config: Config, path: Path, settings: Settings) -> JobInspection:
+    """Write the picture of a job from the homed pose on, and return what it shows; raises as `plot` does."""
+    from maya_un.plots import style
+
+    style.kind_of(path)
+    inspection, workspace = run_virtual(_inspected(job, config, taught_places(settings)), _HORIZON)
+    style.save(figure(job.name, inspection, config, workspace), path)
+    return inspection
+
+
+async def _inspected(job: Job, config: Config, places: Path) -> tuple[JobInspection, Workspace]:
+    async with stack(config, SIM, live=False, places=places) as robot:
+        inspection = await robot.service.inspect(job, from_homed=True, samples=SAMPLES)
+        return inspection, robot.controller.workspace
+
+
+def figure(name: str, inspection: JobInspection, config: Config, workspace: Workspace) -> Figure:
+    """Return the figure of a job; raises `InvalidJob` where nothing moves."""
+    import numpy as np
+
+    from maya_un.plots.job import job_figure
+
+    motions = inspection.motions
+    if not motions:
+        refusal = inspection.preview.refusal
+        reason = "nothing in it moves the axes" if refusal is None else refusal.notice.message.rstrip(".")
+        raise InvalidJob(key="steps" if refusal is None else refusal.key, reason=reason)
+    time, joints, velocity = (
+        np.concatenate([np.array(getattr(motion, name)) for motion in motions])
+        for name in ("time", "joints", "velocity")
+    )
+    title = f"{name}, {inspection.preview.duration:.1f} s"
+    return job_figure(time, joints, velocity, phases(inspection), config, workspace, title)
+
+
+def phases(inspection: JobInspection) -> list[Phase]:
+    """Return the stretches to name in a picture: the phases of a job, or its steps where there are many phases."""
+    from maya_un.plots.job import Phase
+
+    bands = [band for band in inspection.bands if band.end > band.start]
+    if len(bands) <= _MANY:
+        return [Phase(band.phase, band.start, band.end) for band in bands]
+    names = {step.index: step.step for step in inspection.preview.steps}
+    ends: dict[int, tuple[float, float]] = {}
+    for band in bands:
+        begun, _ = ends.get(band.step, (band.start, band.end))
+        ends[band.step] = (begun, band.end)
+    return [Phase(names[step], start, end, str(step)) for step, (start, end) in ends.items()]
