@@ -258,6 +258,12 @@ def test_a_zone_that_is_handed_in_is_read_as_one_of_the_configuration() -> None:
         parse_zone({})
 
 
+def test_the_zones_of_the_how_to_page_are_good() -> None:
+    page = Path(__file__).parents[2] / "docs" / "how-to" / "keep-out-of-places.md"
+    example = page.read_text(encoding="utf-8").partition("```toml\n")[2].partition("```")[0]
+    assert [zone.name for zone in parse(tomllib.loads(example)).zones] == ["rack", "post", "neighbour"]
+
+
 def test_letters_may_be_exchanged() -> None:
     config = parse({"axes": {"a": {"letter": "C"}, "c": {"letter": "A"}}})
     assert [axis.letter for axis in axes(config)] == ["C", "B", "A"]
