@@ -29,6 +29,7 @@ from typing import Annotated, Self
 from pydantic import BaseModel, ConfigDict, Field, StrictBool, ValidationError, model_validator
 
 from maya_un.errors import InvalidJob
+from maya_un.process.pallet import MOST_CELLS
 from maya_un.process.spots import Grid, Name, Place, Whole, point_of
 from maya_un.process.step import COMMANDS, AnyStep, ForEach
 from maya_un.values import Point
@@ -80,6 +81,8 @@ class Job(BaseModel):
                 if name in seen:
                     raise ValueError(f"{name!r} is both a {seen[name]} and a {kind}")
                 seen[name] = kind
+        if sum(grid.rows * grid.columns for grid in self.pallets.values() if grid.full) > MOST_CELLS:
+            raise ValueError(f"more than {MOST_CELLS} parts stand on its full pallets")
         if sum(len(step.do) if isinstance(step, ForEach) else 1 for step in self.steps) * self.repeat > MOST_TASKS:
             raise ValueError(TOO_MANY)
         return self

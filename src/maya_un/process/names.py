@@ -53,12 +53,18 @@ class Names:
         return self._recall()
 
     def parts(self) -> dict[str, Point | None]:
-        """Return where parts stand at the start: those named, and those on full pallets under their cells' names."""
+        """Return where parts stand at the start: those named, and those on full pallets under their cells' names.
+
+        Raises `InvalidJob` where both are called alike.
+        """
         parts: dict[str, Point | None] = {**self._job.part_points(self._grasp_height)}
         for name, grid in self._job.pallets.items():
             if grid.full:
                 pallet = self._pallet(name, f"pallets.{name}")
-                parts |= {cell_text(name, cell): pallet.place(cell) for cell in pallet.cells()}
+                cells = {cell_text(name, cell): pallet.place(cell) for cell in pallet.cells()}
+                for both in sorted(cells.keys() & parts.keys()):
+                    raise InvalidJob(key=f"parts.{both}", reason="a cell of a full pallet is called so")
+                parts |= cells
         return parts
 
     @property

@@ -103,8 +103,9 @@ class Pallet:
             raise ValueError(self.extent)
         v, u = _share(cell.row, self.rows), _share(cell.column, self.columns)
         first, right, low, last = self.corners
-        weights = ((1.0 - v) * (1.0 - u), (1.0 - v) * u, v * (1.0 - u), v * u)
-        return Point(*(_weighed(values, weights) for values in zip(first, right, low, last, strict=True)))
+        p, q, r, s = (1.0 - v) * (1.0 - u), (1.0 - v) * u, v * (1.0 - u), v * u
+        corners = zip(first, right, low, last, strict=True)
+        return Point(*(p * one + q * two + r * three + s * four for one, two, three, four in corners))
 
     @property
     def shape(self) -> Shape:
@@ -173,10 +174,6 @@ def _four(corners: Sequence[Point], rows: int, columns: int) -> tuple[Point, Poi
 
 def _share(number: int, count: int) -> float:
     return (number - 1) / (count - 1) if count > 1 else 0.0
-
-
-def _weighed(values: Sequence[float], weights: Sequence[float]) -> float:
-    return sum(value * weight for value, weight in zip(values, weights, strict=True))
 
 
 def _difference(to: Vector, of: Vector) -> Vector:

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import dist
 from typing import NamedTuple
 
 from maya_un.errors import InvalidJob
 from maya_un.process.job import MOST_TASKS, TOO_MANY, Job
 from maya_un.process.names import Loop, Names, Recall
 from maya_un.process.spots import Coordinates, point_of
+from maya_un.process.standing import Standing
 from maya_un.process.step import ForEach, Step
 from maya_un.process.taught import Taught
 from maya_un.robot.approach import Approach
@@ -26,9 +26,6 @@ from maya_un.robot.pick import Pick
 from maya_un.robot.place import Place
 from maya_un.robot.primitives import Primitive
 from maya_un.values import Point
-
-_SAME = 1e-6
-"""Places nearer to each other than this [m] are one: less than a count of any axis moves the gripper."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,9 +108,14 @@ class _Table:
     def __init__(self, job: Job, grasp_height: float, recall: Recall) -> None:
         self._job = job
         self._names = Names(job, grasp_height, recall)
-        self.parts = self._names.parts()
+        self._standing = Standing(self._names.parts())
         self._grasp_height = grasp_height
         self._held: str | None = None
+
+    @property
+    def parts(self) -> dict[str, Point | None]:
+        """Where the parts are now [m]."""
+        return self._standing.parts
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -150,7 +152,7 @@ class _Table:
         step = planned.step
         if step.pick is not None:
             target, label = self._spot(step.pick, planned)
-            self._held = self._part_at(target)
+            self._held = self._standing.at(target)
             return Pick(target), label
         if step.place is not None:
             target, label = self._spot(step.place, planned)
@@ -173,14 +175,9 @@ class _Table:
             return Home()
         return MoveJoints(self._names.joints(step.move, f"{key}.move") if isinstance(step.move, str) else step.move)
 
-    def _part_at(self, target: Point) -> str | None:
-        """Return the part that stands at a place, however that place was named and computed."""
-        near = (name for name, place in self.parts.items() if place is not None and abs(place.x - target.x) < _SAME)
-        return next((name for name in near if dist(self.parts[name] or target, target) < _SAME), None)
-
     def _let_go(self, where: Point | None) -> None:
         if self._held is not None:
-            self.parts[self._held] = where
+            self._standing.put(self._held, where)
         self._held = None
 
     def _spot(self, spot: str | Coordinates, planned: _Planned) -> tuple[Point, str]:

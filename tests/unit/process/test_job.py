@@ -134,6 +134,7 @@ def test_height_left_out_is_the_grasp_height() -> None:
         (job(pallets={"box": {**GRID, "rows": 2.0}}), "pallets.box.rows"),
         (job(pallets={"box": {**GRID, "full": 1}}), "pallets.box.full"),
         (job(pallets={"box": {**GRID, "colour": 1}}), "pallets.box.colour"),
+        (job(pallets={name: {**GRID, "columns": 501, "full": True} for name in ("box", "rack")}), "job"),
         (job(steps=[{"for_each": "box"}]), "steps.0.do"),
         (job(steps=[{"for_each": 3, "do": ["home"]}]), "steps.0.for_each"),
         (job(steps=[{"for_each": "box", "do": []}]), "steps.0.do"),

@@ -106,6 +106,11 @@ def test_a_full_pallet_has_a_part_on_every_cell_and_knows_where_each_goes() -> N
     assert ends["box[1,3]"] == pytest.approx((0.5, 1.0, 0.4))
 
 
+def test_a_part_is_not_called_as_a_cell_of_a_full_pallet() -> None:
+    error = refusal("home", parts={"box[1,2]": [0.5, 1.1]}, pallets={"box": {**BOX, "full": True}})
+    assert error.details["key"] == "parts.box[1,2]"
+
+
 def test_a_cell_stays_where_it_is_when_its_part_is_taken_away() -> None:
     full = {"tray": TRAY, "box": {**BOX, "full": True}}
     steps = ({"pick": "box[1,1]"}, {"place": "tray[1,1]"}, {"pick": "tray[1,1]"}, {"place": "box[1,1]"})

@@ -1,0 +1,45 @@
+from __future__ import annotations
+
+from math import dist
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from maya_un.process.standing import SAME, Standing
+from maya_un.values import Point
+
+CUBE, TRAY = Point(0.5, 1.1, 0.4), Point(1.1, 0.5, 0.4)
+
+hair = st.floats(-0.5 * SAME, 0.5 * SAME)
+grid = st.integers(0, 30).map(lambda number: number * 5e-5)
+places = st.builds(Point, grid, grid, grid)
+
+
+def test_a_part_is_where_it_was_put_last() -> None:
+    standing = Standing({"cube": CUBE})
+    assert (standing.at(CUBE), standing.at(TRAY)) == ("cube", None)
+    standing.put("cube", TRAY)
+    assert (standing.at(CUBE), standing.at(TRAY)) == (None, "cube")
+    standing.put("cube", None)
+    assert standing.at(TRAY) is None
+    assert standing.parts == {"cube": None}
+    standing.put("cube", CUBE)
+    assert standing.at(CUBE) == "cube"
+
+
+def test_of_parts_in_one_place_it_is_the_first_that_was_named() -> None:
+    standing = Standing({"lower": CUBE, "upper": None})
+    standing.put("upper", CUBE)
+    assert standing.at(CUBE) == "lower"
+    standing.put("lower", TRAY)
+    assert standing.at(CUBE) == "upper"
+
+
+@given(st.lists(places, min_size=1, max_size=20), places, hair, hair, hair)
+def test_it_finds_what_looking_at_every_part_finds(
+    parts: list[Point], place: Point, x: float, y: float, z: float
+) -> None:
+    named: dict[str, Point | None] = {f"part{number}": part for number, part in enumerate(parts)}
+    wanted = Point(place.x + x, place.y + y, place.z + z)
+    found = [name for name, part in named.items() if part is not None and dist(part, wanted) < SAME]
+    assert Standing(named).at(wanted) == (found[0] if found else None)
