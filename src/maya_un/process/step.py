@@ -17,8 +17,8 @@ COMMANDS = ("home", "pick", "place", "approach", "line", "gripper", "move")
 class Step(BaseModel):
     """One step: exactly one of its keys is set.
 
-    A name in `pick`, `place`, `approach`, `line` is a part, a place, a cell of a pallet like `tray[1,2]` or a taught pose;
-    one in `move` a taught pose.
+    A name in `pick`, `place`, `approach`, `line` is a part, a place, a cell of a pallet like `tray[1,2]` or a taught
+    pose; one in `move` a taught pose.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
