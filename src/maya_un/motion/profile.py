@@ -178,35 +178,50 @@ def _bounded(lengths: Floats, ends: Speeds, vd: float) -> Floats:
 
 
 def _even(legs: _Legs, va: float, vd: float, ratio: float) -> tuple[Floats, float] | None:
-    """Return course and duration where every segment is left with just the speed that is asked for at its end.
+    """Return course and duration where every segment is long enough to reach its target where it is entered faster.
 
-    All segments are then on their own: the speed rises to a peak, or to the target, and falls. None where that is not
-    so: a segment too short to rise that much, or entered faster than its target. `_Run` does the same one by one.
+    All segments are then on their own: the speed goes to a peak, or to the target, and falls to what it is at the end.
+    None where that is not so. `_Run` does the same one by one.
     """
     lengths, targets = legs.lengths, ratio * legs.targets
-    ends = np.minimum(legs.bounds, targets)
-    entries = np.zeros_like(ends)
-    entries[1:] = ends[:-1]
-    squares, falls = entries * entries, ends * ends
-    if (entries > targets).any() or (falls > squares + 2.0 * va * lengths).any() or not ratio > 0.0:
-        return None
-    meeting = (2.0 * va * vd * lengths + vd * squares + va * falls) / (va + vd)
-    peaks = np.minimum(targets, np.sqrt(np.maximum(meeting, np.maximum(squares, falls))))
+    squares = _squares(np.minimum(legs.bounds, targets), 2.0 * va * lengths)
+    entries, falls = squares[:-1], squares[1:]
+    meeting = (2.0 * va * vd * lengths + vd * entries + va * falls) / (va + vd)
+    highest = np.minimum(targets * targets, np.maximum(meeting, np.maximum(entries, falls)))
+    begins, ends = np.sqrt(squares[:-1]), np.sqrt(falls)
+    peaks = np.sqrt(highest)
+    first = np.where(highest < entries, -vd, va)
     ways = np.empty((len(peaks), 3))
-    highest = peaks * peaks
-    ways[:, 0] = (highest - squares) / (2.0 * va)
+    ways[:, 0] = (highest - entries) / (2.0 * first)
     ways[:, 2] = (highest - falls) / (2.0 * vd)
-    ways[:, 1] = np.maximum(0.0, lengths - ways[:, 0] - ways[:, 2])
-    times = ways / np.stack((0.5 * (entries + peaks), peaks, 0.5 * (ends + peaks)), axis=1)
-    course = np.empty((len(peaks), 3, 4))
+    ways[:, 1] = lengths - ways[:, 0] - ways[:, 2]
+    if not ratio > 0.0 or ways.min(initial=0.0) < -_ROUNDING:
+        return None
+    np.maximum(ways, 0.0, out=ways)
+    times = ways / np.stack((0.5 * (begins + peaks), peaks, 0.5 * (ends + peaks)), axis=1)
     ran = np.concatenate(([0.0], np.cumsum(times)))
+    course = np.empty((len(peaks), 3, 4))
     course[..., 0] = ran[:-1].reshape(-1, 3)
     course[:, 0, 1] = legs.stops - lengths
     course[:, 1, 1] = course[:, 0, 1] + ways[:, 0]
     course[:, 2, 1] = legs.stops - ways[:, 2]
-    course[:, 0, 2], course[:, 1, 2], course[:, 2, 2] = entries, peaks, peaks
-    course[..., 3] = va, 0.0, -vd
+    course[:, 0, 2], course[:, 1, 2], course[:, 2, 2] = begins, peaks, peaks
+    course[:, 0, 3], course[:, 1, 3], course[:, 2, 3] = first, 0.0, -vd
     return course.reshape(-1, 4)[(ways > 0.0).ravel()], float(ran[-1])
+
+
+def _squares(ends: Floats, gains: Floats) -> Floats:
+    """Return the squares of the speeds at the start and at every segment's end, (n + 1,), for the speeds asked for.
+
+    A segment adds at most its gain: few are too short for what is asked, and these only rise.
+    """
+    squares = np.concatenate(([0.0], ends * ends))
+    for short in np.flatnonzero(squares[1:] > squares[:-1] + gains).tolist():
+        for segment in range(short, len(gains)):
+            if squares[segment + 1] <= squares[segment] + gains[segment]:
+                break
+            squares[segment + 1] = squares[segment] + gains[segment]
+    return squares
 
 
 class _Run:

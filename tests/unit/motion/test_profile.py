@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import inf, sqrt
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from maya_un.motion import Profile
 
@@ -120,3 +123,44 @@ def test_a_late_target_is_no_reason_to_pass_what_later_segments_need() -> None:
     # 1000 cannot be braked to 0 within 5 counts at 10 000: the speed before is held to √(2·10⁴·5).
     profile = Profile.along([(1000.0, 1000.0, 1000.0), (5.0, 1000.0, 0.0)], va=1e4, vd=1e4)
     assert profile.at(profile.when(1000.0))[1] == pytest.approx(sqrt(1e5))
+
+
+segments = st.tuples(st.floats(1e-3, 1e5), st.floats(2.0, 5e4), st.floats(0.0, 1.0)).map(
+    lambda drawn: (drawn[0], drawn[1], drawn[1] * drawn[2])
+)
+"""A segment of any length and target speed, left with a share of it."""
+
+
+@given(st.lists(segments, max_size=30), st.floats(100.0, 1e4), st.floats(1.0, 20.0), st.sampled_from((1.0, 0.5, 0.01)))
+def test_all_segments_at_once_are_what_they_are_one_by_one(
+    asked: list[tuple[float, float, float]], va: float, harder: float, ratio: float
+) -> None:
+    at_once = Profile.along(asked, va, va * harder, ratio)
+    one_by_one = Profile.along(asked, va, va * harder).changed(0.0, ratio)
+    assert at_once.duration == pytest.approx(one_by_one.duration, rel=1e-9)
+    for share in (0.1, 0.5, 0.9, 0.999):
+        t = share * at_once.duration
+        assert at_once.at(t) == pytest.approx(one_by_one.at(t), rel=1e-6, abs=1e-3)
+        way = share * at_once.length
+        assert one_by_one.at(at_once.when(way))[0] == pytest.approx(way, rel=1e-9, abs=1e-5)
+
+
+def slowing(steps: int) -> list[tuple[float, float, float]]:
+    """Return a slow-down in so many stairs: every one is entered at the mean of the speeds before it."""
+    speeds = [1000.0 * (steps - step) / steps for step in range(steps + 1)]
+    return [(500.0, 0.5 * (before + after), after) for before, after in pairwise(speeds)]
+
+
+def test_a_slow_down_in_stairs_is_worked_out_at_once() -> None:
+    # The first stair begins at rest; all others brake by 20 at once, go on evenly, and brake by 20 again.
+    profile = Profile.along(slowing(25), va=1e6, vd=1e6)
+    assert [piece.acceleration for piece in profile.pieces] == [1e6, 0.0, -1e6] + [-1e6, 0.0, -1e6] * 24
+    assert profile.course == pytest.approx(profile.changed(0.0, 1.0).course)
+
+
+def test_an_end_speed_that_cannot_be_reached_holds_back_the_next_ones_too() -> None:
+    # From rest at 1000 counts/s² 2 and 6 and 10 counts lead to √4000 and √16000 and √36000.
+    asked = [(2.0, 1000.0, 900.0), (6.0, 1000.0, 900.0), (10.0, 1000.0, 900.0), (1e4, 1000.0, 0.0)]
+    profile = Profile.along(asked, va=1000.0, vd=1000.0)
+    reached = [profile.at(profile.when(way))[1] ** 2 for way in (2.0, 8.0, 18.0)]
+    assert reached == pytest.approx([4000.0, 16_000.0, 36_000.0])
