@@ -17,12 +17,16 @@ import mechanism_figures
 import planned_figures
 from matplotlib.figure import Figure
 
+from maya_un.cli import plot_job
 from maya_un.config import Config
 from maya_un.kinematics import Workspace
+from maya_un.loops import run_virtual
 from maya_un.plots.style import rendered
 from maya_un.plots.workspace import View, workspace_figure
+from maya_un.process.files import load_job
 
-IMAGES = Path(__file__).resolve().parent.parent / "docs" / "images"
+ROOT = Path(__file__).resolve().parent.parent
+IMAGES = ROOT / "docs" / "images"
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e-?\d+)?")
 NAMED = re.compile(r'(?<=id=")[^"]*|(?<=#)[0-9a-z]+(?=[")])')
 TOLERANCE = 0.01
@@ -71,8 +75,15 @@ def plan() -> Figure:
     return workspace_figure(Workspace.of(Config()), Config().cell.grasp_height, View.PLAN)
 
 
+def job() -> Figure:
+    example, config = load_job(ROOT / "examples" / "01_pick_and_place.yaml"), Config()
+    inspection, workspace = run_virtual(plot_job.inspected(example, config), 1e6)
+    return plot_job.figure(example.name, inspection, config, workspace)
+
+
 PICTURES: dict[str, Callable[[], Figure]] = {
     "calibration-residuals.svg": calibration_figures.residuals,
+    "job-profiles.svg": job,
     "mechanism-triangle.svg": mechanism_figures.triangle,
     "mechanism-forces.svg": mechanism_figures.forces,
     "mechanism-between-the-ends.svg": mechanism_figures.between_the_ends,
@@ -83,7 +94,7 @@ PICTURES: dict[str, Callable[[], Figure]] = {
 }
 """Every picture by its name in docs/images."""
 
-LOOSE = {"calibration-residuals.svg", "mechanism-time-optimal.svg"}
+LOOSE = {"calibration-residuals.svg", "job-profiles.svg", "mechanism-time-optimal.svg"}
 """Pictures of plans and fits, which the next improvement changes: a check only sees that they can be drawn."""
 
 if __name__ == "__main__":

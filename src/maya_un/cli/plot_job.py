@@ -68,12 +68,16 @@ def draw(job: Job, config: Config, path: Path, settings: Settings) -> JobInspect
     from maya_un.plots import style
 
     style.kind_of(path)
-    inspection, workspace = run_virtual(_inspected(job, config, taught_places(settings)), _HORIZON)
+    inspection, workspace = run_virtual(inspected(job, config, taught_places(settings)), _HORIZON)
     style.save(figure(job.name, inspection, config, workspace), path)
     return inspection
 
 
-async def _inspected(job: Job, config: Config, places: Path) -> tuple[JobInspection, Workspace]:
+async def inspected(job: Job, config: Config, places: Path | None = None) -> tuple[JobInspection, Workspace]:
+    """Return a job in detail, from the homed pose of a twin on, with the workspace it is checked in.
+
+    `places` is the file of taught places.
+    """
     async with stack(config, SIM, live=False, places=places) as robot:
         inspection = await robot.service.inspect(job, from_homed=True, samples=SAMPLES)
         return inspection, robot.controller.workspace

@@ -67,7 +67,6 @@ _RULES: dict[RcKeyType, Any] = {
     "legend.fontsize": 8,
     "legend.frameon": False,
     "lines.linewidth": 1.4,
-    "path.simplify": False,
     "pdf.fonttype": 42,
     "savefig.dpi": DENSITY,
     "svg.fonttype": "none",
