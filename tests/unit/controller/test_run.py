@@ -8,13 +8,13 @@ import pytest
 
 from maya_un.config import Config, Units
 from maya_un.controller.run import Pace, Run
-from maya_un.motion.move import CoordinatedMove, Segment
+from maya_un.motion.move import CoordinatedMove, Segment, Segments
 from maya_un.values import StopReport
 
 # Up to 10 000 counts/s in 10 000/10 240 s, as long down, 100 000 counts in all.
 MOVE = CoordinatedMove.along(
     (0, 1_500_000, 1_300_000),
-    [Segment((0, 100_000, 0), 10_000, 0)],
+    Segments.of([Segment((0, 100_000, 0), 10_000, 0)]),
     ("A", "B", "C"),
     10_240,
     10_240,
