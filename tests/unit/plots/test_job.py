@@ -22,11 +22,21 @@ TIME = np.linspace(0.0, 10.0, 41)
 START, END = (WORKSPACE.ik(Point(0.4, 1.1, z)) for z in (0.4, 0.8))
 JOINTS = np.array(START) + np.outer(TIME / 10.0, np.subtract(END, START))
 VELOCITY = np.tile(np.subtract(END, START) / 10.0, (41, 1))
-PHASES = (Phase("up", 0.0, 6.0), Phase("a name that is too long", 6.0, 6.5), Phase("on", 6.5, 10.0))
+PHASES = (
+    Phase("up", 0.0, 6.0),
+    Phase("a name that is too long", 6.0, 6.5, "7"),
+    Phase("nor has this", 6.5, 6.6),
+    Phase("on", 6.6, 10.0),
+)
 
 
 def figure(workspace: Workspace = WORKSPACE, joints: np.ndarray = JOINTS) -> Figure:
     return job_figure(TIME, joints, VELOCITY, PHASES, CONFIG, workspace, "a job")
+
+
+@pytest.fixture(scope="module")
+def drawn() -> Figure:
+    return figure()
 
 
 def panel(of: Figure, label: str) -> Axes:
@@ -42,8 +52,7 @@ def limits(axes: Axes) -> list[float]:
     return sorted(float(curve(axes, i)[0]) for i, line in enumerate(axes.lines) if line.get_linestyle() == "--")
 
 
-def test_positions_and_their_strokes_are_in_degrees_and_metres() -> None:
-    drawn = figure()
+def test_positions_and_their_strokes_are_in_degrees_and_metres(drawn: Figure) -> None:
     assert curve(panel(drawn, "a [°]")) == pytest.approx(np.degrees(JOINTS[:, 0]))
     assert curve(panel(drawn, "b [m]")) == pytest.approx(JOINTS[:, 1])
     assert limits(panel(drawn, "a [°]")) == pytest.approx([0.0, 120.0])
@@ -51,16 +60,14 @@ def test_positions_and_their_strokes_are_in_degrees_and_metres() -> None:
     assert limits(panel(drawn, "c [m]")) == [0.565, 2.3]
 
 
-def test_velocities_stand_against_the_slew_of_each_axis() -> None:
-    drawn = figure()
+def test_velocities_stand_against_the_slew_of_each_axis(drawn: Figure) -> None:
     assert curve(panel(drawn, "b [mm/s]")) == pytest.approx(VELOCITY[:, 1] * 1e3)
     # 1000 counts/s at 371.06 counts/° are 2.695 °/s; 45 000 at 1 000 000 counts/m are 45 mm/s.
     assert limits(panel(drawn, "a [°/s]")) == pytest.approx([-2.695, 2.695], abs=5e-4)
     assert limits(panel(drawn, "c [mm/s]")) == pytest.approx([-45.0, 45.0])
 
 
-def test_height_and_tension_are_the_mechanisms() -> None:
-    drawn = figure()
+def test_height_and_tension_are_the_mechanisms(drawn: Figure) -> None:
     heights = curve(panel(drawn, "z [m]"))
     assert heights[[0, -1]] == pytest.approx([0.4, 0.8])
     pulls = panel(drawn, "tension [× load]")
@@ -93,13 +100,11 @@ def test_every_zone_has_its_own_curve() -> None:
     assert drawn[17] == pytest.approx(box.clearance(WORKSPACE.mechanism, Joints(*JOINTS[17])), abs=1e-6)
 
 
-def test_phases_are_named_where_there_is_room() -> None:
-    said = [text.get_text() for text in panel(figure(), "a [°]").texts]
-    assert said == ["up", "on"]
+def test_phases_are_named_where_there_is_room_and_else_by_their_short_name(drawn: Figure) -> None:
+    assert [text.get_text() for text in panel(drawn, "a [°]").texts] == ["up", "7", "on"]
 
 
-def test_the_way_is_drawn_from_above_and_from_the_side() -> None:
-    drawn = figure()
+def test_the_way_is_drawn_from_above_and_from_the_side(drawn: Figure) -> None:
     above, side = drawn.axes[-2:]
     lines = [line for axes in (above, side) for line in axes.lines if line.get_label() == "start"]
     starts = [np.asarray(line.get_xydata()) for line in lines]
