@@ -14,6 +14,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from maya_un.errors import InvalidValue
 from maya_un.kinematics.calibration import identify, model
 from maya_un.kinematics.calibration.observations import Observations
 from maya_un.kinematics.calibration.parameters import FITTED, Parameters
@@ -36,15 +37,16 @@ def calibrate(observations: Observations, now: Parameters, hold: Collection[str]
     """Fit the constants to measured points, starting from `now`.
 
     `hold` names what stays as it is. Gripper points show only H − Φ: where neither is held, Φ is. Raises
-    `NotIdentifiable` where the points cannot tell the others apart.
+    `NotIdentifiable` where the points cannot tell the others apart, `InvalidValue` where all are held.
     """
     held = frozenset(hold) if {"height", "gripper_height"} & set(hold) else frozenset(hold) | {"gripper_height"}
     free = tuple(name for name in FITTED if name not in held)
+    if not free:
+        raise InvalidValue(key="hold", value=", ".join(FITTED), reason="nothing is left to fit")
     identify.require_enough(observations, free)
     problem = _Problem(observations, now, free)
-    start, scale = problem.robust(problem.turned())
-    problem.require_told(start, scale)
-    solution, inliers = problem.trimmed(start)
+    solution, inliers = problem.trimmed(problem.robust(problem.turned()))
+    problem.require_told(solution, inliers)
     return problem.conclude(solution, inliers)
 
 
@@ -91,8 +93,8 @@ class _Problem:
         found = float(np.median(np.abs(residuals))) / (_MEDIAN * np.sqrt(left))
         return max(found, self._finest if self._seen.sigma is None else 1.0)
 
-    def robust(self, step: Floats) -> tuple[Floats, float]:
-        """Return the robust solution and the scale of its residuals."""
+    def robust(self, step: Floats) -> Floats:
+        """Return the robust solution."""
         every = np.ones(len(self._seen), dtype=bool)
         scale = self.scale(self.residuals(step))
         for _ in range(_ROUNDS):
@@ -100,7 +102,7 @@ class _Problem:
             before, scale = scale, self.scale(self.residuals(step))
             if abs(scale - before) <= 0.02 * before:
                 break
-        return step, scale
+        return step
 
     def trimmed(self, step: Floats) -> tuple[Floats, NDArray[np.bool_]]:
         """Return the least-squares solution without outliers, and which rows are none."""
@@ -112,15 +114,17 @@ class _Problem:
                 break
         return step, inliers
 
-    def require_told(self, step: Floats, scale: float) -> None:
+    def require_told(self, step: Floats, inliers: NDArray[np.bool_]) -> None:
         """Raise `NotIdentifiable` where the rows that are no outliers leave a direction unknown."""
-        inliers = self._inliers(step)
         identify.require_enough(self._seen.chosen(inliers), self._free)
+        missed = self.residuals(step)[inliers]
+        scale = self.scale(missed)
         weighted = self.jacobian(step)[inliers].reshape(-1, len(self._free)) / scale
         names = identify.unknown(weighted, self._free)
         if names:
             joints = model.joints(self.at(step), self._seen.counts[inliers])
-            raise identify.refusal(names, joints, self._seen.points[inliers])
+            scatter = float(np.median(np.abs(missed / self._seen.weights[inliers, None]))) / _MEDIAN
+            raise identify.refusal(names, joints, self._seen.points[inliers], scatter)
 
     def conclude(self, step: Floats, inliers: NDArray[np.bool_]) -> Calibration:
         """Return the result of a solution."""

@@ -20,6 +20,15 @@ from maya_un.kinematics.mechanism import Floats
 UNKNOWN = 10.0
 """A direction known to no better than so many plausible errors (100 mm, 10 %, 10°) is not known at all."""
 
+FAR = 0.03
+"""Points that are farther off than this after a fit [m] are not explained by it."""
+
+SUSPECTS = (
+    "look whether the measuring frame is Maya's (z up, angle a clockwise from y to x) and whether the counts belong to "
+    "these points"
+)
+"""What is wrong, most likely, with points that no constants explain."""
+
 _SINGULAR = 1e-9
 """Singular values below this share of the largest are zero but for rounding."""
 
@@ -61,11 +70,15 @@ def require_enough(observations: Observations, free: Sequence[str]) -> None:
         raise NotIdentifiable(what=listed(free), reason=reason, remedy=f"measure at least {needed}, better 20")
 
 
-def refusal(names: Sequence[str], joints: Floats, points: Floats) -> NotIdentifiable:
+def refusal(names: Sequence[str], joints: Floats, points: Floats, scatter: float) -> NotIdentifiable:
     """Return the refusal of points that cannot tell `names` apart.
 
-    `joints` (rad, m, m) and `points` [m], each of shape (n, 3), say what is lacking.
+    `joints` (rad, m, m) and `points` [m], each of shape (n, 3), say what is lacking; where the points lie farther
+    than `FAR` from the fit, by `scatter` [m], that is the reason.
     """
+    if scatter > FAR:
+        reason = f"they lie {scatter * 1e3:.0f} mm from where any constants would have them"
+        return NotIdentifiable(what=listed(names), reason=reason, remedy=SUSPECTS)
     if len(names) == 1:
         reason = "the points do not show it"
     else:

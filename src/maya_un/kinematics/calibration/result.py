@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from maya_un.kinematics.calibration.identify import FAR, SUSPECTS
 from maya_un.kinematics.calibration.observations import Observations
 from maya_un.kinematics.calibration.parameters import FITTED, Parameters, listed
 from maya_un.kinematics.mechanism import Floats
@@ -91,14 +92,15 @@ class Calibration:
     @property
     def words(self) -> tuple[str, ...]:
         """What a person should know before using the result, a sentence each."""
-        return (
-            tuple(
-                sentence
-                for sentence in (self._about_height(), self._about_pairs(), self._about_noise(), self._about_outliers())
-                if sentence
-            )
-            + self._about_lines()
+        every = (
+            self._about_height(),
+            self._about_pairs(),
+            self._about_noise(),
+            self._about_outliers(),
+            self._about_rest(),
+            self._about_lines(),
         )
+        return tuple(sentence for sentence in every if sentence)
 
     def _about_height(self) -> str:
         if "gripper_height" in self.free or "height" in self.free:
@@ -132,13 +134,21 @@ class Calibration:
             "look at how they were measured."
         )
 
-    def _about_lines(self) -> tuple[str, ...]:
+    def _about_rest(self) -> str:
+        if self.rms_after < FAR:
+            return ""
+        return (
+            f"After the fit the points are still off by {self.rms_after * 1e3:.0f} mm (rms): do not apply this, but "
+            f"{SUSPECTS}."
+        )
+
+    def _about_lines(self) -> str:
         found = self.line_difference
         if found is None or not found.is_significant:
-            return ()
+            return ""
         return (
             f"Lines b and c seem to differ in counts per metre by {found.value * 100.0:.3f} % "
-            f"(± {found.error * 200.0:.3f} %); the configuration has one number for both, their mean.",
+            f"(± {found.error * 200.0:.3f} %); the configuration has one number for both, their mean."
         )
 
 

@@ -1,9 +1,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from maya_un.cli.calibrate import points
 from maya_un.cli.calibrate.points import HEAD, Notebook, datum_of, read
@@ -103,6 +106,28 @@ def test_the_same_text_has_the_same_fingerprint_and_another_one_has_not(tmp_path
 def test_what_is_wrong_is_named_by_row_and_column(tmp_path: Path, text: str, said: str) -> None:
     assert said in refusal(tmp_path, text)
     assert "points.csv" in refusal(tmp_path, text)
+
+
+@given(st.text(alphabet="abcxyz,.-+e0123456789\"'#; \n\t_", max_size=200), st.booleans())
+def test_whatever_stands_in_a_file_it_is_read_or_refused(text: str, headed: bool) -> None:
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "points.csv"
+        path.write_text(f"a,b,c,x,y,z\n{text}" if headed else text)
+        try:
+            measured = read(path, CONFIG)
+        except (InvalidValue, FileUnreadable):
+            return
+    assert np.all(np.isfinite(measured.observations.points))
+    assert np.all(measured.observations.counts[:, 1:] > 0.0)
+
+
+@given(st.binary(max_size=300))
+def test_bytes_are_read_or_refused(content: bytes) -> None:
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "points.csv"
+        path.write_bytes(content)
+        with pytest.raises((InvalidValue, FileUnreadable)):
+            read(path, CONFIG)
 
 
 @pytest.mark.parametrize(

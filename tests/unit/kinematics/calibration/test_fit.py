@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from maya_un.errors import InvalidValue, NotIdentifiable
 from maya_un.kinematics.calibration import FITTED, Observations, calibrate, model
 from maya_un.kinematics.calibration.parameters import TYPICAL
 from tests.campaign import Campaign
@@ -150,6 +151,42 @@ def test_with_h_and_phi_both_held_there_is_nothing_to_say_about_them() -> None:
     assert calibrate(a_set(), NOW, hold=("height", "gripper_height")).words == ()
 
 
+def test_with_everything_held_there_is_nothing_to_fit() -> None:
+    with pytest.raises(InvalidValue, match="nothing is left"):
+        calibrate(a_set(), NOW, hold=FITTED)
+
+
+@pytest.mark.parametrize("wrong", ["mirrored", "stretched", "noise", "one place", "a grid of nothing", "anywhere"])
+def test_points_of_no_such_machine_give_a_result_or_a_refusal(campaign: Campaign, wrong: str) -> None:
+    """Whatever was measured and whatever is held: nothing but numbers or `NotIdentifiable` comes out."""
+    for case in range(campaign.size(ci=20, long=1_000)):
+        rng = generator(campaign.rng(case))
+        number = int(rng.integers(1, 25))
+        counts = random_counts(rng, number)
+        points = model.points(TRUTH, counts)
+        match wrong:
+            case "mirrored":
+                points *= np.array([1.0, -1.0, 1.0])
+            case "stretched":
+                points *= 1.1
+            case "noise":
+                points = rng.uniform(-2.0, 2.0, points.shape)
+            case "one place":
+                counts, points = np.tile(counts[:1], (number, 1)), np.tile(points[:1], (number, 1))
+            case "a grid of nothing":
+                counts, points = rng.choice([1.0, 1e6, 2e6], counts.shape), rng.choice([-1.0, 0.0, 1.0], counts.shape)
+            case _:
+                counts, points = rng.uniform(0.0, 9.9e6, counts.shape), rng.uniform(-10.0, 10.0, counts.shape)
+        sigma = np.full(number, 10.0 ** rng.uniform(-6.0, -0.1)) if case % 2 else None
+        held = tuple(rng.choice(FITTED, int(rng.integers(0, 8)), replace=False))
+        try:
+            found = calibrate(Observations(counts, points, sigma), NOW, held)
+        except NotIdentifiable:
+            continue
+        assert np.all(np.isfinite(found.fitted))
+        assert np.all(np.linalg.eigvalsh(found.correlations) > -1e-9)
+
+
 def test_lines_that_differ_are_noticed() -> None:
     rng = np.random.default_rng(6)
     differing = TRUTH._replace(line_difference=0.01)
@@ -172,6 +209,19 @@ def test_a_sigma_that_is_too_small_is_called_so() -> None:
     assert found.outliers == ()
     assert found.noise == pytest.approx(3.0, rel=0.2)
     assert any("as far off as their sigma" in sentence for sentence in found.words)
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_a_frame_that_is_mirrored_is_not_taken_for_a_machine(known: bool) -> None:
+    good = a_set(40, known=known)
+    with pytest.raises(NotIdentifiable, match="whether the measuring frame is Maya's"):
+        calibrate(Observations(good.counts, good.points * np.array([1.0, -1.0, 1.0]), good.sigma), NOW)
+
+
+def test_points_that_the_constants_do_not_explain_are_called_so() -> None:
+    rng = np.random.default_rng(13)
+    found = calibrate(measured(TRUTH, random_counts(rng, 200), rng, noise=0.05), NOW)
+    assert any("do not apply this" in sentence for sentence in found.words)
 
 
 def test_many_outliers_are_called_no_accident() -> None:
