@@ -295,7 +295,10 @@ def plot_workspace(
     ] = None,
     output: Picture = None,
 ) -> int:
-    """Draw what the gripper can reach, with strokes, tensions and zones."""
+    """Draw what the gripper can reach.
+
+    With the ends of the strokes, the tensions of the lines, and the zones.
+    """
     from maya_un.cli import plot as command
 
     high = None if height is None else length(height, "--height")
@@ -313,9 +316,9 @@ def plot_job(
     job: Annotated[str, typer.Argument(metavar="JOB", help="a YAML or JSON file")],
     output: Picture = None,
 ) -> int:
-    """Draw what a job will be: axes over time, tensions, the gripper's way.
+    """Draw what a job will be.
 
-    Begins at the homed pose; nothing moves.
+    Axes over time against their limits, tensions, the gripper's way; from the homed pose on, and nothing moves.
     """
     from maya_un.cli import plot_job as command
 

@@ -45,7 +45,7 @@ def test_help_is_an_answer(line: str, capsys: pytest.CaptureFixture[str]) -> Non
     assert "maya" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("line", ["dmc --help", "dmc gclib --help", "config --help"])
+@pytest.mark.parametrize("line", ["dmc --help", "dmc gclib --help", "config --help", "plot --help"])
 def test_a_list_of_commands_tells_each_in_a_whole_sentence(line: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(line.split()) == 0
     _, _, commands = capsys.readouterr().out.partition("Commands:\n")
