@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 import tomllib
 from pathlib import Path
 
@@ -203,6 +204,17 @@ def test_a_broken_file_is_told_and_left_as_it_is(path: Path, text: str, reason: 
     with pytest.raises(FileUnreadable):
         book.teach("shelf", SHELF, DAY, replacing=True)
     assert path.read_text(encoding="utf-8") == text
+
+
+@given(st.binary(max_size=200) | st.text("[]poses.x=\"'{}\n 1,-eiNnfa", max_size=60).map(str.encode))
+def test_whatever_the_file_holds_it_is_a_book_or_told(content: bytes) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "poses.toml"
+        path.write_bytes(content)
+        try:
+            Book(MECHANISM, path).taught()
+        except FileUnreadable as error:
+            assert "\n" not in str(error)
 
 
 def test_a_place_that_cannot_be_read_or_written_is_told(tmp_path: Path) -> None:

@@ -106,6 +106,8 @@ def test_a_cell_out_of_range_is_told_the_range(cell: Cell) -> None:
         ([FIRST, RIGHT, LOW], 0, 3, "1 to 1000 cells, not 0 x 3"),
         ([FIRST, RIGHT, LOW], 40, 40, "1 to 1000 cells"),
         ([FIRST, FIRST, LOW], 2, 2, "the same place"),
+        ([FIRST, RIGHT._replace(x=1e300), LOW], 2, 2, "more than 1000 m away"),
+        ([FIRST, RIGHT, LOW._replace(z=-1001.0)], 2, 2, "more than 1000 m away"),
         ([FIRST, FIRST._replace(x=0.3001)], 1, 3, "the same place"),
         ([FIRST, RIGHT, LAST, LOW], 2, 2, "span no grid; they are the first and the last cell of the first row"),
         ([FIRST, RIGHT, Point(0.9, 1.0, 0.4)], 2, 2, "span no grid"),
