@@ -60,7 +60,10 @@ class Notice:
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """How far the motion under way has come: `elapsed` of `duration` [s], in `phase`."""
+    """How far the motion under way has come: `elapsed` of `duration` [s], in `phase`.
+
+    Both are by the speed wanted now; the time it stands in a pause does not count.
+    """
 
     phase: str
     elapsed: float

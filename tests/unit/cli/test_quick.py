@@ -157,6 +157,16 @@ def test_status_tells_phase_and_progress(
     assert line in capsys.readouterr().out.splitlines()
 
 
+@pytest.mark.parametrize(("override", "told"), [(0.5, True), (1.0, False)])
+def test_status_tells_a_speed_that_is_not_the_full_one(
+    override: float, told: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with http_service(lambda *_: (200, {**STATUS, "state": {**STATE, "override": override}})) as url:
+        published(monkeypatch, url)
+        assert main(["status"]) == 0
+    assert ("speed 50 %" in capsys.readouterr().out.splitlines()) is told
+
+
 def test_status_with_a_place_a_fault_and_a_queue(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

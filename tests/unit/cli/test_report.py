@@ -89,6 +89,8 @@ def test_columns_line_up() -> None:
         ("fault", 2302, {"message": "Stuck."}, "       fault (2302) Stuck."),
         ("gripper_open", 0, {}, "       gripper open"),
         ("moving", 0, {"to": "x"}, None),
+        ("paused", 0, {}, "       paused"),
+        ("speed", 0, {"ratio": 0.5}, "       speed 50%"),
     ],
 )
 def test_events_as_lines(kind: str, code: int, detail: dict[str, Any], text: str | None) -> None:

@@ -1,12 +1,14 @@
 from __future__ import annotations
 
 import asyncio
+from math import inf
 
 import pytest
 
 from maya_un.controller.wish import Desk, Wish
 from maya_un.errors import AbortInput, Busy, LinkLost, NotHomed, Stopped
 from tests.unit.controller.bench import now
+from tests.virtual_time import elapse
 
 
 async def test_one_wish_at_a_time_and_the_other_is_told_which() -> None:
@@ -69,3 +71,23 @@ async def test_a_cancelled_pause_interrupts_nothing() -> None:
     await asyncio.wait({pause})
     assert pause.cancelled()
     wish.check()
+
+
+async def test_news_end_a_wait_without_an_end() -> None:
+    wish = Wish("move")
+    news: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+    waiting = asyncio.create_task(wish.wait(inf, news))
+    await elapse(1e6)
+    assert not waiting.done()
+    news.set_result(None)
+    await waiting
+
+
+async def test_an_interruption_ends_a_wait_for_news() -> None:
+    wish = Wish("move")
+    news: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+    waiting = asyncio.create_task(wish.wait(inf, news))
+    await elapse(1.0)
+    wish.interrupt(Stopped())
+    with pytest.raises(Stopped):
+        await waiting
