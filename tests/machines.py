@@ -16,8 +16,11 @@ from maya_un.config.zones import AnyZone, BoxConfig, CylinderConfig
 from maya_un.controller.monitor import OFF_SWITCH
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints
+from maya_un.virtual.machine import VirtualDmc
+from maya_un.virtual.maya.mechanics import MayaMechanics
 from maya_un.virtual.maya.start import Start
 from maya_un.virtual.maya.truth import Truth
+from maya_un.virtual.wire.server import VirtualController
 from tests.judge.mechanism import Frame
 from tests.judge.paths import Opinion, judged
 from tests.judge.zones import Behind, Block, Column, Solid
@@ -237,20 +240,31 @@ def _zone(rng: Random, machine: Machine, number: int) -> dict[str, object]:
 
 
 @asynccontextmanager
-async def homed(machine: Machine, place: Joints, *, live: bool = False) -> AsyncIterator[Rig]:
+async def homed(machine: Machine, place: Joints) -> AsyncIterator[Rig]:
     """Give a rig of the machine that stands at `place`, homed without moving, whose mechanics keep samples."""
-    async with rig(machine.config, truth=machine.truth, start=Start(*place), live=live, trace=True) as bench:
-        virtual = bench.virtual.machine
-        handle = virtual.connect()
-        assert handle is not None
-        for command in _mark(machine, place):
-            assert b"?" not in virtual.receive(handle, f"{command}\r".encode(), virtual.now)
-        await bench.controller.skip_home()
+    async with rig(machine.config, truth=machine.truth, start=Start(*place), trace=True) as bench:
+        await take_over(bench, machine, place)
         yield bench
 
 
+def twin_of(machine: Machine, place: Joints) -> tuple[VirtualController, MayaMechanics]:
+    """Return the machine's twin, switched on at `place`, and its mechanics, which keep samples."""
+    mechanics = MayaMechanics(machine.truth, Start(*place), trace=True)
+    return VirtualController(VirtualDmc(mechanics)), mechanics
+
+
+async def take_over(bench: Rig, machine: Machine, place: Joints) -> None:
+    """Leave what a homing which ended at `place` leaves, and have the robot take it over."""
+    virtual = bench.virtual.machine
+    handle = virtual.connect()
+    assert handle is not None
+    for command in _mark(machine, place):
+        assert b"?" not in virtual.receive(handle, f"{command}\r".encode(), virtual.now)
+    await bench.controller.skip_home()
+
+
 def _mark(machine: Machine, place: Joints) -> list[str]:
-    """Return the commands that leave what a homing which ended at `place` leaves."""
+    """Return the commands with which a homing that ended at `place` leaves its mark."""
     axes, units = machine.config.axes, Units.of(machine.config)
     a, b, c = units.to_counts(place)
     short = units.to_counts(Joints(axes.a.minimum, axes.b.minimum, axes.c.minimum))

@@ -32,7 +32,7 @@ from maya_un.robot.robot import Robot
 from maya_un.testing import Rig
 from maya_un.values import Joints, Mode, Point
 from tests.campaign import Campaign
-from tests.judge.mechanism import Floats, places, section, to_cylinder
+from tests.judge.mechanism import Floats, joints_at, places, section, to_cylinder
 from tests.judge.paths import Cut, Opinion, Space, Way, deviations, drawn, judged
 from tests.judge.trajectory import Trajectory
 from tests.machines import Machine, anywhere, drawn_machine, edge_place, homed
@@ -317,9 +317,7 @@ def _agree_that_a_target_is_outside(trial: Trial, primitive: Primitive, refusal:
 
 
 def _opinion(trial: Trial, point: Sequence[float]) -> Opinion:
-    x, y, z = point
     frame = trial.machine.frame
-    if z >= frame.top:
+    if point[2] >= frame.top:
         return Opinion.OUTSIDE
-    joints = drawn(frame, Way("cartesian", ((x, y, z), (x, y, z))), 2)
-    return judged(frame, joints, trial.machine.zones).opinion
+    return judged(frame, joints_at(frame, np.array([point])), trial.machine.zones).opinion
