@@ -192,6 +192,7 @@ def test_stops() -> None:
     boom, boom_fast = 1000.0 / 1024.0, 1000.0 / 10240.0
     degree = 371.06
     holds("a line takes # s and # mm, the boom from its # °/s", slow, 5e2 * SPEED * slow, 1000.0 / degree)
+    holds("a line needs # s to come to its full speed", slow)
     holds("at 1024 counts/s² # s and #°.", boom, 500.0 * boom / degree)
     holds(
         "ten times as large by default: # s and # mm, for the boom # s and #°",
@@ -251,7 +252,9 @@ def test_the_examples_of_clearance() -> None:
         "With 120 mm and 90 mm of clearance at the ends and a travel of 150 mm, at least # mm are left",
         (120 + 90 - 150) / 2,
     )
-    holds("With a travel of 250 mm nothing is proved; half way there may be a corner # mm deep", (250 - 120 - 90) / 2)
+    holds(
+        "With a travel of 250 mm nothing is proved; between them there may be a corner # mm deep", (250 - 120 - 90) / 2
+    )
 
 
 def test_raising_the_anchors_and_lengthening_the_gripper_changes_no_point() -> None:
