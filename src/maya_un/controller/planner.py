@@ -15,7 +15,7 @@ from maya_un.controller.seek import SETTLE
 from maya_un.errors import InvalidValue, PathRefused, TrajectoryRefused
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.workspace import Workspace
-from maya_un.motion.clearance import highest, lowest
+from maya_un.motion.clearance import extremes
 from maya_un.motion.curve import Path, Route, Space
 from maya_un.motion.knots import Knots, divided, lay
 from maya_un.motion.limits import Limits
@@ -98,9 +98,7 @@ class Planner:
     def begun_at(self, route: Route, here: Joints) -> Path:
         """Return the route from exactly `here` on; raises `TrajectoryRefused` where it starts somewhere else."""
         path = self._path(route)
-        for axis, start, place, tolerance in zip(
-            AXES, path.start(self._mechanism), here, START_TOLERANCE, strict=True
-        ):
+        for axis, start, place, tolerance in zip(AXES, path.start(self._mechanism), here, START_TOLERANCE, strict=True):
             if not abs(start - place) <= tolerance:
                 raise TrajectoryRefused(reason=f"it starts at {axis} = {start:.4f}, the robot is at {place:.4f}")
         return path.begun_at(self._mechanism, here)
@@ -160,10 +158,11 @@ class Planner:
 
     def _preview(self, workspace: Workspace, path: Path, speed: float) -> Preview:
         planned = self._planned(workspace, path, speed)
+        low, high = extremes(self._mechanism, planned.knots)
         return Preview(
             duration=0.0 if planned.move is None else planned.move.duration + SETTLE,
-            lowest=lowest(self._mechanism, planned.knots).z,
-            highest=highest(self._mechanism, planned.knots).z,
+            lowest=low.z,
+            highest=high.z,
             end=planned.end,
             vias=() if planned.move is None else planned.move.via_times(),
         )

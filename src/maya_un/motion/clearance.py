@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from math import ceil
+from math import ceil, copysign
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from maya_un.values import Joints, Point
 
 _LOOKS = 64
 _ROUNDS = 2
+_NEWTON = 4
 _CLOSER = 4.0
 _FLAT = 1e-7
 """Lines are taken to be bent at least by so much [m], so that tensions stay numbers."""
@@ -83,19 +84,56 @@ def lowest(mechanism: Mechanism, joints: Sequence[Joints] | Floats) -> Point:
 
     Raises `Unreachable` where the lines cannot meet there.
     """
-    return _extreme(mechanism, joints, -1.0)
+    return extremes(mechanism, joints)[0]
 
 
 def highest(mechanism: Mechanism, joints: Sequence[Joints] | Floats) -> Point:
     """Return the point of the chords where the gripper is highest; raises as `lowest` does."""
-    return _extreme(mechanism, joints, 1.0)
+    return extremes(mechanism, joints)[1]
 
 
-def _extreme(mechanism: Mechanism, joints: Sequence[Joints] | Floats, sign: float) -> Point:
+def extremes(mechanism: Mechanism, joints: Sequence[Joints] | Floats) -> tuple[Point, Point]:
+    """Return both, `lowest` and `highest`, from one look."""
     knots = _two_at_least(np.asarray(joints, dtype=np.float64))
-    ((_, (chord, share)),) = _least(lambda places: sign * _section(mechanism, places)[np.newaxis, 1], knots, 4)
+    parts = max(4, ceil(_LOOKS / (len(knots) - 1)))
+    shares = np.arange(parts + 1.0) / parts
+    ways = knots[1:] - knots[:-1]
+    _, squares = _section(mechanism, knots[:-1, np.newaxis] + ways[:, np.newaxis] * shares[:, np.newaxis])
+    low, high = (_extreme(mechanism, knots, sign, sign * squares) for sign in (-1.0, 1.0))
+    return low, high
+
+
+def _extreme(mechanism: Mechanism, knots: Floats, sign: float, seen: Floats) -> Point:
+    """Return the point where `sign` h² is least; `seen` (n, parts + 1) is that along the chords between knots."""
+    parts = seen.shape[1] - 1
+    best = int(seen.argmin())
+    chord, share, value = best // (parts + 1), best % (parts + 1) / parts, seen.flat[best]
+    near = int(_guessed(seen).argmin())
+    start, end = knots[near // (parts - 1)].tolist(), knots[near // (parts - 1) + 1].tolist()
+    refined, at = _bottom(mechanism.width, start, end, sign, (near % (parts - 1) + 1) / parts, 1.0 / parts)
+    if refined < value:
+        chord, share = near // (parts - 1), at
     start, end = knots[chord : chord + 2].tolist()
     return mechanism.fk(between(Joints(*start), Joints(*end), share))
+
+
+def _bottom(
+    W: float, start: list[float], end: list[float], sign: float, guess: float, width: float
+) -> tuple[float, float]:
+    """Return the least of `sign` h² on a chord within `width` of the share guessed, and the share, by Newton's rule."""
+    (_, b, c), (_, end_b, end_c) = start, end
+    db, dc = end_b - b, end_c - c
+    t = guess
+    for _ in range(_NEWTON):
+        b_t, c_t = b + db * t, c + dc * t
+        u = 0.5 * W + (b_t - c_t) * (b_t + c_t) / (2.0 * W)
+        du, ddu = (b_t * db - c_t * dc) / W, (db * db - dc * dc) / W
+        slope, bend = sign * (b_t * db - u * du), sign * (db * db - du * du - u * ddu)
+        step = -slope / bend if bend > 0.0 else -copysign(width, slope)
+        t = min(max(t + step, guess - width, 0.0), guess + width, 1.0)
+    b_t, c_t = b + db * t, c + dc * t
+    u = 0.5 * W + (b_t - c_t) * (b_t + c_t) / (2.0 * W)
+    return sign * (b_t - u) * (b_t + u), t
 
 
 def _two_at_least(joints: Floats) -> Floats:
