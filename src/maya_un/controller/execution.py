@@ -10,7 +10,7 @@ from maya_un.controller.monitor import Monitor
 from maya_un.controller.run import OnVia, Run
 from maya_un.controller.seek import SETTLE
 from maya_un.controller.wish import Wish
-from maya_un.errors import CommandRejected, EndNotReached, Stopped
+from maya_un.errors import CommandRejected, EndNotReached, Stopped, TrajectoryRefused
 from maya_un.galil.driver import Driver
 from maya_un.galil.record import DataRecord
 from maya_un.motion.move import CoordinatedMove, commands
@@ -41,6 +41,8 @@ class Execution:
     async def carry_out(self, wish: Wish, driver: Driver, move: CoordinatedMove, on_via: OnVia | None = None) -> bool:
         """Do a move and return True; False, and nothing moved, where the wanted pace changed as it was sent."""
         monitor = self._monitor
+        if move.start != monitor.standing():  # segments are relative: from elsewhere none of what was proved is true
+            raise TrajectoryRefused(reason=f"it starts at counts {move.start}, the axes are at {monitor.standing()}")
         ratio = monitor.pace.ratio
         await monitor.wake_guard(driver)
         await monitor.load(driver, commands(move, ratio))

@@ -156,11 +156,15 @@ class Monitor:
         self.publish()
         return self.record
 
-    def here(self) -> Joints:
-        """Return where the reference is (rad, m, m): what the next motion starts from."""
+    def standing(self) -> tuple[int, int, int]:
+        """Return where the reference is [counts]."""
         assert self.record is not None
         a, b, c = (self.record.axes[place].reference for place in self.order)
-        return self.units.to_joints((a, b, c))
+        return a, b, c
+
+    def here(self) -> Joints:
+        """Return where the reference is (rad, m, m): what the next motion starts from."""
+        return self.units.to_joints(self.standing())
 
     def moving(self) -> bool:
         """Whether one of Maya's axes moved at the latest look."""

@@ -55,6 +55,12 @@ class Blend(NamedTuple):
         return self._replace(before=factor * self.before, after=factor * self.after)
 
 
+_BACK = -0.99
+"""Cosine of the angle between two legs beyond which a path counts as going back."""
+
+_LEAST = 1e-6
+"""A corner that is cut by less than this [m] is sharp."""
+
 SHARP = Blend(0.0, 0.0)
 """No blend: the corner is passed next to rest."""
 
@@ -109,7 +115,7 @@ class Path:
     @property
     def is_joint(self) -> bool:
         """Whether it is straight in the joints, leg by leg, without blends."""
-        return self.space is Space.JOINT and not any(blend.before and blend.after for blend in self.blends)
+        return self.space is Space.JOINT and not any(min(blend.before, blend.after) > _LEAST for blend in self.blends)
 
     def end(self, mechanism: Mechanism) -> Joints:
         """Return the joints of the last waypoint (rad, m, m)."""
@@ -246,10 +252,16 @@ def _cuts(path: Path) -> list[Blend]:
     cuts = [SHARP] * len(blends)
     for via in range(1, len(blends) - 1):
         blend, fit = blends[via], fits[via]
-        if fit * min(blend.before, blend.after) > 0.0:
+        if fit * min(blend.before, blend.after) > _LEAST and not _turns_back(*path.waypoints[via - 1 : via + 2]):
             before, after = fit * blend.before / lengths[via - 1], fit * blend.after / lengths[via]
             cuts[via] = blend._replace(before=min(before, 1.0), after=min(after, 1.0))
     return cuts
+
+
+def _turns_back(one: Waypoint, two: Waypoint, three: Waypoint) -> bool:
+    """Whether a path goes back the way it came: there is no corner to cut, it has to stop."""
+    to, fro = np.subtract(two, one), np.subtract(three, two)
+    return float(np.dot(to, fro)) < _BACK * float(np.linalg.norm(to) * np.linalg.norm(fro))
 
 
 def _length(space: Space, one: Waypoint, two: Waypoint) -> float:

@@ -119,7 +119,9 @@ def _parameters(path: Path, mechanism: Mechanism, scale: Floats, limits: Limits,
     shares: list[Floats] = []
     for piece, straight in enumerate(pieces.straight):
         own = density[piece * _GRID : (piece + 1) * _GRID]
-        own = np.zeros(1) if straight and path.space is Space.JOINT else own
+        if straight and path.space is Space.JOINT:
+            shares.append(np.array([float(piece)]))
+            continue
         along = np.concatenate(([0.0], np.cumsum(own)))
         parts = max(1, int(np.ceil(along[-1] - 1e-9)))
         wanted = np.arange(parts) * (along[-1] / parts)
