@@ -195,9 +195,9 @@ def move(context: typer.Context, a: Goal, b: MaybeB = None, c: MaybeC = None) ->
 def jog(
     context: typer.Context,
     axis: Annotated[
-        str | None, typer.Argument(metavar="[AXIS", help="a, b, c; x, y, z of the gripper, or r, outward")
+        str | None, typer.Argument(metavar="[AXIS]", help="a, b, c; x, y, z of the gripper, or r, outward")
     ] = None,
-    distance: Annotated[str | None, typer.Argument(metavar="DISTANCE]", help="in rad or m, or like 5deg, 20mm")] = None,
+    distance: Annotated[str | None, typer.Argument(metavar="[DISTANCE]", help="in rad or m, or like 5deg, 20mm")] = None,
 ) -> int:
     """Move along an axis from where it is, as far as the workspace allows.
 
