@@ -197,7 +197,9 @@ def jog(
     axis: Annotated[
         str | None, typer.Argument(metavar="[AXIS]", help="a, b, c; x, y, z of the gripper, or r, outward")
     ] = None,
-    distance: Annotated[str | None, typer.Argument(metavar="[DISTANCE]", help="in rad or m, or like 5deg, 20mm")] = None,
+    distance: Annotated[
+        str | None, typer.Argument(metavar="[DISTANCE]", help="in rad or m, or like 5deg, 20mm")
+    ] = None,
 ) -> int:
     """Move along an axis from where it is, as far as the workspace allows.
 
