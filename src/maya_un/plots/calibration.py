@@ -70,7 +70,7 @@ def _plan(axes: Axes, result: Calibration) -> None:
         scale=1.0,
         width=0.004,
     )
-    axes.quiverkey(arrows, 0.8, -0.14, larger * longest, f"{longest * 1e3:.2g} mm", labelpos="E", coordinates="axes")
+    axes.quiverkey(arrows, 0.6, -0.14, larger * longest, f"{longest * 1e3:.2g} mm", labelpos="E", coordinates="axes")
     if out.any():
         axes.plot(points[out, 0], points[out, 1], "x", ms=8.0, mew=1.6, color=ORANGE)
     room = 1.2 * _SHARE * span
