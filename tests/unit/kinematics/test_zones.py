@@ -157,7 +157,7 @@ def test_a_clearance_is_what_sampling_finds(zone: Zone, joints: Joints) -> None:
     assert sampled - 0.5 * spacing - ACCURACY <= zone.clearance(MAYA, joints) <= sampled + ROUNDING
 
 
-@given(zones(), st.lists(reachable_joints(), min_size=1, max_size=8))
+@given(zones(), st.lists(reachable_joints(), min_size=1, max_size=4))
 def test_many_at_once_are_one_at_a_time(zone: Zone, joints: list[Joints]) -> None:
     at_once = clearances([zone, TOWER], MAYA, np.array(joints))
     assert at_once[:, 0] == pytest.approx([zone.clearance(MAYA, one) for one in joints], abs=1e-9)
