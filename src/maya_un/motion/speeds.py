@@ -146,7 +146,8 @@ def peaks(chords: Chords, budget: Budget, within: Floats, squares: Floats) -> tu
     up, down = np.where(usable, up, 1.0), np.where(usable, down, 1.0)
     top = np.minimum(ceiling, (up * down * room + down * start + up * end) / (up + down))
     higher = np.maximum(start, end)
-    inside = usable & (top > higher * (1.0 + 1e-6))
+    inside = usable & (top >= higher * (1.0 - 1e-9))
+    top = np.maximum(top, higher)
     change = (end - start) / room
     return (
         np.where(inside, top, higher),
