@@ -69,7 +69,10 @@ class Standard:
 
 
 def _waypoints(way: Way) -> Floats:
-    return drawn(MACHINE.frame, Way(way.space, way.waypoints), 2 * (len(way.waypoints) - 1))[::2]
+    sharp = Way(way.space, way.waypoints)
+    legs = sharp.pieces()
+    starts = [sharp.joints(MACHINE.frame, leg, np.zeros(1)) for leg in legs]
+    return np.concatenate([*starts, sharp.joints(MACHINE.frame, legs[-1], np.ones(1))])
 
 
 def _leg(one: Floats, two: Floats) -> float:
