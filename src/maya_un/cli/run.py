@@ -98,6 +98,8 @@ def _concluded(outcome: Outcome, settings: Settings) -> int:
 
 def _dry_run(job: Job, config: Config, address: str, options: Options, settings: Settings) -> Outcome:
     """Go through the job on the twin in virtual time; what it predicts of a real machine starts homed."""
+    if options.plot is not None:
+        _require_format(Path(options.plot))
     if not settings.json:
         output.say(word("dry", settings.language))
     performance = _Performance(job, Display(), settings, home_first=address != SIM or options.skip_home)
@@ -105,6 +107,13 @@ def _dry_run(job: Job, config: Config, address: str, options: Options, settings:
     if options.plot is not None:
         _draw(job, config, Path(options.plot), settings)
     return outcome
+
+
+def _require_format(path: Path) -> None:
+    """Raise `InvalidValue` now rather than after the run, for a picture that could not be written."""
+    from maya_un.plots import style
+
+    style.kind_of(path)
 
 
 def _draw(job: Job, config: Config, path: Path, settings: Settings) -> None:

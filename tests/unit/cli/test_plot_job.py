@@ -85,6 +85,13 @@ def test_a_picture_that_cannot_be_written_is_refused(capsys: pytest.CaptureFixtu
         assert f"error {code}" in capsys.readouterr().err
 
 
+def test_a_dry_run_is_refused_before_it_begins_where_its_picture_is(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", EXAMPLE, "--dry-run", "--plot", "x.jpg"]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "error 4001" in said.err
+
+
 def inspection(bands: list[Band]) -> JobInspection:
     steps = tuple(StepPreview(index, f"steps.{index}", f"step {index}", 2.0, (), None, None, None) for index in (1, 2))
     return JobInspection(JobPreview(4.0, None, None, steps, None), tuple(bands), (), 0.0, 0.0, ())
