@@ -8,6 +8,7 @@ from contextlib import asynccontextmanager
 
 from maya_un.config import Config
 from maya_un.config.load import parse
+from maya_un.controller import marker
 from maya_un.controller.controller import GalilController
 from maya_un.controller.registers import wanted
 from maya_un.events import Kind
@@ -84,7 +85,8 @@ async def _plugged(
 
 async def _take_over(bench: Rig) -> None:
     a, b, c = bench.controller.units.to_counts(HERE)
-    await foreign(bench, f"DP {a},{b},{c}", "mayaendb=2260000", "mayaendc=2300000", "ZAA=7", "mayahome=7")
+    datum = [marker.datum(bench.controller.config, bench.controller.units, axis) for axis in range(3)]
+    await foreign(bench, f"DP {a},{b},{c}", *datum, "mayaendb=2260000", "mayaendc=2300000", "ZAA=7", "mayahome=7")
     await bench.controller.skip_home()
 
 

@@ -191,6 +191,23 @@ def test_ctrl_c_while_it_asks_ends_the_round(door: Door, file: Path, monkeypatch
     assert len(door.told) == 1
 
 
+def test_a_motion_that_ctrl_c_ends_is_cancelled(door: Door, file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: object) -> tuple[dict[str, object], bool]:
+        return {"state": "cancelled", "code": 2202, "message": "", "steps": []}, True
+
+    monkeypatch.setattr("maya_un.cli.calibrate.collect.follow", interrupted)
+    assert collect(monkeypatch, file, "1 1 1\n") == 130
+    assert len(door.told) == 1
+
+
+def test_a_file_that_cannot_be_read_is_not_gone_on_with(
+    door: Door, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    assert collect(monkeypatch, tmp_path, "1 1 1\n") == 2
+    assert "error 4007" in capsys.readouterr().err
+    assert door.told == []
+
+
 def test_as_json_only_the_end_is_said(door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
     collect(monkeypatch, file, "1 1 1\ns\nq\n", "--json")
     assert json.loads(capsys.readouterr().out) == {"path": str(file), "points": 1, "written": 1}

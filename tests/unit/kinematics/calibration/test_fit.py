@@ -7,13 +7,16 @@ import pytest
 from scipy import stats
 
 from maya_un.errors import InvalidValue, NotIdentifiable
+from maya_un.kinematics import Workspace
 from maya_un.kinematics.calibration import FITTED, Observations, calibrate, model
 from maya_un.kinematics.calibration.parameters import TYPICAL
 from tests.campaign import Campaign
 from tests.unit.kinematics.calibration.bench import (
+    CONFIG,
     NOW,
     SIGMA,
     TRUTH,
+    counts_of,
     distance,
     drawn,
     generator,
@@ -222,6 +225,16 @@ def test_points_that_the_constants_do_not_explain_are_called_so() -> None:
     rng = np.random.default_rng(13)
     found = calibrate(measured(TRUTH, random_counts(rng, 200), rng, noise=0.05), NOW)
     assert any("do not apply this" in sentence for sentence in found.words)
+
+
+def test_constants_that_are_known_only_together_are_named() -> None:
+    """On a circle at many heights each length of the lines makes up for another, nearly."""
+    rng = np.random.default_rng(14)
+    angles, heights = rng.uniform(0.1, 1.9, 60), rng.uniform(0.3, 1.5, 60)
+    places = np.stack([0.8 * np.sin(angles), 0.8 * np.cos(angles), heights], axis=1)
+    counts = counts_of(Workspace.of(CONFIG).mechanism.ik_many(places))
+    found = calibrate(measured(TRUTH, counts, rng), NOW)
+    assert any("zero of b and zero of c are known well only together" in sentence for sentence in found.words)
 
 
 def test_many_outliers_are_called_no_accident() -> None:

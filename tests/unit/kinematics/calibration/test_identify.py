@@ -6,6 +6,7 @@ import pytest
 from maya_un.errors import NotIdentifiable
 from maya_un.kinematics import Floats, Workspace
 from maya_un.kinematics.calibration import Observations, calibrate
+from maya_un.kinematics.calibration.identify import refusal as refusal_of
 from maya_un.kinematics.calibration.identify import unknown
 from tests.unit.kinematics.calibration.bench import CONFIG, NOW, TRUTH, counts_of, measured, random_counts
 
@@ -82,6 +83,12 @@ def test_points_that_are_all_noise_tell_nothing() -> None:
     rng = np.random.default_rng(11)
     counts = random_counts(rng, 12)
     assert refusal(Observations(counts, rng.uniform(-1.0, 1.0, (12, 3))))["what"]
+
+
+def test_a_single_constant_is_said_not_to_show() -> None:
+    joints, places = np.zeros((5, 3)), cylinder(ANGLES, 1.2, HEIGHTS)[:5]
+    said = refusal_of(["zero_a"], joints, places, 0.001).details
+    assert (said["what"], said["reason"]) == ("zero of a", "the points do not show it")
 
 
 def test_a_column_of_zeros_is_named_alone() -> None:
