@@ -13,6 +13,7 @@ from itertools import cycle, pairwise
 from math import cos, sin, sqrt
 from random import Random
 
+import numpy as np
 from harness import Case, Figure, Goal, measure, report, timed
 
 from maya_un.config import Config
