@@ -40,6 +40,8 @@ TOLERANCE = 5e-5
 """How far a chord may be off its curve [m]; an angle counts at 1 m."""
 
 _GRID = 24
+_SHARES = np.arange(_GRID) / _GRID
+_WEIGHTS = ((1.0 - _SHARES) ** 2, 2.0 * _SHARES * (1.0 - _SHARES), _SHARES**2)
 _TINY = 1e-12
 
 
@@ -47,8 +49,8 @@ _TINY = 1e-12
 class Knots:
     """The ends of all chords of a path.
 
-    `counts` (n, 3) are where the controller goes; `exact` (n, 3) the same before rounding, in counts. `sharp` (n,) tells
-    where the path has a corner. `vias` are the ways to the path's waypoints between its ends [counts].
+    `counts` (n, 3) are where the controller goes; `exact` (n, 3) the same before rounding, in counts. `sharp` (n,)
+    tells where the path has a corner. `vias` are the ways to the path's waypoints between its ends [counts].
     """
 
     counts: Whole
@@ -70,11 +72,11 @@ def lay(path: Path, mechanism: Mechanism, units: Units, limits: Limits, coarsene
     scale = np.array(units.per_unit)
     if path.space is Space.JOINT and all(pieces.straight):
         parameters = np.arange(len(pieces) + 1.0)
+        exact = pieces.at(parameters) * scale
     else:
-        parameters = _parameters(path, mechanism, scale, limits, coarseness)
-    exact = to_joints(path.space, mechanism, pieces.at(parameters)) * scale
-    whole = parameters == np.rint(parameters)
-    sharp = whole & np.array(pieces.sharp)[np.rint(parameters).astype(np.intp)]
+        parameters, exact = _laid(path, mechanism, scale, limits, coarseness)
+    nearest = np.rint(parameters)
+    sharp = (parameters == nearest) & np.array(pieces.sharp)[nearest.astype(np.intp)]
     counts = np.rint(np.nan_to_num(exact)).astype(np.int64)
     return _distinct(counts, exact, sharp, _vias(parameters, counts, pieces))
 
@@ -109,33 +111,50 @@ def _distinct(counts: Whole, exact: Floats, sharp: NDArray[np.bool_], vias: tupl
     return Knots(counts[kept], exact[kept], corners, vias)
 
 
-def _parameters(path: Path, mechanism: Mechanism, scale: Floats, limits: Limits, coarseness: float) -> Floats:
-    """Return the parameters of the knots: the ends of all pieces, the vias, and as many between as needed."""
+def _laid(path: Path, mechanism: Mechanism, scale: Floats, limits: Limits, coarseness: float) -> tuple[Floats, Floats]:
+    """Return the parameters of the knots (m,) and their places in counts (m, 3).
+
+    They are the ends of all pieces, the vias, and as many between as needed.
+    """
     pieces = path.pieces
-    fine = np.arange(len(pieces) * _GRID + 1) / _GRID
-    exact = to_joints(path.space, mechanism, pieces.at(fine)) * scale
-    density = _density(np.nan_to_num(exact), scale, limits) / coarseness
-    density[~np.isfinite(density)] = 0.0
-    shares: list[Floats] = []
-    for piece, straight in enumerate(pieces.straight):
-        own = density[piece * _GRID : (piece + 1) * _GRID]
-        if straight and path.space is Space.JOINT:
-            shares.append(np.array([float(piece)]))
-            continue
-        along = np.concatenate(([0.0], np.cumsum(own)))
-        parts = max(1, int(np.ceil(along[-1] - 1e-9)))
-        wanted = np.arange(parts) * (along[-1] / parts)
-        shares.append(piece + np.interp(wanted, along, np.linspace(0.0, 1.0, len(along))))
-    chosen = np.concatenate((*shares, [float(len(pieces))]))
-    return _on_whole_counts(chosen, fine, exact[:, 0], pieces, path, mechanism, scale[0])
+    fine = to_joints(path.space, mechanism, _fine(pieces)) * scale
+    density = _density(np.nan_to_num(fine), scale, limits) / coarseness
+    if path.space is Space.JOINT:
+        density[np.repeat(pieces.straight, _GRID)] = 0.0
+    along = np.concatenate(([0.0], np.cumsum(density)))
+    ends = along[::_GRID]
+    asked = np.diff(ends)
+    parts = np.maximum(1, np.ceil(asked - 1e-9)).astype(np.intp)
+    if parts.max() == 1:
+        return np.arange(len(parts) + 1.0), fine[::_GRID]
+    piece = np.repeat(np.arange(len(parts)), parts)
+    firsts = np.cumsum(parts) - parts
+    wanted = ends[piece] + asked[piece] * ((np.arange(len(piece)) - firsts[piece]) / parts[piece])
+    chosen = np.interp(wanted, along, np.arange(len(along)) / _GRID)
+    chosen[firsts] = np.arange(len(parts))
+    chosen = np.append(chosen, float(len(parts)))
+    chosen = _on_whole_counts(chosen, fine[:, 0], path, mechanism, scale[0])
+    return chosen, to_joints(path.space, mechanism, pieces.at(chosen)) * scale
 
 
-def _on_whole_counts(
-    chosen: Floats, fine: Floats, boom: Floats, pieces: Pieces, path: Path, mechanism: Mechanism, per_angle: float
-) -> Floats:
-    """Move the parameters between the ends of the pieces to where the boom is at whole counts, if that is near."""
-    angles = to_joints(path.space, mechanism, pieces.at(chosen))[:, 0] * per_angle
-    slope = np.interp(chosen, 0.5 * (fine[1:] + fine[:-1]), np.diff(boom) * _GRID)
+def _fine(pieces: Pieces) -> Floats:
+    """Return the coordinates of an even grid along all pieces."""
+    grid = sum(
+        weight[:, np.newaxis] * corner[:, np.newaxis]
+        for weight, corner in zip(_WEIGHTS, (pieces.first, pieces.control, pieces.last), strict=True)
+    )
+    return np.concatenate((np.reshape(grid, (-1, 3)), pieces.last[-1:]))
+
+
+def _on_whole_counts(chosen: Floats, boom: Floats, path: Path, mechanism: Mechanism, per_angle: float) -> Floats:
+    """Move the parameters between the ends of the pieces to where the boom is at whole counts, if that is near.
+
+    `boom` is where it is on the fine grid [counts].
+    """
+    if boom.max() - boom.min() < 1.0:
+        return chosen
+    angles = to_joints(path.space, mechanism, path.pieces.at(chosen))[:, 0] * per_angle
+    slope = np.interp(chosen, (np.arange(len(boom) - 1) + 0.5) / _GRID, np.diff(boom) * _GRID)
     gap = np.diff(chosen)
     room = 0.3 * np.minimum(np.concatenate((gap, gap[-1:])), np.concatenate((gap[:1], gap)))
     shift = (np.rint(angles) - angles) / np.where(np.abs(slope) > _TINY, slope, np.inf)
@@ -145,18 +164,21 @@ def _on_whole_counts(
 
 def _density(exact: Floats, scale: Floats, limits: Limits) -> Floats:
     """Return how many chords every interval of a fine grid of (n + 1, 3) counts asks for, (n,)."""
-    steps = np.diff(exact, axis=0)
+    steps = exact[1:] - exact[:-1]
     lengths = np.sqrt(np.einsum("ij,ij->i", steps, steps)) + _TINY
     directions = steps / lengths[:, np.newaxis]
-    turns = np.diff(directions, axis=0)
+    turns = directions[1:] - directions[:-1]
     between = 0.5 * (lengths[1:] + lengths[:-1])
-    jumps = np.array(limits.speed) * np.array(JUMPS)
+    turned = np.abs(turns)
     speeds = fastest(0.5 * (directions[1:] + directions[:-1]), turns / between[:, np.newaxis], limits)
-    jump = np.max(np.abs(turns) / jumps, axis=1) * speeds
-    off = np.max(np.abs(turns) / scale, axis=1) * between / (8.0 * TOLERANCE)
+    jump = (turned / (np.array(limits.speed) * JUMPS)).max(axis=1) * speeds
+    off = (turned / scale).max(axis=1) * between / (8.0 * TOLERANCE)
     at_points = np.maximum(jump, np.sqrt(off))
-    padded = np.concatenate((at_points[:1], at_points, at_points[-1:]))
-    return np.maximum(padded[1:], padded[:-1])
+    density = np.empty(len(lengths))
+    density[0], density[-1] = at_points[0], at_points[-1]
+    np.maximum(at_points[1:], at_points[:-1], out=density[1:-1])
+    density[~np.isfinite(density)] = 0.0
+    return density
 
 
 def fastest(directions: Floats, bends: Floats, limits: Limits) -> Floats:
@@ -166,13 +188,13 @@ def fastest(directions: Floats, bends: Floats, limits: Limits) -> Floats:
     allow have a point in common if every two of them have one, which is |q''ᵢ q'ⱼ − q''ⱼ q'ᵢ| v² ≤ aᵢ|q'ⱼ| + aⱼ|q'ᵢ|.
     """
     share = np.abs(directions)
-    speed = np.min(np.array(limits.speed) / np.maximum(share, _TINY), axis=1)
-    one, two = _PAIRS
-    rates = np.minimum(limits.acceleration, limits.deceleration).astype(np.float64)
-    crossed = np.abs(bends[:, one] * directions[:, two] - bends[:, two] * directions[:, one])
-    room = rates[one] * share[:, two] + rates[two] * share[:, one]
-    square = np.min(room / np.maximum(crossed, _TINY * _TINY), axis=1)
+    speed = (limits.speed / np.maximum(share, _TINY)).min(axis=1)
+    rates = np.minimum(limits.acceleration, limits.deceleration)
+    crossed = np.abs(bends[:, _ONE] * directions[:, _TWO] - bends[:, _TWO] * directions[:, _ONE])
+    room = rates[_ONE] * share[:, _TWO] + rates[_TWO] * share[:, _ONE]
+    square = (room / np.maximum(crossed, _TINY * _TINY)).min(axis=1)
     return np.minimum(speed, np.sqrt(square))
 
 
-_PAIRS = (np.array([0, 0, 1]), np.array([1, 2, 2]))
+_ONE, _TWO = np.array([0, 0, 1]), np.array([1, 2, 2])
+"""All pairs of axes."""
