@@ -63,7 +63,7 @@ REFUSED: list[tuple[Act, type[MayaError]]] = [
     (wish("follow", [HERE]), TrajectoryRefused),
     (wish("follow", [FAR, HERE]), TrajectoryRefused),
     (wish("follow", [HERE._replace(b=1.5002), FAR]), TrajectoryRefused),
-    (wish("follow", [Joints(nan, nan, nan), FAR]), TrajectoryRefused),
+    (wish("follow", [Joints(nan, nan, nan), FAR]), InvalidValue),
     (wish("follow", [HERE, FAR, Joints(0.3, nan, 1.3)]), InvalidValue),
     (wish("follow", [HERE, FAR, ABOVE]), Unreachable),
     (wish("follow", [HERE] * 512), TrajectoryRefused),

@@ -202,6 +202,9 @@ async def test_a_machine_wired_to_other_letters_homes_and_moves_all_the_same() -
         await bench.controller.move(target)
         assert bench.mechanics.true_joints() == pytest.approx(target, abs=2e-4)
         assert bench.controller.state.joints == pytest.approx(target, abs=2e-4)
-        moved = [command for command in commands_in(bytes(bench.sent)) if command.startswith("LI ")][-1]
-        c, a, b = moved[3:].split("<")[0].split(",")
-        assert (int(c), int(a) > 0, int(b) < 0) == (0, True, True)
+        commands = commands_in(bytes(bench.sent))
+        last = [command for command in commands if command.startswith(("LM ", "LI "))]
+        begun = max(place for place, command in enumerate(last) if command.startswith("LM "))
+        ways = [[int(way) for way in command[3:].split("<")[0].split(",")] for command in last[begun + 1 :]]
+        c, a, b = (sum(column) for column in zip(*ways, strict=True))
+        assert (c, a > 0, b < 0) == (0, True, True)

@@ -27,7 +27,7 @@ from tests.virtual_time import elapse
 BEAT = ("mayabeat=TIME", "MG_XQ7,mayaout")
 """What the host says to the guard all the time; it moves nothing."""
 
-QUESTIONS = ("\x12\x16", "QR", "MG ")
+QUESTIONS = ("\x12\x16", "QR", "MG ", "TC1")
 
 
 async def test_a_watcher_gets_the_state_now_and_then_every_newer_one() -> None:
