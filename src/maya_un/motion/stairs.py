@@ -22,6 +22,9 @@ from maya_un.motion.speeds import Chords
 LONGEST = 8_388_607
 """Largest distance of one axis in one segment [counts]."""
 
+_STUB = 0.02
+"""A level stretch shorter than this share of its chord gets no segment: so short a piece would be all rounding."""
+
 SLOWEST = 2.0
 """Speeds are whole and even [counts/s]."""
 
@@ -70,34 +73,38 @@ def segments(chords: Chords, ramps: Ramps, slew: Floats, va: float, step: float)
 
 
 def _pieces(chords: Chords, ramps: Ramps, slew: Floats, va: float, step: float) -> _Pieces:
-    own = np.min(slew / np.maximum(np.abs(chords.directions), 1e-9), axis=1) * step
+    own = (slew / np.maximum(np.abs(chords.directions), 1e-9)).min(axis=1) * step
     rise, fall = ramps.top - ramps.start, ramps.top - ramps.end
     haste = np.maximum(0.0, 1.0 - ramps.up / va)  # how much faster than wanted the controller's own ramp is
     rising = np.ceil(rise * haste / own - 1e-6).astype(np.intp)
     falling = np.ceil(fall / own - 1e-6).astype(np.intp)
-    long_rise = (ramps.top**2 - ramps.start**2) / (2.0 * ramps.up)
-    long_fall = (ramps.top**2 - ramps.end**2) / (2.0 * ramps.down)
+    start, top, end = ramps.start * ramps.start, ramps.top * ramps.top, ramps.end * ramps.end
+    long_rise, long_fall = (top - start) / (2.0 * ramps.up), (top - end) / (2.0 * ramps.down)
     even = chords.lengths - long_fall - np.where(rising > 0, long_rise, 0.0)
-    level = (even > 1e-6 * chords.lengths).astype(np.intp)
+    level = (even > _STUB * chords.lengths) | (rising + falling == 0)
+    # A single stair beside a level stretch needs no segment of its own: the level one begins or ends with that step.
+    rising[level & (rising == 1) & (2.0 * long_rise < chords.lengths)] = 0
+    blunt = level & (falling == 1)
+    falling[blunt] = 0
     number = rising + level + falling
     chord = np.repeat(np.arange(len(number)), number)
-    place = np.arange(len(chord)) - np.repeat(np.cumsum(number) - number, number)
-    up, flat = rising[chord], level[chord]
+    place = np.arange(1, len(chord) + 1) - (np.cumsum(number) - number)[chord]
+    up, flat = rising[chord], (rising + level)[chord]
     # The speed at the start and at the end of each piece: equal steps up, the top, equal steps down.
-    up_step = np.where(up > 0, rise[chord] / np.maximum(up, 1), 0.0)
-    down_step = fall[chord] / np.maximum(falling[chord], 1)
-    climbed = np.minimum(place + 1, up)
-    dropped = np.maximum(place + 1 - up - flat, 0)
-    is_up, is_down = place < up, dropped > 0
-    after = np.where(is_up, ramps.start[chord] + climbed * up_step, ramps.top[chord] - dropped * down_step)
-    target = np.where(
-        is_up, after - 0.5 * haste[chord] * up_step, np.where(is_down, after + 0.5 * down_step, ramps.top[chord])
+    up_step = (rise / np.maximum(rising, 1))[chord]
+    down_step = (fall / np.maximum(falling, 1))[chord]
+    tops = (ramps.top - np.where(blunt, 0.5 * fall * long_fall / chords.lengths, 0.0))[chord]
+    is_up, is_down = place <= up, place > flat
+    after = np.where(
+        is_up, ramps.start[chord] + place * up_step, ramps.top[chord] - np.maximum(place - flat, 0) * down_step
     )
-    by_rise = (after**2 - ramps.start[chord] ** 2) / (2.0 * ramps.up[chord])
-    by_fall = chords.lengths[chord] - (after**2 - ramps.end[chord] ** 2) / (2.0 * ramps.down[chord])
+    target = np.where(is_up, after - 0.5 * haste[chord] * up_step, np.where(is_down, after + 0.5 * down_step, tops))
+    square = after * after
+    by_rise = (square - start[chord]) / (2.0 * ramps.up)[chord]
+    by_fall = chords.lengths[chord] - (square - end[chord]) / (2.0 * ramps.down)[chord]
     share = np.where(is_up, by_rise, by_fall) / chords.lengths[chord]
-    last = np.concatenate((chord[1:] != chord[:-1], [True]))
-    share[last] = 1.0
+    last = np.cumsum(number) - 1
+    share[last], after[last] = 1.0, ramps.end
     return _Pieces(chord, share, target, after)
 
 
