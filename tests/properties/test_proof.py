@@ -6,6 +6,7 @@ from itertools import pairwise
 from math import inf
 
 import numpy as np
+import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
@@ -164,11 +165,15 @@ def test_margins_are_those_of_dense_samples(path: Floats) -> None:
 def test_clearances_are_those_of_dense_samples(path: Floats, zone: Zone) -> None:
     *_, approach = closest(WORKSPACE.with_zones([zone]), path)
     dense = zone.clearances(WORKSPACE.mechanism, sampled(path, 400)).min()
-    assert -1e-5 <= dense - approach.margin <= 1e-4, approach
+    if dense > -zone.margin:
+        assert -1e-5 <= dense - approach.margin <= 1e-4, approach
+    else:
+        # Inside of a zone the depth has edges, at which no parabola fits.
+        assert dense == pytest.approx(approach.margin, abs=0.01)
 
 
 @given(polylines(WORKSPACE))
 def test_no_sample_is_lower_or_higher_than_the_extremes(path: Floats) -> None:
     z = WORKSPACE.mechanism.fk_many(sampled(path, 500))[:, 2]
-    assert z.min() + 1e-9 >= lowest(WORKSPACE.mechanism, path).z >= z.min() - 1e-4
-    assert z.max() - 1e-9 <= highest(WORKSPACE.mechanism, path).z <= z.max() + 1e-4
+    assert z.min() + 1e-7 >= lowest(WORKSPACE.mechanism, path).z >= z.min() - 1e-4
+    assert z.max() - 1e-7 <= highest(WORKSPACE.mechanism, path).z <= z.max() + 1e-4

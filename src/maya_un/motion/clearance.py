@@ -21,9 +21,10 @@ from maya_un.motion.proof import between
 from maya_un.values import Joints, Point
 
 _LOOKS = 64
-_ROUNDS = 2
 _NEWTON = 4
 _CLOSER = 4.0
+_SMOOTH, _BENT = 2, 4
+"""Rounds of parabolas: for what bends smoothly, and for a distance, which bends otherwise from edge to face."""
 _FLAT = 1e-7
 """Lines are taken to be bent at least by so much [m], so that tensions stay numbers."""
 
@@ -66,15 +67,17 @@ LIMITS = {
 def closest(workspace: Workspace, joints: Floats) -> tuple[Approach, ...]:
     """Return how near the chords between knots come to every limit, in the order of `LIMITS`, and to every zone.
 
-    `joints` has shape (n, 3) [rad, m, m]. Margins are exact to 1e-6. Where the lines cannot meet they carry more than
-    a million loads.
+    `joints` has shape (n, 3) [rad, m, m]. Margins are exact to 1e-6, those of zones to 1e-5, but how deep a way leads
+    into a zone itself only to a centimetre. Where the lines cannot meet they carry more than a million loads.
     """
     joints = _two_at_least(joints)
-    curved = _least(lambda places: _margins(workspace, places), joints, 4)
+    curved = _least(lambda places: _margins(workspace, places), joints, 4, _SMOOTH)
     limits = zip(LIMITS.items(), (*_linear(workspace, joints), *curved), strict=True)
     approaches = [Approach(name, margin, unit, place) for (name, unit), (margin, place) in limits]
     for zone in workspace.zones:
-        ((margin, place),) = _least(lambda places, zone=zone: _clear(workspace.mechanism, zone, places), joints, 2)
+        ((margin, place),) = _least(
+            lambda places, zone=zone: _clear(workspace.mechanism, zone, places), joints, 2, _BENT
+        )
         approaches.append(Approach(zone.name, margin, "m", place, zone=True))
     return tuple(approaches)
 
@@ -177,7 +180,7 @@ def _linear_margins(workspace: Workspace, joints: Floats) -> Iterator[Floats]:
     yield joints[:, 1] + joints[:, 2] - workspace.mechanism.width
 
 
-def _least(values: Kinds, joints: Floats, looks: int) -> list[tuple[float, Place]]:
+def _least(values: Kinds, joints: Floats, looks: int, rounds: int) -> list[tuple[float, Place]]:
     """Return the least value of every kind on the chords between knots (n, 3), and its place.
 
     Every chord is looked at in `looks` parts, in more where there are few chords.
@@ -186,19 +189,19 @@ def _least(values: Kinds, joints: Floats, looks: int) -> list[tuple[float, Place
     shares = np.linspace(0.0, 1.0, parts + 1)
     ways = joints[1:] - joints[:-1]
     found = values(joints[:-1, np.newaxis] + ways[:, np.newaxis] * shares[:, np.newaxis])
-    kinds = np.arange(len(found))
-    guessed = _guessed(found).reshape(len(found), -1)
-    chords, inner = np.divmod(np.argmin(guessed, axis=1), parts - 1)
-    refined, at = _refined(values, joints[chords], ways[chords], shares[inner + 1], 1.0 / parts)
-    seen = found.reshape(len(found), -1)
-    best = np.argmin(seen, axis=1)
-    known = seen[kinds, best]
-    return [
-        (float(refined[kind]), Place(int(chords[kind]), float(at[kind])))
-        if refined[kind] < known[kind]
-        else (float(known[kind]), Place(int(best[kind]) // (parts + 1), float(shares[best[kind] % (parts + 1)])))
-        for kind in kinds.tolist()
-    ]
+    flat = found.reshape(len(found), -1)
+    best = np.argmin(flat, axis=1)
+    least, (chord, sample) = flat[np.arange(len(found)), best], np.divmod(best, parts + 1)
+    place = shares[sample]
+    guessed, inner = np.divmod(np.argmin(_guessed(found).reshape(len(found), -1), axis=1), parts - 1)
+    tries = [(guessed, shares[inner + 1])]
+    if rounds == _BENT:  # where it is bent a guess may be too good
+        tries.append((chord, place))
+    for near, share in tries:
+        refined, at = _refined(values, joints[near], ways[near], share, 1.0 / parts, rounds)
+        less = refined < least
+        least, chord, place = np.where(less, refined, least), np.where(less, near, chord), np.where(less, at, place)
+    return [(float(one), Place(int(on), float(at))) for one, on, at in zip(least, chord, place, strict=True)]
 
 
 def _guessed(found: Floats) -> Floats:
@@ -209,7 +212,9 @@ def _guessed(found: Floats) -> Floats:
     return np.where(np.abs(slope) <= bend, here - dip, np.minimum(np.minimum(before, behind), here))
 
 
-def _refined(values: Kinds, starts: Floats, ways: Floats, at: Floats, width: float) -> tuple[Floats, Floats]:
+def _refined(
+    values: Kinds, starts: Floats, ways: Floats, at: Floats, width: float, rounds: int
+) -> tuple[Floats, Floats]:
     """Return the value (k,) and the share (k,) where each kind is least near share `at` (k,) of its own chord.
 
     A parabola is laid through three places, then through three closer ones about where that is least.
@@ -220,7 +225,7 @@ def _refined(values: Kinds, starts: Floats, ways: Floats, at: Floats, width: flo
     def seen(shares: Floats) -> Floats:
         return values(starts[:, np.newaxis] + ways[:, np.newaxis] * shares[..., np.newaxis])[kinds, kinds]
 
-    for _ in range(_ROUNDS):
+    for _ in range(rounds):
         middle = np.clip(at, width, 1.0 - width)
         before, here, behind = seen(middle[:, np.newaxis] + width * steps).T
         slope, bend = 0.5 * (behind - before), behind - 2.0 * here + before
