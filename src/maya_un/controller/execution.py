@@ -96,7 +96,7 @@ class Execution:
         """Return when to act next: at a via, at the end, in a pause and behind the end again and again."""
         now = self._loop.time()
         if self._monitor.pace.paused:
-            return max(run.rest + SETTLE, now + HELD_LOOK)
+            return min(run.next_via(), max(run.rest + SETTLE, now + HELD_LOOK))
         if now < run.end + SETTLE - _ROUNDING:
             return min(run.next_via(), run.end + SETTLE)
         return now + 0.01

@@ -61,6 +61,23 @@ async def test_vias_are_told_through_pauses_and_changes_of_speed() -> None:
             assert place == pytest.approx(tuple(via), abs=3e-4)
 
 
+async def test_a_via_that_is_passed_while_a_pause_brakes_is_told_there() -> None:
+    async with homed() as bench:
+        told: list[tuple[int, tuple[float, float, float]]] = []
+        via = Joints(0.3, 1.6, 1.3)
+        path = [HERE, via, Joints(0.3, 1.7, 1.3)]
+        motion = asyncio.create_task(bench.controller.follow(path, on_via=listener(bench, told)))
+        while places(bench)[1] < via.b - 0.003:
+            await elapse(0.02)
+        report = await bench.controller.pause()
+        await elapse(report.duration + 1.0)
+        assert places(bench)[1] > via.b + 0.003
+        ((_, place),) = told
+        assert place == pytest.approx(tuple(via), abs=3e-4)
+        await bench.controller.resume()
+        await motion
+
+
 async def test_a_blended_via_is_told_as_it_is_passed() -> None:
     async with homed() as bench:
         told: list[tuple[int, tuple[float, float, float]]] = []
