@@ -36,6 +36,9 @@ JUMPS = (0.05, 0.02, 0.02)
 The boom's counts are coarse: where the lines come to rest and it goes on, it asks for most of the knots.
 """
 
+_LOOSE = 1.5
+"""However coarse, chords leave the curve by no more than the square of this times `TOLERANCE`."""
+
 TOLERANCE = 5e-5
 """How far a chord may be off its curve [m]; an angle counts at 1 m."""
 
@@ -118,7 +121,7 @@ def _laid(path: Path, mechanism: Mechanism, scale: Floats, limits: Limits, coars
     """
     pieces = path.pieces
     fine = to_joints(path.space, mechanism, _fine(pieces)) * scale
-    density = _density(np.nan_to_num(fine), scale, limits) / coarseness
+    density = _density(np.nan_to_num(fine), scale, limits, coarseness)
     if path.space is Space.JOINT:
         density[np.repeat(pieces.straight, _GRID)] = 0.0
     along = np.concatenate(([0.0], np.cumsum(density)))
@@ -162,7 +165,7 @@ def _on_whole_counts(chosen: Floats, boom: Floats, path: Path, mechanism: Mechan
     return np.where(inner, chosen + shift, chosen)
 
 
-def _density(exact: Floats, scale: Floats, limits: Limits) -> Floats:
+def _density(exact: Floats, scale: Floats, limits: Limits, coarseness: float) -> Floats:
     """Return how many chords every interval of a fine grid of (n + 1, 3) counts asks for, (n,)."""
     steps = exact[1:] - exact[:-1]
     lengths = np.sqrt(np.einsum("ij,ij->i", steps, steps)) + _TINY
@@ -173,7 +176,7 @@ def _density(exact: Floats, scale: Floats, limits: Limits) -> Floats:
     speeds = fastest(0.5 * (directions[1:] + directions[:-1]), turns / between[:, np.newaxis], limits)
     jump = (turned / (np.array(limits.speed) * JUMPS)).max(axis=1) * speeds
     off = (turned / scale).max(axis=1) * between / (8.0 * TOLERANCE)
-    at_points = np.maximum(jump, np.sqrt(off))
+    at_points = np.maximum(jump / coarseness, np.sqrt(off) / min(coarseness, _LOOSE))
     density = np.empty(len(lengths))
     density[0], density[-1] = at_points[0], at_points[-1]
     np.maximum(at_points[1:], at_points[:-1], out=density[1:-1])
