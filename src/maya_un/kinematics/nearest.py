@@ -5,7 +5,8 @@ The first follows from its middle, because the distances to the edge of the sect
 more than the place does. The second is the distance of the box itself, which is exact.
 
 The nearer what has been found already, the fewer boxes are left. So all is searched to a centimetre first, from the
-place found there one slides along what is in the way, and then all is searched to a millimetre.
+place found there one slides along what is in the way, and then all is searched to a millimetre, as far as the number
+of boxes allows that may be looked at while others wait.
 """
 
 from __future__ import annotations
@@ -25,18 +26,21 @@ from maya_un.kinematics.zones import Zone, clearances_between, corners_at
 from maya_un.values import Point
 
 EXACTNESS = 1e-3
-"""No place that is clear of all zones is nearer by more than this [m], and by what is kept off for rounding."""
+"""What the search is to be exact to [m], besides what is kept off zones for the rounding to counts."""
 
 _COARSE = 0.01
 
-_SLIDES = 100
+_SLIDES = 30
 """Most steps of sliding; each is the best of many."""
 
 _LEAST_GAIN = 1e-7
 """Sliding ends where a step brings no more than this [m]."""
 
 _AT_ONCE = 1024
-_MOST = 100_000
+
+_MOST = 12_000
+"""Most boxes of one search: some 30 ms, in which nobody else is served."""
+
 _SIDES = np.array(list(product((-1.0, 1.0), repeat=3)))
 
 
@@ -45,10 +49,10 @@ def _moves() -> Floats:
 
     They go aside all around and a little towards the target, steeply or hardly at all, and straight towards it.
     """
-    ring = np.linspace(0.0, tau, 16, endpoint=False)
-    steep = (1.0, 0.3, 0.1, 0.03, 0.01, 0.003)
+    ring = np.linspace(0.0, tau, 12, endpoint=False)
+    steep = (1.0, 0.3, 0.1, 0.03, 0.01)
     directions = [(cos(angle), sin(angle), -down) for angle in ring for down in steep]
-    lengths = [10.0 ** (-0.5 * power) for power in range(4, 13)]
+    lengths = [10.0 ** (-0.5 * power) for power in range(4, 11)]
     steps = [[length * part for part in way] for length in lengths for way in (*directions, (0.0, 0.0, -1.0))]
     return np.array(steps)
 
@@ -99,8 +103,9 @@ class Search:
     def nearest(self, target: Point) -> Point | None:
         """Return the place nearest to `target`, None where the zones leave none.
 
-        It is nearest to `EXACTNESS`, and mostly to a tenth of that. Gaps between zones that are narrower than a
-        millimetre may be overlooked.
+        It is nearest to `EXACTNESS`, mostly to a tenth of that. Where zones leave much that is almost as near, the
+        search ends early, and a place elsewhere that is nearer by a few millimetres may be overlooked; so may gaps
+        that are narrower than a centimetre.
         """
         place, distance = None, inf
         for exactness in (_COARSE, EXACTNESS):
@@ -144,11 +149,12 @@ class Search:
             order = np.argsort(near)
             now, later = boxes.chosen(order[:_AT_ONCE]), boxes.chosen(order[_AT_ONCE:])
             seen += len(now.middles)
-            spare = self._spare(now.middles)
+            radii = self._radii(now)
+            spare = self._spare(now.middles, -radii)
             away = np.where(spare >= 0.0, self._distances(now.shrunk(0.0), target), inf)
             if away.min() < best:
                 best, found = float(away.min()), now.middles[away.argmin()]
-            inner = now.chosen(spare + self._radii(now) >= 0.0).split()
+            inner = now.chosen(spare >= -radii).split()
             boxes = later.joined(inner)
             near = np.concatenate([near[order[_AT_ONCE:]], self._distances(inner, target)])
             worth = near < best - exactness
@@ -175,11 +181,14 @@ class Search:
         level = (d - along) ** 2 + (radius - along) * (radius + along)
         return np.sqrt(np.maximum(level, 0.0) + higher * higher)
 
-    def _spare(self, places: Floats) -> Floats:
-        """Return how far places (n, 3) are from the edge of what can be reached [m], at most; negative outside."""
+    def _spare(self, places: Floats, least: Floats | float = 0.0) -> Floats:
+        """Return how far places (n, 3) are from the edge of what can be reached [m], at most; negative outside.
+
+        Where that is below `least` for the section alone, zones are not looked at.
+        """
         a, u, h = places.T
         spare = self.section.spare(u, h)
-        within = np.flatnonzero(spare >= -self.mechanism.length)
+        within = np.flatnonzero(spare >= least)
         corners = corners_at(self.mechanism, a[within], u[within], h[within])
         clear = clearances_between(self.zones, corners, self.clear).min(axis=1) - self.clear
         spare[within] = np.minimum(spare[within], clear)

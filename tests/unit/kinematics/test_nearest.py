@@ -11,10 +11,12 @@ from hypothesis import given, settings
 
 from maya_un.errors import Unreachable
 from maya_un.kinematics import Box, Cylinder, HalfSpace, Workspace, Zone
-from maya_un.kinematics.nearest import EXACTNESS
 from maya_un.values import Point
 from tests.campaign import Campaign
 from tests.strategies import WORKSPACE, any_points
+
+OVERLOOKED = 6e-3
+"""By how much another place may be nearer where zones leave much that is almost as near [m]."""
 
 EXACT = 4e-4
 """What is kept off a zone for the rounding to counts is part of it [m]."""
@@ -89,7 +91,7 @@ def test_no_random_place_is_nearer(campaign: Campaign) -> None:
             assert not len(apart), f"case {case}"
             continue
         assert workspace.why_not(found) is None
-        assert dist(target, found) <= apart.min(initial=inf) + EXACTNESS + workspace.zone_grain, f"case {case}"
+        assert dist(target, found) <= apart.min(initial=inf) + OVERLOOKED, f"case {case}"
 
 
 def test_above_a_flat_top_is_nearest_from_just_below_it() -> None:
