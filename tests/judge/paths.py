@@ -17,6 +17,9 @@ from tests.judge.zones import Solid, clearances
 
 Space = Literal["joint", "cartesian", "cylindrical"]
 
+BACK = -0.99
+"""Cosine of the angle between two legs beyond which a way goes back."""
+
 _VERTICES = 4
 _FARTHEST = 100
 
@@ -73,7 +76,7 @@ class Way:
 
     Waypoints are in the coordinates of `space`: a, b, c; or x, y, z; or a, d, z [rad, m]. Lengths are in them too, with
     an angle at 1 m in joints, and at the leg's mean radius in cylindrical coordinates. Cuts that together take
-    more than the leg between them are made smaller in the same proportion.
+    more than the leg between them are made smaller in the same proportion. Where the way goes back, nothing is cut.
     """
 
     space: Space
@@ -110,7 +113,13 @@ class Way:
             fit = length / taken if taken > length else 1.0
             fits[leg], fits[leg + 1] = min(fits[leg], fit), min(fits[leg + 1], fit)
         found = [Cut(fit * cut.before, fit * cut.after, *cut[2:]) for cut, fit in zip(cuts, fits, strict=True)]
-        return [cut if min(cut.before, cut.after) > 0.0 else none for cut in found]
+        return [cut if min(cut.before, cut.after) > 0.0 and self._turns(via) else none for via, cut in enumerate(found)]
+
+    def _turns(self, via: int) -> bool:
+        """Whether there is a corner to cut: the way does not go back where it came from."""
+        one, two, three = np.array(self.waypoints[via - 1 : via + 2])
+        to, fro = two - one, three - two
+        return float(to @ fro) >= BACK * float(np.linalg.norm(to) * np.linalg.norm(fro))
 
     def _lengths(self) -> list[float]:
         return [self._length(*ends) for ends in pairwise(self.waypoints)]

@@ -258,7 +258,7 @@ def _judge_closeness(trial: Trial, way: Way, trajectory: Trajectory) -> None:
         off = deviations(trajectory.joints * weights, np.array(way.waypoints) * weights).max()
         assert off <= frame.length / scale[0] + 2.0 / scale[1], off
     else:
-        off = deviations(places(frame, trajectory.joints), places(frame, drawn(frame, way, 1_000))).max()
+        off = deviations(places(frame, trajectory.joints), places(frame, drawn(frame, way, 5_000))).max()
         assert off <= OFF_THE_WAY, f"{off}\n{way}\n{trial.machine.config!r}"
         trial.tally["worst µm"] = max(trial.tally["worst µm"], round(float(off) * 1e6))
 

@@ -77,6 +77,11 @@ def test_the_parameter_goes_smoothly_through_a_blend() -> None:
         assert before == pytest.approx(behind)
 
 
+def test_where_a_way_goes_back_there_is_no_corner_to_cut() -> None:
+    way = Way("joint", ((0.2, 1.0, 1.5), (0.6, 1.0, 1.5), (0.3, 1.0, 1.52)), (Cut(0.1, 0.1),))
+    assert [piece.sharp for piece in way.pieces()] == [True, True]
+
+
 Places = tuple[tuple[float, float, float], ...]
 
 
