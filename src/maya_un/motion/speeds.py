@@ -1,10 +1,10 @@
 """The fastest way along a path: time-optimal speeds at its knots under the limits of every axis.
 
-With x = v² along the path, v and u = dv/dt, an axis i whose direction is dᵢ and whose bend is cᵢ = dᵢ' moves at dᵢ v and
-accelerates by dᵢ u + cᵢ x. Over a chord of length L at constant u, x changes by 2 L u. This is the problem of time-optimal
-path parametrisation (Bobrow 1985); it is solved as by reachability analysis (Pham and Pham, 2018): one pass backwards
-finds for every knot the greatest x from which the rest can be done, one pass forwards takes the greatest u that keeps
-below it. In a chord that could be faster in its middle than at both ends, it is.
+With x = v² along the path, v and u = dv/dt, an axis i whose direction is dᵢ and whose bend is cᵢ = dᵢ' moves at dᵢ v
+and accelerates by dᵢ u + cᵢ x. Over a chord of length L at constant u, x changes by 2 L u. This is the problem of
+time-optimal path parametrisation (Bobrow 1985); it is solved as by reachability analysis (Pham and Pham, 2018): one
+pass backwards finds for every knot the greatest x from which the rest can be done, one pass forwards takes the greatest
+u that keeps below it. In a chord that could be faster in its middle than at both ends, it is.
 
 Speeds are in counts/s, lengths in counts, as the norm over the axes.
 """
@@ -31,7 +31,7 @@ MERCY = 1.5
 
 @dataclass(frozen=True)
 class Chords:
-    """Straight pieces of a path: counts (n, 3), lengths (n,) [counts], directions (n, 3), bends at the knots (n + 1, 3).
+    """Straight pieces of a path: counts (n, 3), lengths (n,) [counts], directions (n, 3), bends at knots (n + 1, 3).
 
     `smooth` (n, 3) are the directions before rounding to counts, `sharp` (n − 1,) the knots that are corners.
     """
@@ -62,14 +62,12 @@ def caps(chords: Chords, limits: Limits, scale: float) -> tuple[Floats, Floats]:
     `scale` slows the slew speeds. The ends of the path are at rest.
     """
     slew = np.array(limits.speed, dtype=np.float64)
-    within = scale * np.min(slew / np.maximum(np.abs(chords.directions), _TINY), axis=1)
+    within = scale * (slew / np.maximum(np.abs(chords.directions), _TINY)).min(axis=1)
     at = np.zeros(len(within) + 1)
     if len(within) > 1:
-        before, after = chords.smooth[:-1], chords.smooth[1:]
-        jump = np.min(slew * JUMPS / np.maximum(np.abs(after - before), _TINY), axis=1)
-        jump = np.where(chords.sharp, STEP * np.min(slew / np.maximum(np.abs(after - before), _TINY), axis=1), MERCY * jump)
-        middle = np.minimum(np.minimum(within[:-1], within[1:]), jump)
-        at[1:-1] = middle
+        turns = np.maximum(np.abs(chords.smooth[1:] - chords.smooth[:-1]), _TINY)
+        allowed = np.where(chords.sharp[:, np.newaxis], STEP * slew, MERCY * slew * JUMPS)
+        at[1:-1] = np.minimum(np.minimum(within[:-1], within[1:]), (allowed / turns).min(axis=1))
     return within, at
 
 
@@ -77,8 +75,8 @@ def caps(chords: Chords, limits: Limits, scale: float) -> tuple[Floats, Floats]:
 class Budget:
     """What the axes leave for speeding up and slowing down along every chord, the controller itself as a fourth axis.
 
-    In the middle of a chord, where x has become x + L u, an axis accelerates by (dᵢ + cᵢL) u + cᵢ x. `up` and `down` (n, 4)
-    are aᵢ/|dᵢ + cᵢL| [counts/s²] and `bend` (n, 4) is cᵢ/(dᵢ + cᵢL): −(down + bend x) ≤ u ≤ up − bend x.
+    In the middle of a chord, where x has become x + L u, an axis accelerates by (dᵢ + cᵢL) u + cᵢ x. `up` and `down`
+    (n, 4) are aᵢ/|dᵢ + cᵢL| [counts/s²] and `bend` (n, 4) is cᵢ/(dᵢ + cᵢL): −(down + bend x) ≤ u ≤ up − bend x.
     """
 
     up: Floats
@@ -91,12 +89,15 @@ class Budget:
         bends = 0.5 * (chords.bends[1:] + chords.bends[:-1])
         effect = chords.directions + bends * chords.lengths[:, np.newaxis]
         share = np.maximum(np.abs(effect), _LEAST)
-        own = np.ones((len(share), 1))
-        return cls(
-            np.hstack((np.array(limits.acceleration) / share, most_up * own)),
-            np.hstack((np.array(limits.deceleration) / share, most_down * own)),
-            np.hstack((bends / np.copysign(share, effect), 0.0 * own)),
-        )
+        up, down, bend = np.empty((3, len(share), 4))
+        up[:, :3], up[:, 3] = limits.acceleration / share, most_up
+        down[:, :3], down[:, 3] = limits.deceleration / share, most_down
+        bend[:, :3], bend[:, 3] = bends / np.copysign(share, effect), 0.0
+        return cls(up, down, bend)
+
+    def less(self, share: Floats) -> Budget:
+        """Return what is left for speeding up and slowing down of a share (n,) of it."""
+        return Budget(self.up * share[:, np.newaxis], self.down * share[:, np.newaxis], self.bend)
 
     def most(self) -> Floats:
         """Return the greatest x at the start of every chord, (n,): where some u is within what all axes allow."""
@@ -113,22 +114,34 @@ def knot_squares(chords: Chords, budget: Budget, at: Floats) -> Floats:
     """
     double = 2.0 * chords.lengths[:, np.newaxis]
     kept = 1.0 - double * budget.bend
-    back = np.where(kept > _TINY, 1.0 / np.maximum(kept, _TINY), np.inf).tolist()
-    falls, rises, kept_rows = (double * budget.down).tolist(), (double * budget.up).tolist(), kept.tolist()
     squares = at * at
     squares[:-1] = np.minimum(squares[:-1], budget.most())
-    x = squares.tolist()
-    after = x[-1]
-    for k in range(len(falls) - 1, -1, -1):
-        (f0, f1, f2, f3), (b0, b1, b2, b3) = falls[k], back[k]
-        after = min(x[k], (after + f0) * b0, (after + f1) * b1, (after + f2) * b2, (after + f3) * b3)
-        x[k] = after
-    before = x[0]
-    for k, ((r0, r1, r2, r3), (k0, k1, k2, k3)) in enumerate(zip(rises, kept_rows, strict=True), 1):
-        before = min(x[k], before * k0 + r0, before * k1 + r1, before * k2 + r2, before * k3 + r3)
-        before = max(before, 0.0)
-        x[k] = before
-    return np.array(x)
+    back = 1.0 / np.maximum(kept, _TINY)
+    squares[-2::-1] = _held(squares[::-1], back[::-1], (double * budget.down * back)[::-1])
+    squares[1:] = _held(squares, kept, double * budget.up)
+    return squares
+
+
+def _held(squares: Floats, slopes: Floats, offsets: Floats) -> Floats:
+    """Return the squares (n,) behind the first of (n + 1,), each no more than any line (n, 4) of the one before it.
+
+    Most are not held back. From one that is, as many behind it are followed as are held back by it.
+    """
+    reached = (slopes * squares[:-1, np.newaxis] + offsets).min(axis=1)
+    held = np.flatnonzero(reached < squares[1:]).tolist()
+    if not held:
+        return squares[1:]
+    found, slope_rows, offset_rows = squares.tolist(), slopes.tolist(), offsets.tolist()
+    seen = -1
+    for first in held:
+        for k in range(max(first, seen + 1), len(offset_rows)):
+            (s0, s1, s2, s3), (o0, o1, o2, o3), before = slope_rows[k], offset_rows[k], found[k]
+            least = min(s0 * before + o0, s1 * before + o1, s2 * before + o2, s3 * before + o3)
+            seen = k
+            if least >= found[k + 1]:
+                break
+            found[k + 1] = max(0.0, least)
+    return np.array(found[1:])
 
 
 def peaks(chords: Chords, budget: Budget, within: Floats, squares: Floats) -> tuple[Floats, Floats, Floats]:
@@ -138,9 +151,9 @@ def peaks(chords: Chords, budget: Budget, within: Floats, squares: Floats) -> tu
     """
     start, end = squares[:-1], squares[1:]
     ceiling = within * within
-    reached = np.minimum(ceiling, start + 2.0 * np.min(budget.up, axis=1) * chords.lengths)[:, np.newaxis]
-    up = np.min(budget.up - np.maximum(0.0, budget.bend) * reached, axis=1)
-    down = np.min(budget.down + np.minimum(0.0, budget.bend) * reached, axis=1)
+    reached = np.minimum(ceiling, start + 2.0 * budget.up.min(axis=1) * chords.lengths)[:, np.newaxis]
+    up = (budget.up - np.maximum(0.0, budget.bend) * reached).min(axis=1)
+    down = (budget.down + np.minimum(0.0, budget.bend) * reached).min(axis=1)
     room = 2.0 * chords.lengths
     usable = (up > _TINY) & (down > _TINY)
     up, down = np.where(usable, up, 1.0), np.where(usable, down, 1.0)
