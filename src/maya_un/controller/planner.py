@@ -117,13 +117,15 @@ class Planner:
         return speed
 
     def _plan(self, workspace: Workspace, path: Path, speed: float) -> Plan:
+        fewest = 0
         for coarseness in _COARSER:
             knots = lay(path, self._mechanism, self._units, self._limits, coarseness)
             joints = self._proved(workspace, path, knots)
             move = self._timed(workspace, knots, joints, speed, coarseness)
-            if len(move.segments) <= MOST_SEGMENTS:
-                return Plan(joints, move if move.segments else None)
-        _too_long(f"it needs {len(move.segments)} segments")
+            fewest = len(move.segments)
+            if fewest <= MOST_SEGMENTS:
+                return Plan(joints, move if fewest else None)
+        _too_long(f"it needs {fewest} segments")
 
     def _timed(
         self, workspace: Workspace, knots: Knots, joints: Floats, speed: float, coarseness: float
@@ -142,6 +144,7 @@ class Planner:
         if slowed:  # only where it is dangerous: shorter chords
             knots = divided(knots, SHORT)
             joints = knots.counts / np.array(self._units.per_unit)
+            prove(workspace, joints)  # once more: the new knots are rounded to counts as well
             move = plan(knots, self._limits, self._units, speed, safely=safely, coarseness=coarseness)
         return move
 
