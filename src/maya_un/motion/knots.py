@@ -195,7 +195,7 @@ def fastest(directions: Floats, bends: Floats, limits: Limits) -> Floats:
     rates = np.minimum(limits.acceleration, limits.deceleration)
     crossed = np.abs(bends[:, _ONE] * directions[:, _TWO] - bends[:, _TWO] * directions[:, _ONE])
     room = rates[_ONE] * share[:, _TWO] + rates[_TWO] * share[:, _ONE]
-    square = (room / np.maximum(crossed, _TINY * _TINY)).min(axis=1)
+    square = (np.maximum(room, _TINY) / np.maximum(crossed, _TINY * _TINY)).min(axis=1)
     return np.minimum(speed, np.sqrt(square))
 
 
