@@ -36,6 +36,7 @@ class HeldJogs:
         self._controller = controller
         self._patience = patience
         self._key: _Key | None = None
+        self._halted = False
         self._until = 0.0
         self._task: asyncio.Task[Jogged] | None = None
         self._moved: _Key | None = None
@@ -53,8 +54,9 @@ class HeldJogs:
         if key == self._key:
             self._renew()
             return self._answer(key)
-        self.halt()
+        self._brake()
         self._key = key
+        self._halted = False
         self._renew()
         await self._begin(key)
         return self._answer(key)
@@ -65,21 +67,25 @@ class HeldJogs:
         if self._watch is not None:
             self._watch.cancel()
             self._watch = None
-        self.halt()
+        self._brake()
         if self._task is not None:
             await asyncio.wait({self._task})
 
     def halt(self) -> None:
         """Begin to stop on the path; a key that is still held begins nothing new until it has been let go."""
+        self._halted = True
+        self._brake()
+
+    def _brake(self) -> None:
         if self._task is not None and not self._task.done() and not self._task.cancelling():
             self._task.cancel()
 
     async def _begin(self, key: _Key) -> None:
-        """Begin once the jog before is at rest, unless the key was let go or another one pressed meanwhile."""
+        """Begin once the jog before is at rest, unless there was a halt, or the key was let go or changed meanwhile."""
         async with self._turn:
             if self._task is not None:
                 await asyncio.wait({self._task})
-            if key != self._key or asyncio.get_running_loop().time() > self._until:
+            if self._halted or key != self._key or asyncio.get_running_loop().time() > self._until:
                 return
             jog = self._controller.jog(key.axis, key.direction * FARTHEST, speed=key.speed, clip=True)
             self._task = asyncio.get_running_loop().create_task(jog, name="held jog")
@@ -114,7 +120,7 @@ class HeldJogs:
             self._watch = loop.call_at(self._until, self._expired)
         else:
             self._key = None
-            self.halt()
+            self._brake()
 
 
 def _retrieved(task: asyncio.Task[Jogged]) -> None:

@@ -136,6 +136,23 @@ async def test_a_key_that_is_let_go_while_the_one_before_brakes_moves_nothing() 
         assert commands_in(bytes(bench.sent)).count("BGS") == 1
 
 
+async def test_a_halt_while_the_jog_before_brakes_keeps_the_key_behind_it_from_moving() -> None:
+    async with held() as (bench, jogs):
+        await keep(jogs, 6.0)
+        turned = asyncio.create_task(jogs.hold("b", -1, 1.0))
+        await elapse(0.1)
+        jogs.halt()
+        await bench.controller.stop()
+        for _ in range(10):
+            await elapse(0.2)
+            await jogs.hold("b", -1, 1.0)
+        assert not (await turned).moving
+        assert still_moving(bench) == 0.0
+        assert commands_in(bytes(bench.sent)).count("BGS") == 1
+        await jogs.release()
+        assert (await keep(jogs, 1.0, -1)).moving
+
+
 async def test_a_key_that_nobody_renews_while_the_one_before_brakes_moves_nothing() -> None:
     async with held() as (bench, jogs):
         await keep(jogs, 6.0)
