@@ -11,6 +11,9 @@ import numpy as np
 from tests.judge.mechanism import Floats, Frame, margins, places
 from tests.judge.zones import Solid, clearances
 
+PARTS = 8
+"""The speeds that make a mean acceleration are means of such a part of its window."""
+
 _SHORTEST = 1e-3
 """Samples closer in time than this [s] tell no speed: their places are rounded."""
 
@@ -90,14 +93,17 @@ class Trajectory:
         return np.abs(speeds).max(axis=0, initial=0.0)
 
     def mean_accelerations(self, window: float) -> Floats:
-        """Return every axis' greatest change of speed within `window` [s], divided by it (3,) [rad/s², m/s²]."""
+        """Return every axis' greatest change of speed within `window` [s], divided by it (3,) [rad/s², m/s²].
+
+        A speed is the mean of an eighth of the window: what whole counts make of a short piece is no acceleration.
+        """
         begun, ended = self.moving()
         if ended <= begun:
             return np.zeros(3)
-        times, speeds = self._speeds()
-        grid = np.arange(begun - window, ended + window, window / 8.0)
-        at = np.column_stack([np.interp(grid, times, column, left=0.0, right=0.0) for column in speeds.T])
-        return np.abs(at[8:] - at[:-8]).max(axis=0) / window
+        part = window / PARTS
+        grid = np.arange(begun - window - part, ended + window + part, part)
+        speeds = np.diff(self.at(grid), axis=0) / part
+        return np.abs(speeds[PARTS:] - speeds[:-PARTS]).max(axis=0) / window
 
     def _speeds(self) -> tuple[Floats, Floats]:
         """Return times (m,) and the mean speeds (m, 3) between samples that are far enough apart."""
