@@ -80,7 +80,7 @@ def lay(path: Path, mechanism: Mechanism, units: Units, limits: Limits, coarsene
         parameters, exact = _laid(path, mechanism, scale, limits, coarseness)
     nearest = np.rint(parameters)
     sharp = (parameters == nearest) & np.array(pieces.sharp)[nearest.astype(np.intp)]
-    counts = np.rint(np.nan_to_num(exact)).astype(np.int64)
+    counts = np.rint(_finite(exact)).astype(np.int64)
     return _distinct(counts, exact, sharp, _vias(parameters, counts, pieces))
 
 
@@ -93,6 +93,11 @@ def divided(knots: Knots, longest: float) -> Knots:
     exact = np.concatenate((knots.exact[chord] + share[:, np.newaxis] * steps[chord], knots.exact[-1:]))
     sharp = np.append((share == 0.0) & knots.sharp[chord], knots.sharp[-1])
     return _distinct(np.rint(exact).astype(np.int64), exact, sharp, knots.vias)
+
+
+def _finite(places: Floats) -> Floats:
+    """Return places with 0 where there is none: above the anchors of the lines."""
+    return np.where(np.isfinite(places), places, 0.0)
 
 
 def _vias(parameters: Floats, counts: Whole, pieces: Pieces) -> tuple[float, ...]:
@@ -121,7 +126,7 @@ def _laid(path: Path, mechanism: Mechanism, scale: Floats, limits: Limits, coars
     """
     pieces = path.pieces
     fine = to_joints(path.space, mechanism, _fine(pieces)) * scale
-    density = _density(np.nan_to_num(fine), scale, limits, coarseness)
+    density = _density(_finite(fine), scale, limits, coarseness)
     if path.space is Space.JOINT:
         density[np.repeat(pieces.straight, _GRID)] = 0.0
     along = np.concatenate(([0.0], np.cumsum(density)))

@@ -62,7 +62,7 @@ def segments(chords: Chords, ramps: Ramps, slew: Floats, va: float, step: float)
     pieces = _pieces(chords, ramps, slew, va, step)
     counts, keep = _whole(chords, pieces)
     lengths = np.sqrt(np.einsum("ij,ij->i", counts, counts))
-    allowed = np.min(slew / np.maximum(np.abs(counts), 1e-9), axis=1) * lengths
+    allowed = (slew / np.maximum(np.abs(counts), 1e-9)).min(axis=1) * lengths
     target = _even(np.minimum(pieces.target[keep], allowed))
     end = np.minimum(target, _even(pieces.end[keep]))
     end[:-1] = np.minimum(end[:-1], target[1:])
@@ -114,17 +114,20 @@ def _whole(chords: Chords, pieces: _Pieces) -> tuple[Floats, NDArray[np.intp]]:
     They end on whole counts of the axis that goes farthest, so that rounding turns the direction as little as
     can be.
     """
-    longest = np.max(np.abs(chords.counts), axis=1)[pieces.chord]
+    longest = np.abs(chords.counts).max(axis=1)[pieces.chord]
     share = np.rint(pieces.share * longest) / longest
-    begun = np.concatenate((np.zeros((1, 3)), np.cumsum(chords.counts, axis=0)[:-1]))[pieces.chord]
+    begun = (np.cumsum(chords.counts, axis=0) - chords.counts)[pieces.chord]
     places = np.rint(begun + chords.counts[pieces.chord] * share[:, np.newaxis])
-    steps = np.diff(places, axis=0, prepend=np.zeros((1, 3)))
-    keep = np.flatnonzero(np.any(steps != 0.0, axis=1))
+    steps = places.copy()
+    steps[1:] -= places[:-1]
+    keep = np.flatnonzero(steps.any(axis=1))
     return steps[keep], keep
 
 
 def _even(speeds: Floats) -> Floats:
-    return np.maximum(SLOWEST, np.floor(speeds * 0.5 + 1e-9) * 2.0)
+    even = np.floor(speeds * 0.5 + 1e-9)
+    even *= 2.0
+    return np.maximum(SLOWEST, even, out=even)
 
 
 def _split(segments: Segments) -> Segments:
