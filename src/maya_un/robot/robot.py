@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 from maya_un.config import Config
 from maya_un.controller.protocol import Controller
-from maya_un.errors import Busy, Faulted, NotConnected, NotHomed, PathRefused, Unreachable
+from maya_un.errors import Busy, Faulted, NotConnected, NotHomed, PathRefused, TrajectoryRefused, Unreachable
 from maya_un.events import Kind
 from maya_un.kinematics.workspace import Workspace
 from maya_un.robot.jaws import JawsMemory
@@ -124,7 +124,7 @@ class Robot:
                 pass
 
     def _plan(self, primitive: Primitive, start: Pose) -> Plan:
-        """Return the plan, remembered or drawn; one that was checked in another workspace is checked in this one."""
+        """Return the plan, remembered or drawn; one drawn in another workspace must come to the same in this."""
         workspace = self._controller.workspace
         known = self._plans.get((primitive, start))
         if known is not None and (known[1] is workspace or self._holds(known[0])):
@@ -139,14 +139,12 @@ class Robot:
         return plan
 
     def _holds(self, plan: Plan) -> bool:
-        """Whether every path of `plan` passes the check as things are now: homing measures the strokes anew."""
+        """Whether every path of `plan` would be gone as it says: homing measures strokes, beside zones all is slower."""
+        travels = [action for action in plan.actions if isinstance(action, Travel)]
         try:
-            for action in plan.actions:
-                if isinstance(action, Travel):
-                    self._controller.preview(action.path)
-        except (Unreachable, PathRefused):
+            return all(self._controller.preview(travel.path) == travel.preview for travel in travels)
+        except (Unreachable, PathRefused, TrajectoryRefused):
             return False
-        return True
 
     async def _do(self, action: Action, enter: OnPhase) -> None:
         enter(action.phase)
@@ -163,4 +161,3 @@ class Robot:
                 await self._controller.gripper(open_)
                 if grasps:
                     self._memory.grasped()
-

@@ -20,8 +20,9 @@ from maya_un.errors import (
     Unreachable,
 )
 from maya_un.events import Kind
+from maya_un.kinematics import Box
 from maya_un.kinematics.workspace import Workspace
-from maya_un.motion import Path, Space
+from maya_un.motion import Path, Space, between
 from maya_un.robot.jaws import Jaws
 from maya_un.robot.line import Line
 from maya_un.robot.plan import Pose
@@ -156,6 +157,20 @@ async def test_a_plan_is_checked_again_in_another_workspace() -> None:
     controller.workspace = Workspace.of(controller.config, strokes)
     with pytest.raises(Unreachable):
         robot.preview(Pick(HERE), robot.pose)
+
+
+async def test_a_plan_that_a_new_zone_slows_down_is_timed_again() -> None:
+    controller, robot = made()
+    start, end = Joints(0.3, 1.5, 1.3), Joints(1.2, 1.0, 1.8)
+    pose = Pose(start, Jaws.OPEN)
+    before = robot.preview(MoveJoints(end), pose)
+    x, y, z = controller.mechanism.fk(between(start, end, 0.13))
+    low, high = Point(x - 0.1, y - 0.1, z - 0.3), Point(x + 0.1, y + 0.1, z - 0.0106)
+    controller.set_zones([Box("beneath", low, high, margin=0.0)])
+    after = robot.preview(MoveJoints(end), pose)
+    assert after.duration is not None and before.duration is not None
+    assert after.duration > 1.1 * before.duration
+    assert after == Robot(controller, controller.config).preview(MoveJoints(end), pose)
 
 
 @pytest.mark.parametrize(
