@@ -77,6 +77,9 @@ class AxisConfig(_Section):
     stop_deceleration_counts: Annotated[Register, Field(ge=1024, description="VD and DC of a stop [counts/s2]")]
     limit_deceleration_counts: Annotated[Register, Field(ge=1024, description="SD, at a limit [counts/s2]")]
     error_limit_counts: Annotated[int, Field(ge=1, le=2_147_483_647, description="ER, following error [counts]")]
+    jerk_counts: Annotated[
+        int | None, Field(ge=1024, le=2_147_483_647, description="limit of jerk [counts/s3], none if left out")
+    ] = None
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:

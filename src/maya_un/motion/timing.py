@@ -9,13 +9,14 @@ them, and so the duration, is `maya_un.motion.profile`.
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import ceil
+from math import ceil, inf
 
 import numpy as np
 
 from maya_un.config import Units
 from maya_un.errors import InvalidValue
 from maya_un.kinematics import Floats
+from maya_un.motion.jerk import Allowed, Fastest, smoothed
 from maya_un.motion.knots import STEP, Knots
 from maya_un.motion.limits import Limits
 from maya_un.motion.move import CoordinatedMove, Segments
@@ -75,6 +76,9 @@ def plan(
             within = np.minimum(within, safe[:-1])
             at[1:-1] = np.minimum(at[1:-1], np.minimum(within[:-1], within[1:]))
             ramps = _ramps(chords, budget, within, at)
+    if min(limits.jerk) < inf:
+        allowed = None if safely is None else _allowed(safely, chords, vd)
+        chords, ramps = smoothed(knots, limits, within, at, _fastest(chords, budget), allowed, coarseness)
     slew = speed_scale * np.array(limits.speed, dtype=np.float64)
     found = segments(chords, ramps, slew, va, STEP * coarseness)
     return CoordinatedMove.along(start, found, limits.letters, va, vd, units, vias=knots.vias)
@@ -85,6 +89,15 @@ def _ramps(chords: Chords, budget: Budget, within: Floats, at: Floats) -> Ramps:
     top, up, down = peaks(chords, budget, within, squares)
     speeds = np.sqrt(squares)
     return Ramps(speeds[:-1], np.sqrt(top), speeds[1:], up, down)
+
+
+def _fastest(chords: Chords, budget: Budget) -> Fastest:
+    return lambda within, at, share: _ramps(chords, budget.less(share), within, at)
+
+
+def _allowed(safely: Safely, chords: Chords, vd: float) -> Allowed:
+    directions = np.concatenate((chords.directions, chords.directions[-1:]))
+    return lambda wished: safely(directions, vd, np.append(wished, 0.0))[:-1]
 
 
 def _rise_rate(chords: Chords, limits: Limits) -> int:

@@ -1,0 +1,186 @@
+"""What lies between two rests of a path, and what the axes do along it over time.
+
+With direction d, bend c = d' and the way s, v = s', a = v', j = a', an axis has the
+
+    acceleration   d a + c v²
+    jerk           d j + d' v a + 2 c v a + c' v³
+
+where d and c are taken straight between their values at the knots.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cbrt, inf, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maya_un.kinematics import Floats
+from maya_un.motion.average import SHORTEST, Ramped, Smooth
+from maya_un.motion.knots import STEP, Knots
+from maya_un.motion.limits import Limits
+from maya_un.motion.speeds import Chords
+from maya_un.motion.stairs import Ramps
+
+_PARTS = np.linspace(0.0, 1.0, 5)
+_TINY = 1e-12
+_ROUNDING = 1e-9
+
+
+class Look(NamedTuple):
+    """For every chord (n,): by which factor a stretch must be slowed to keep all limits there, and its greatest speed.
+
+    `pull` (n,) are the greatest shares of their acceleration limits that axes have, `strain` that of a jerk limit.
+    """
+
+    excess: Floats
+    tops: Floats
+    pull: Floats
+    strain: float
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """Chords `first` to before `last` of a path, from rest to rest, and what their axes can do.
+
+    `ways` (n + 1,) are the ways to the knots [counts]. Directions and bends are those at the knots (n + 1, 3);
+    `forward` (n, 3) is which way the axes go on the chords, 1 or −1; `most` (n,) the greatest jerk along each
+    [counts/s³].
+    """
+
+    first: int
+    last: int
+    limits: Limits
+    ways: Floats
+    directions: Floats
+    bends: Floats
+    forward: Floats
+    most: Floats
+
+    @classmethod
+    def of(cls, knots: Knots, limits: Limits, first: int, last: int) -> Stretch:
+        """Return the stretch between two knots."""
+        here = slice(first, last + 1)
+        chords = Chords.of(Knots(knots.counts[here], knots.exact[here], knots.sharp[here], ()))
+        bends = chords.bends.copy()
+        if last - first > 1:  # at rest a bend does nothing; taken for 0 it would seem to change
+            bends[0], bends[-1] = bends[1], bends[-2]
+        half, smooth = 0.5 * chords.lengths[:, np.newaxis], chords.smooth
+        directions = np.concatenate((smooth[:1], smooth[:-1] + bends[1:-1] * half[:-1], smooth[-1:]))
+        ways = np.concatenate(([0.0], np.cumsum(chords.lengths)))
+        share = np.maximum(np.maximum(np.abs(directions[1:]), np.abs(directions[:-1])), _TINY)
+        most = np.min(np.array(limits.jerk) / share, axis=1)
+        return cls(first, last, limits, ways, directions, bends, np.copysign(1.0, chords.directions), most)
+
+    @property
+    def part(self) -> slice:
+        """Its chords among those of the path."""
+        return slice(self.first, self.last)
+
+    def bent_slowly(self) -> Floats:
+        """Return the greatest speeds (n,) at which the change of the bend alone, c' v³, keeps the limits."""
+        lengths = np.diff(self.ways)[:, np.newaxis]
+        change = np.maximum(np.abs(np.diff(self.bends, axis=0)) / lengths, _TINY**2)
+        return np.cbrt(np.min(np.array(self.limits.jerk) / change, axis=1))
+
+    def share(self, ramps: Ramps) -> float:
+        """Return which share of the accelerations serves best.
+
+        Less than all of them where the stretch is too short, or too slow, to speed up for as long as the window is:
+        with the least of the greatest jerks J, length L and speed v, accelerations above ∛(L J²/2) or √(v J) are of no
+        use.
+        """
+        fastest, jerk = float(ramps.top[self.part].max()), float(self.most.min())
+        useful = min(cbrt(0.5 * float(self.ways[-1]) * jerk * jerk), sqrt(fastest * jerk))
+        return min(1.0, useful / max(_TINY, float(self._steepest(ramps).max())))
+
+    def level(self, ramps: Ramps, width: float) -> float:
+        """Return to which speed the highest peak must be cut to last as long as the window; not if that is wider."""
+        return inf if width > 1.0 else self._ramped(ramps).level(self._window(ramps))
+
+    def mean(self, ramps: Ramps, width: float) -> Smooth:
+        """Return the mean of the fastest way over the window that its accelerations ask for, `width` times as wide."""
+        return Smooth.mean(self._ramped(ramps), width * self._window(ramps))
+
+    def _window(self, ramps: Ramps) -> float:
+        return max(SHORTEST, float(np.max(self._steepest(ramps) / self.most)))
+
+    def _steepest(self, ramps: Ramps) -> Floats:
+        """Return the greatest acceleration along every chord (n,), up or down."""
+        rises, falls = ramps.top > ramps.start, ramps.top > ramps.end
+        return np.maximum(np.where(rises, ramps.up, 0.0), np.where(falls, ramps.down, 0.0))[self.part]
+
+    def _ramped(self, ramps: Ramps) -> Ramped:
+        """Return the speed over time of this stretch."""
+        here = self.part
+        start, top, end = ramps.start[here], np.maximum(ramps.top[here], _TINY), ramps.end[here]
+        up, down, lengths = ramps.up[here], ramps.down[here], np.diff(self.ways)
+        level = lengths - (top**2 - start**2) / (2.0 * up) - (top**2 - end**2) / (2.0 * down)
+        level[level < _ROUNDING * lengths] = 0.0
+        spans = np.stack(((top - start) / up, level / top, (top - end) / down), axis=1).ravel()
+        speeds = np.stack((top, top, end), axis=1).ravel()
+        return Ramped.over(spans, np.concatenate((start[:1], speeds)))
+
+    def look(self, smooth: Smooth, within: Floats, at: Floats) -> Look:
+        """Return by how much a way over time must be slowed on every chord, and how fast it gets there.
+
+        `within` (n,) and `at` (n + 1,) are the greatest speeds within the chords of the path and at its knots. An
+        acceleration may be greater than its limit by `STEP`: the fastest way keeps it in the middle of every chord.
+        """
+        number = len(self.most)
+        passed = smooth.when(self.ways[1:-1])
+        grid = np.sort(np.concatenate((smooth.times, passed)))
+        spans = np.diff(grid)
+        real = spans > _ROUNDING * smooth.duration
+        times = grid[:-1][real][:, np.newaxis] + spans[real][:, np.newaxis] * _PARTS
+        here = smooth.interval(times[:, 2])
+        way, speed, rate = smooth.along(here, times)
+        chord = np.clip(np.searchsorted(self.ways, way[:, 2], side="right") - 1, 0, number - 1)
+        tops = _per_chord(chord, _greatest(speed), number)
+        pull, strain = self._shares(chord, way, speed, rate, smooth.jerks[here])
+        pull /= 1.0 + STEP
+        much = np.maximum(np.sqrt(pull), np.cbrt(strain))
+        excess = np.maximum(tops / within[self.part], _per_chord(chord, much, number))
+        at_knots = smooth.at(passed)[1] / at[self.first + 1 : self.last]
+        excess[1:], excess[:-1] = np.maximum(excess[1:], at_knots), np.maximum(excess[:-1], at_knots)
+        return Look(excess, tops, _per_chord(chord, pull, number), float(strain.max()))
+
+    def _shares(
+        self, chord: NDArray[np.intp], way: Floats, speed: Floats, rate: Floats, jerk: Floats
+    ) -> tuple[Floats, Floats]:
+        """Return which shares (m,) of its limits of acceleration and of jerk an axis has in intervals at most.
+
+        They are looked at in five places. To speed up is to accelerate the way that the axis goes on the chord.
+        """
+        length = np.diff(self.ways)[chord][:, np.newaxis]
+        share = np.clip((way - self.ways[chord][:, np.newaxis]) / length, 0.0, 1.0)
+        pull, strain = np.zeros((2, len(chord)))
+        limits = zip(self.limits.acceleration, self.limits.deceleration, self.limits.jerk, strict=True)
+        for axis, (up, down, most) in enumerate(limits):
+            d, turn = _straight(self.directions[:, axis], chord, share, length)
+            c, change = _straight(self.bends[:, axis], chord, share, length)
+            found = self.forward[chord, axis][:, np.newaxis] * (d * rate + c * speed**2)
+            pull = np.maximum(pull, np.maximum(_greatest(found) / up, _greatest(-found) / down))
+            found = d * jerk[:, np.newaxis] + (turn + 2.0 * c) * speed * rate + change * speed**3
+            strain = np.maximum(strain, _greatest(np.abs(found)) / most)
+        return pull, strain
+
+
+def _straight(values: Floats, chord: NDArray[np.intp], share: Floats, length: Floats) -> tuple[Floats, Floats]:
+    """Return what is straight between values at the knots (n + 1,), and its slope along the way."""
+    step = np.diff(values)[chord][:, np.newaxis]
+    return values[chord][:, np.newaxis] + share * step, step / length
+
+
+def _greatest(values: Floats) -> Floats:
+    """Return the greatest of what was looked at in five places of intervals (m, 5), and of what may lie between."""
+    return values.max(axis=1) + np.abs(np.diff(values, 2, axis=1)).max(axis=1) / 8.0
+
+
+def _per_chord(chord: NDArray[np.intp], values: Floats, number: int) -> Floats:
+    """Return the greatest of the values (m,) on every chord."""
+    found = np.zeros(number)
+    np.maximum.at(found, chord, values)
+    return found
