@@ -136,7 +136,7 @@ class Planner:
             per_count = directions / np.array(self._units.per_unit)
             found = emergency_speed(workspace, self._emergency, joints, per_count, braking, wished)
             nonlocal slowed
-            slowed = bool(np.any(found < wished))
+            slowed = slowed or bool(np.any(found < wished))
             return found
 
         slowed = False
