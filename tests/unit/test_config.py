@@ -203,6 +203,7 @@ def test_an_unknown_key_is_refused_by_name(key: str) -> None:
         ({"axes": {"b": {"minimum": 2.26}}}, "axes.b.minimum", "2.26"),
         ({"cell": {"grasp_height": 2.1}}, "cell.grasp_height", "2.1"),
         ({"axes": {"b": {"letter": "A"}}}, "axes.*.letter", '"AAC"'),
+        ({"axes": {"a": {"minimum": -1.0, "maximum": 6.0}}}, "axes.a.minimum", "-1.0"),
         ({"axes": {"b": {"stop_deceleration_counts": 5119}}}, "axes.b.stop_deceleration_counts", "5119"),
         ({"safety": {"self_locking": False, "off_on_error": 1}}, "safety.off_on_error", "1"),
     ],

@@ -140,6 +140,9 @@ class Axes(_Section):
         if self.a.maximum > 2 * pi:
             reason = "it is an angle in radians, at most 2 pi; this looks like degrees"
             raise Contradiction("a.maximum", self.a.maximum, reason)
+        if self.a.maximum - self.a.minimum > 2 * pi:
+            reason = "to maximum it is more than a whole turn, and a place would have two angles"
+            raise Contradiction("a.minimum", self.a.minimum, reason)
         return self
 
 

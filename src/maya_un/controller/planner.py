@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from math import pi
 from typing import NoReturn
 
 import numpy as np
@@ -155,6 +156,8 @@ class Planner:
             if not np.isfinite(knots.exact).all():
                 raise PathRefused(target=_text(path), reason="it leads above the anchors of the lines")
         joints = knots.counts / np.array(self._units.per_unit)
+        if path.space is Space.CARTESIAN and np.any(np.abs(np.diff(joints[:, 0])) > pi):
+            raise PathRefused(target=_text(path), reason="it leads across where the boom would have to turn back round")
         vias = range(1, len(joints) - 1) if path.is_joint else ()
         prove(workspace, joints, vias)
         return joints

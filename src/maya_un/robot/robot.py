@@ -139,7 +139,7 @@ class Robot:
         return plan
 
     def _holds(self, plan: Plan) -> bool:
-        """Whether every path of `plan` would be gone as it says: homing measures strokes, beside zones all is slower."""
+        """Whether every path of `plan` would be gone as it says: homing measures strokes, near zones all is slower."""
         travels = [action for action in plan.actions if isinstance(action, Travel)]
         try:
             return all(self._controller.preview(travel.path) == travel.preview for travel in travels)
