@@ -72,7 +72,8 @@ def chord_error(knots: Knots, path: Path) -> float:
     curve = to_joints(path.space, MECHANISM, path.pieces.at(np.linspace(0.0, len(path.pieces), 601)))
     ends = knots.counts / SCALE
     starts, ways = ends[:-1], np.diff(ends, axis=0)
-    share = np.einsum("ij,kij->ki", ways, curve[:, np.newaxis] - starts) / np.maximum(np.sum(ways * ways, axis=1), 1e-18)
+    squares = np.maximum(np.sum(ways * ways, axis=1), 1e-18)
+    share = np.einsum("ij,kij->ki", ways, curve[:, np.newaxis] - starts) / squares
     nearest = starts + np.clip(share, 0.0, 1.0)[..., np.newaxis] * ways
     return float(np.max(np.min(np.linalg.norm(curve[:, np.newaxis] - nearest, axis=2), axis=1)))
 

@@ -90,7 +90,9 @@ class Path:
         for blend in self.blends:
             lengths, shares = blend[:2], blend[2:]
             if not all(0.0 <= length < inf for length in lengths) or not all(0.0 < share <= 1.0 for share in shares):
-                raise InvalidValue(key="blends", value=tuple(blend), reason="lengths are 0 or more, shares above 0 to 1")
+                raise InvalidValue(
+                    key="blends", value=tuple(blend), reason="lengths are 0 or more, shares above 0 to 1"
+                )
 
     @classmethod
     def joints(cls, *waypoints: Joints, blend: float = 0.0) -> Path:

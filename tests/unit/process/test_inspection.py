@@ -9,7 +9,7 @@ from maya_un.process.tasks import expand
 from maya_un.robot.robot import Robot
 from tests.fakes import FakeController
 
-STEPS = [{"pick": [0.41, 1.13]}, {"place": [1.18, 0.21]}]
+STEPS: list[object] = [{"pick": [0.41, 1.13]}, {"place": [1.18, 0.21]}]
 
 
 async def inspected(steps: list[object], samples: int = 50) -> JobInspection:
