@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 from math import pi
-from typing import NoReturn
 
 import numpy as np
 
@@ -108,7 +107,7 @@ class Planner:
     def _path(route: Route) -> Path:
         path = route if isinstance(route, Path) else Path.joints(*route)
         if len(path.waypoints) > MOST_SEGMENTS:
-            _too_long(f"it has {len(path.waypoints)} points")
+            raise _too_long(f"it has {len(path.waypoints)} points")
         return path
 
     @staticmethod
@@ -118,15 +117,15 @@ class Planner:
         return speed
 
     def _plan(self, workspace: Workspace, path: Path, speed: float) -> Plan:
-        fewest = 0
+        needed = 0
         for coarseness in _COARSER:
             knots = lay(path, self._mechanism, self._units, self._limits, coarseness)
             joints = self._proved(workspace, path, knots)
             move = self._timed(workspace, knots, joints, speed, coarseness)
-            fewest = len(move.segments)
-            if fewest <= MOST_SEGMENTS:
-                return Plan(joints, move if fewest else None)
-        _too_long(f"it needs {fewest} segments")
+            needed = len(move.segments)
+            if needed <= MOST_SEGMENTS:
+                return Plan(joints, move if needed else None)
+        raise _too_long(f"it needs {needed} segments")
 
     def _timed(
         self, workspace: Workspace, knots: Knots, joints: Floats, speed: float, coarseness: float
@@ -178,5 +177,5 @@ def _text(path: Path) -> str:
     return "(" + ", ".join(f"{value:.4f}" for value in path.waypoints[-1]) + ")"
 
 
-def _too_long(what: str) -> NoReturn:
-    raise TrajectoryRefused(reason=f"{what}, the controller's buffer holds {MOST_SEGMENTS} segments")
+def _too_long(what: str) -> TrajectoryRefused:
+    return TrajectoryRefused(reason=f"{what}, the controller's buffer holds {MOST_SEGMENTS} segments")

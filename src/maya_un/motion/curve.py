@@ -4,9 +4,9 @@
     cartesian      x, y, z [m]            the gripper goes straight
     cylindrical    a, d, z [rad, m, m]    the boom swings while distance and height change evenly
 
-Between two spaces a straight line is a curve. A corner with a blend is passed without a stop: the leg before it slows down
-while the leg behind it already speeds up, each evenly, so that the corner is cut by parabolas. Every piece of a path,
-straight or not, is a quadratic Bézier curve here: three control points.
+Between two spaces a straight line is a curve. A corner with a blend is passed without a stop: the leg before it slows
+down while the leg behind it already speeds up, each evenly, so that the corner is cut by parabolas. Every piece of a
+path, straight or not, is a quadratic Bézier curve here: three control points.
 """
 
 from __future__ import annotations
@@ -156,8 +156,8 @@ class Path:
 class Pieces:
     """Quadratic Bézier curves one after the other, control points of shape (n, 3) each in the path's coordinates.
 
-    The parameter p runs from 0 to n; piece ⌊p⌋ is at its share p − ⌊p⌋. `straight` (n,) tells which are lines, `vias` is
-    the parameter at which each waypoint between the ends is passed, `sharp` (n + 1,) which parameters are corners.
+    The parameter p runs from 0 to n; piece ⌊p⌋ is at its share p − ⌊p⌋. `straight` (n,) tells which are lines, `vias`
+    is the parameter at which each waypoint between the ends is passed, `sharp` (n + 1,) which parameters are corners.
     """
 
     first: Floats
@@ -277,7 +277,7 @@ def _length(space: Space, one: Waypoint, two: Waypoint) -> float:
 def from_joints(space: Space, mechanism: Mechanism, joints: Joints) -> Waypoint:
     """Return joints (rad, m, m) in the coordinates of `space`; raises `Unreachable` where the lines cannot meet."""
     if space is Space.JOINT:
-        return tuple(joints)
+        return joints.a, joints.b, joints.c
     x, y, z = mechanism.fk(joints)
     return (x, y, z) if space is Space.CARTESIAN else (joints.a, hypot(x, y), z)
 

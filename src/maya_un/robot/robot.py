@@ -151,13 +151,23 @@ class Robot:
         match action:
             case Homing():
                 await self._controller.home()
-            case Travel(path=path, turn=None):
-                await self._controller.follow(path)
-            case Travel(path=path, turn=(turn, phase)):
-                await self._controller.follow(path, on_via=lambda via: enter(phase) if via == turn else None)
+            case Travel():
+                await self._travel(action, enter)
             case Grip(open=open_, grasps=grasps):
                 if not open_:
                     self._memory.closing()
                 await self._controller.gripper(open_)
                 if grasps:
                     self._memory.grasped()
+
+    async def _travel(self, action: Travel, enter: OnPhase) -> None:
+        if action.turn is None:
+            await self._controller.follow(action.path)
+            return
+        turn, phase = action.turn
+
+        def passed(via: int) -> None:
+            if via == turn:
+                enter(phase)
+
+        await self._controller.follow(action.path, on_via=passed)
