@@ -115,12 +115,14 @@ def _turns(pieces: list[Piece], before: float) -> list[float]:
     found: list[float] = []
     heading = (before > 0.0) - (before < 0.0)
     for index, piece in enumerate(pieces):
-        sign = (piece.v > 0.0) - (piece.v < 0.0) or (piece.a > 0.0) - (piece.a < 0.0)
+        t, _, v, a = piece
+        sign = (v > 0.0) - (v < 0.0) or (a > 0.0) - (a < 0.0)
         if sign and sign != heading:
             heading = sign
-            found.append(piece.t)
-        until = pieces[index + 1].t if index + 1 < len(pieces) else inf
-        turn = piece.turn(piece.t, until)
+            found.append(t)
+        if v * a >= 0.0:  # it goes on as it goes
+            continue
+        turn = piece.turn(t, pieces[index + 1].t if index + 1 < len(pieces) else inf)
         if turn is not None:
             heading = -heading
             found.append(turn)

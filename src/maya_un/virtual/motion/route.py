@@ -91,18 +91,22 @@ class Member(NamedTuple):
         """Return the timeline over `stretches`, each with its end [s], and the largest speed [counts/s]."""
         pieces: list[Piece] = []
         peak, resting = 0.0, False
+        known, base, unit = -1, 0.0, 0.0
         for stretch, until in stretches:
-            segment, start = route.at(stretch.segment)
-            if segment.arc is not None and self.coordinate != TANGENT:
-                pieces += self._curved(segment, start, stretch, until)
-                peak, resting = max(peak, abs(self.factor) * stretch.v), False
-                continue
-            base, unit = self._line(segment, start)
+            t, number, s, v, a = stretch
+            if number != known:  # several stretches lie on one segment
+                segment, start = route.at(number)
+                if segment.arc is not None and self.coordinate != TANGENT:
+                    pieces += self._curved(segment, start, stretch, until)
+                    peak, resting = max(peak, abs(self.factor) * v), False
+                    continue
+                known = number
+                base, unit = self._line(segment, start)
             if unit == 0.0 and resting and base == pieces[-1].p:
                 continue
             resting = unit == 0.0
-            peak = max(peak, abs(unit) * stretch.v)
-            pieces.append(Piece(stretch.t, base + unit * stretch.s, unit * stretch.v, unit * stretch.a))
+            peak = max(peak, abs(unit) * v)
+            pieces.append(Piece(t, base + unit * s, unit * v, unit * a))
         return pieces, peak
 
     def _line(self, segment: Segment, start: Start) -> tuple[float, float]:
