@@ -55,7 +55,7 @@ OFF_THE_WAY = 5e-4
 """How far the gripper may be off a curved way [m] ..."""
 
 FLAT = 0.1
-"""... and in proportion farther where the lines meet less deep than this share of the width, for there they lift most."""
+"""... and in proportion farther where the lines meet less deep than this share of the width: there they lift most."""
 
 
 class Trial(NamedTuple):
