@@ -46,7 +46,9 @@ Table = Annotated[str | None, typer.Option(metavar="JOB", help="the parts of thi
 _ADDRESSES = "sim, real (the configured controller), HOST or HOST:PORT"
 Address = Annotated[str, typer.Option(help=_ADDRESSES)]
 SkipHome = Annotated[bool, typer.Option("--skip-home", help="take over the homing whose mark stands in the controller")]
-Picture = Annotated[str | None, typer.Option(metavar="FILE", help="ends in .svg, .png or .pdf")]
+_KINDS = "ends in .svg, .png or .pdf; default:"
+WorkspacePicture = Annotated[str | None, typer.Option(metavar="FILE", help=f"{_KINDS} maya-workspace.svg")]
+JobPicture = Annotated[str | None, typer.Option(metavar="FILE", help=f"{_KINDS} maya-job.svg")]
 File = Annotated[str | None, typer.Argument(metavar="[FILE]", help="default: --config, else the user's own")]
 
 
@@ -295,7 +297,7 @@ def plot_workspace(
     point: Annotated[
         tuple[str, str, str] | None, typer.Option(metavar="X Y Z", help="marks a place and the nearest reachable one")
     ] = None,
-    output: Picture = None,
+    output: WorkspacePicture = None,
 ) -> int:
     """Draw what the gripper can reach.
 
@@ -316,7 +318,7 @@ zone_commands.register(app, _HOW)
 def plot_job(
     context: typer.Context,
     job: Annotated[str, typer.Argument(metavar="JOB", help="a YAML or JSON file")],
-    output: Picture = None,
+    output: JobPicture = None,
 ) -> int:
     """Draw what a job will be.
 

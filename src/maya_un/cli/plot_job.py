@@ -98,7 +98,7 @@ def figure(name: str, inspection: JobInspection, config: Config, workspace: Work
         np.concatenate([np.array(getattr(motion, name)) for motion in motions])
         for name in ("time", "joints", "velocity")
     )
-    title = f"{name}, {inspection.preview.duration:.1f} s"
+    title = f"{name}, {inspection.preview.duration:.1f} s from the homed pose on"
     return job_figure(time, joints, velocity, phases(inspection), config, workspace, title)
 
 

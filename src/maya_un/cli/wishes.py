@@ -56,7 +56,7 @@ def jog(axis: str, distance: float, settings: Settings) -> int:
 
 def _moved(gone: Mapping[str, Any], language: str) -> str:
     way = gone["distance"]
-    text = f"{degrees(way):.2f}°" if gone["axis"] == "a" else f"{way * 1e3:.1f} mm"
+    text = f"{degrees(way):z.2f}°" if gone["axis"] == "a" else f"{way * 1e3:z.1f} mm"
     key = "jogged_to_limit" if gone["limit"] else "jogged"
     return word(key, language, axis=gone["axis"], way=text, reason=gone["reason"])
 

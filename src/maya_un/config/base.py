@@ -42,6 +42,8 @@ def flaw(error: ValidationError, tags: tuple[str, ...] = ()) -> Flaw:
         place, value, reason = [*place, cause.key], cause.value, str(cause)
     elif first["type"] == "extra_forbidden":
         reason = "there is no such key"
+    elif first["type"] == "missing":
+        reason = "it is missing"
     elif first["type"] in _UNKNOWN_KIND:
         place, value, reason = [*place, "kind"], first.get("ctx", {}).get("tag"), f"it is one of {', '.join(tags)}"
     return Flaw(".".join(str(part) for part in place), value, reason.removeprefix("Value error, "))

@@ -105,7 +105,7 @@ class Jogging:
         reason = workspace.why_not(line.at(bad)) or self._refusal(workspace, line, bad)
         kept = max(0.0, abs(good) - MARGIN)
         limit = reason.limit.value if isinstance(reason, Reason) else "path"
-        return Jogged(axis, kept if wanted > 0.0 else -kept, limit, str(reason))
+        return Jogged(axis, kept if wanted > 0.0 else 0.0 - kept, limit, str(reason))
 
     def _edge(self, workspace: Workspace, line: Line, wanted: float) -> tuple[float, float]:
         """Return the last way along the line that ends in the workspace before it is left, and one behind."""

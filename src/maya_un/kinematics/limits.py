@@ -115,7 +115,7 @@ class Bounds:
         match limit:
             case Limit.BOOM:
                 side = _side(joints.a, self.boom, "before its start", "past its end")
-                return f"the boom would have to turn to {degrees(joints.a):.1f}°, {degrees(excess):.3g}° {side}"
+                return f"the boom would have to turn to {degrees(joints.a):z.1f}°, {degrees(excess):.3g}° {side}"
             case Limit.LINE_B:
                 return _line_words("b", excess, joints.b, self.line_b)
             case Limit.LINE_C:

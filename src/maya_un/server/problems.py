@@ -13,7 +13,7 @@ from starlette.exceptions import HTTPException
 
 from maya_un.errors import InternalError, InvalidRequest, MachineError, MayaError, NotFound, NotTaught
 
-_CONFLICTS = {1010, 2103, 2104, 2105, 2106, 2108, 2201, 2202, 3001, 3002, 4011}
+_CONFLICTS = {1010, 2103, 2104, 2105, 2106, 2108, 2111, 2112, 2201, 2202, 3001, 3002, 4011}
 """Refusals because of what the robot is doing just now, not because of what was asked."""
 
 

@@ -70,6 +70,7 @@ def said(
     ("answer", "text"),
     [
         ({"axis": "a", "distance": -0.5, "limit": "", "reason": ""}, "a by -28.65°.\n"),
+        ({"axis": "c", "distance": -4e-5, "limit": "", "reason": ""}, "c by 0.0 mm.\n"),
         (
             {"axis": "r", "distance": 0.3, "limit": "outer", "reason": "it lies outside"},
             "r by 300.0 mm. Farther on, it lies outside.\n",

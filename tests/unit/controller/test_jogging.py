@@ -108,6 +108,7 @@ def test_at_the_border_there_is_no_way_left() -> None:
     here = HERE._replace(b=2.260)
     assert jogged("b", 0.1, here).distance == 0.0
     assert jogged("b", -0.1, here) == Jogged("b", -0.1)
+    assert str(jogged("a", -0.1, HERE._replace(a=0.0)).distance) == "0.0"
 
 
 def test_from_outside_the_workspace_nothing_is_allowed() -> None:

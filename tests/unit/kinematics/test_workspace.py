@@ -51,6 +51,7 @@ def test_a_refusal_names_the_limit_and_by_how_much(target: Point | Joints, limit
     [
         (Point(0.0, 1.3, -0.05), "50 mm below the table top"),
         (Point(-1.0, 0.0, 1.0), "turn to -90.0°, 90° before its start"),
+        (Point(-1e-5, 1.0, 1.0), "turn to 0.0°, 0.000573° before its start"),
         (Point(0.0, 1.3, 0.05), "line b would have to be 2325.9 mm long, 65.94 mm longer than it can be"),
         (Point(0.0, 1.3, 2.10), "line b would carry 10.01 times the load, more than the 5 allowed"),
         (Joints(0.0, 0.6, 0.6), "lines b and c together are 800 mm too short to meet"),

@@ -13,7 +13,7 @@ import pytest
 from maya_un.api.messages import HeldJog
 from maya_un.api.service import Service
 from maya_un.controller.protocol import Jogged
-from maya_un.errors import Busy, InvalidJob, LinkLost, MayaError, NotFound, Unreachable
+from maya_un.errors import Busy, CannotPause, InvalidJob, LinkLost, MayaError, NotFound, NotPaused, Unreachable
 from maya_un.events import Event, EventLog, Kind
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
@@ -220,6 +220,8 @@ async def test_a_real_machine_has_no_twin() -> None:
     [
         (NotFound(what="job", number=7), 404),
         (Busy(doing="job 1"), 409),
+        (CannotPause(reason="nothing is under way"), 409),
+        (NotPaused(), 409),
         (InvalidJob(key="steps", reason="it is empty"), 422),
         (Unreachable(target="x", reason="y", nearest="z", nearest_point=Point(1.0, 2.0, float("nan"))), 422),
         (LinkLost(address="there", reason="cut"), 503),

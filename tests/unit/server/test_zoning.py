@@ -40,6 +40,8 @@ async def test_what_is_no_zone_is_refused_by_its_key() -> None:
         ):
             answer = await client.put("/v1/zones/crate", json=body)
             assert (answer.status_code, answer.json()["details"]["key"]) == (400, key)
+        missing = await client.put("/v1/zones/crate", json=CRATE | {"low": [0.3, 0.9]})
+        assert missing.json()["details"]["reason"] == "it is missing"
         assert (await client.put("/v1/zones/a%20b", json=CRATE)).json()["details"]["key"] == "name"
         assert (await client.get("/v1/zones")).json() == []
 

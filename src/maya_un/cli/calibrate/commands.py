@@ -31,7 +31,8 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
         cls=_WithDefault,
         add_completion=False,
         rich_markup_mode=None,
-        help="Fit the machine's constants to measured points: maya calibrate FILE [--apply].",
+        help="Fit the machine's constants to measured points: maya calibrate FILE [--hold NAME] [--apply]; "
+        "take the last fit back: maya calibrate --revert. `maya calibrate fit --help` tells the options.",
     )
     for command in (fit, collect, history):
         group.command(**how)(command)
