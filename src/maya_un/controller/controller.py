@@ -182,7 +182,7 @@ class GalilController:
             await marker.leave(driver, ends, self.units)
             monitor.set_homed(ends)
             await monitor.look()
-        self.events.emit(Kind.HOMED)
+            self.events.emit(Kind.HOMED)
         monitor.publish()
 
     async def move(self, target: Joints, *, speed: float = 1.0) -> None:
@@ -222,6 +222,7 @@ class GalilController:
             await wish.wait(self._loop.time() + grip.settle_time)
             await monitor.look()
             self.events.emit(Kind.GRIPPER_OPEN if open_ else Kind.GRIPPER_CLOSED)
+            wish.check()
 
     async def stop(self) -> StopReport:
         """Begin to brake at once, on the path, past every queue; tell how long and how far it takes.
@@ -342,6 +343,7 @@ class GalilController:
             driver = monitor.ready(homed=homed)
             try:
                 yield wish, driver
+                wish.check()  # said during the last look at what has ended: what comes next must not begin
             except asyncio.CancelledError:
                 await self._stopping.rest(driver)
                 self.events.emit(Kind.STOPPED)

@@ -23,6 +23,7 @@ from tests.unit.controller.bench import (
     HERE,
     box,
     commands_in,
+    far_away,
     foreign,
     homed,
     kinds,
@@ -276,3 +277,34 @@ async def test_whatever_else_ends_a_motion_leaves_no_axis_moving() -> None:
         with pytest.raises(NotHomed):
             await move
         assert still_moving(bench) == 0.0
+
+
+@pytest.mark.parametrize("before_end", [0.005, 0.015, 0.025])
+async def test_a_stop_during_the_last_look_at_a_motion_is_not_lost(before_end: float) -> None:
+    async with far_away(latency=0.03, rate=20.0) as bench:
+        controller = bench.controller
+        there = HERE._replace(b=HERE.b + 0.01)
+        begun = now()
+        await controller.move(there)
+        took = now() - begun
+        back = asyncio.create_task(controller.move(HERE))
+        await elapse(took - before_end)
+        assert controller.progress() is not None
+        await controller.stop()
+        with pytest.raises(Stopped):
+            await back
+        assert controller.state.mode is Mode.IDLE
+
+
+async def test_a_stop_during_the_last_look_at_the_gripper_is_not_lost() -> None:
+    async with far_away(latency=0.03, rate=20.0) as bench:
+        controller = bench.controller
+        begun = now()
+        await controller.gripper(True)
+        took = now() - begun
+        closing = asyncio.create_task(controller.gripper(False))
+        await elapse(took - 0.015)
+        await controller.stop()
+        with pytest.raises(Stopped):
+            await closing
+        assert kinds(bench)[-1] is Kind.GRIPPER_CLOSED  # it has moved, whatever was said
