@@ -115,6 +115,12 @@ class Smooth:
             self.jerks / factor**3,
         )
 
+    def cruises(self) -> Floats:
+        """Return the times at which cruises begin and end that take a hundredth of all the time or more."""
+        even = np.abs(self.accelerations) <= 1e-6 * np.abs(self.accelerations).max()
+        long = even[:-1] & even[1:] & (np.diff(self.times) >= 0.01 * self.duration)
+        return np.concatenate((self.times[:-1][long], self.times[1:][long]))
+
     def interval(self, times: Floats) -> NDArray[np.intp]:
         """Return the numbers of the intervals in which times (n,) lie."""
         return np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.jerks) - 1)

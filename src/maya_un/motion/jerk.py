@@ -188,7 +188,7 @@ class _Pieces:
         speed[0] = speed[-1] = 0.0
         top = float(speed.max())
         off = STEP * coarseness * np.clip(speed, _SLOW * top, _OFF * top)
-        cuts = _cuts(grid, speed, off, np.searchsorted(grid, knots))
+        cuts = _cuts(grid, speed, off, np.searchsorted(grid, np.union1d(knots, smooth.cruises())))
         chord = np.clip(np.searchsorted(knots, grid[cuts[:-1]], side="right") - 1, 0, len(knots) - 2)
         share = (way[cuts[1:]] - stretch.ways[chord]) / np.diff(stretch.ways)[chord]
         return cls(chord + stretch.first, np.clip(share, 0.0, 1.0), grid[cuts[1:]], speed[cuts[1:]])
