@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from maya_un import __version__
 from maya_un.cli import output
-from maya_un.cli.settings import Settings, from_environment, split
+from maya_un.cli.settings import Settings, asks_for_json, from_environment, split
 from maya_un.errors import MayaError
 
 
@@ -33,10 +33,11 @@ def quiet_collector() -> None:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Carry out one command line (without the program's name) and return its exit code; never raises."""
-    settings = from_environment()
+    line = sys.argv[1:] if argv is None else argv
+    settings = from_environment()._replace(json=asks_for_json(line))
     output.tolerate_any_terminal()
     try:
-        settings, rest = split(sys.argv[1:] if argv is None else argv, settings)
+        settings, rest = split(line, settings)
         return _dispatch(rest, settings)
     except MayaError as error:
         return _complained(error, settings)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from itertools import takewhile
 from typing import NamedTuple
 
 from maya_un.errors import InvalidCommandLine, InvalidValue
@@ -24,6 +25,11 @@ def from_environment() -> Settings:
     """Return what holds where the command line says nothing: $MAYA_LANG, English for a language we lack."""
     wanted = os.environ.get("MAYA_LANG", "en")[:2].lower()
     return Settings(language=wanted if wanted in LANGUAGES else "en")
+
+
+def asks_for_json(arguments: Sequence[str]) -> bool:
+    """Tell whether answers are wanted as JSON, also where the rest of the line is not understood."""
+    return "--json" in takewhile(lambda word: word != "--", arguments)
 
 
 def split(arguments: Sequence[str], settings: Settings) -> tuple[Settings, list[str]]:

@@ -152,7 +152,7 @@ def _taught(client: Client, name: str, replacing: bool) -> dict[str, Any]:
 
 
 def _path(what: str, name: str, replacing: bool = False) -> str:
-    return f"/v1/{what}/{quote(name, safe='')}" + "?replace=true" * replacing
+    return f"/v1/{what}/{quote(name, safe='', errors='surrogatepass')}" + "?replace=true" * replacing
 
 
 def _asked(settings: Settings, there: Callable[[Client], Any], here: Callable[[Teaching], object]) -> Any:

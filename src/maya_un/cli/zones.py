@@ -53,7 +53,7 @@ def _told(answer: Mapping[str, Any], text: str, settings: Settings) -> int:
 
 
 def _path(name: str) -> str:
-    return f"/v1/zones/{quote(name, safe='')}"
+    return f"/v1/zones/{quote(name, safe='', errors='surrogatepass')}"
 
 
 def _pair(text: str) -> tuple[str, str]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
-from collections.abc import Mapping, MutableMapping
+from collections.abc import Iterator, Mapping, MutableMapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, cast
 
@@ -60,6 +62,27 @@ def written(path: Path) -> Mapping[str, Any]:
         raise FileUnreadable(path=path, reason=f"it is not TOML: {error}") from error
 
 
+@contextmanager
+def alone(path: Path) -> Iterator[None]:
+    """Keep other processes that ask by this from changing files beside `path` while the block reads and writes them.
+
+    Nobody waits: raises `FileUnwritable` where somebody else is at it.
+    """
+    folder = path.resolve().parent
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    except OSError as error:
+        raise FileUnwritable(path=path, reason=error.strerror or str(error)) from error
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield
+    except BlockingIOError as error:
+        raise FileUnwritable(path=path, reason="somebody else is writing it just now; try again") from error
+    finally:
+        os.close(handle)
+
+
 def replace(path: Path, text: str) -> None:
     """Write a file whole or not at all, and have it on the disk when this returns; raises `FileUnwritable`.
 
@@ -69,8 +92,9 @@ def replace(path: Path, text: str) -> None:
     draft = place.with_name(f".{place.name}.new")
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
+        draft.unlink(missing_ok=True)  # of somebody who was killed
         try:
-            with draft.open("w", encoding="utf-8") as file:
+            with draft.open("x", encoding="utf-8") as file:
                 file.write(text)
                 file.flush()
                 os.fsync(file.fileno())

@@ -18,10 +18,10 @@ comments in it are not kept then.
 from __future__ import annotations
 
 import json
-import os
+import stat
 import tomllib
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -36,11 +36,16 @@ from pydantic import (
     model_validator,
 )
 
+from maya_un.config.edit import alone
+from maya_un.config.edit import replace as replace_file
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidValue, NameTaken, NotTaught, Unreachable
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.process.spots import Grid, JointValues
 from maya_un.process.taught import Taught, TaughtPallet, TaughtPose, checked_name
 from maya_un.values import Joints, Point
+
+MOST_BYTES = 250_000
+"""Size of the largest file, some fifteen hundred poses; reading it holds the robot's loop."""
 
 _HEAD = "# Taught places of Maya: `maya poses` lists them, `maya teach NAME` adds one. Angles in rad, lengths in m.\n"
 
@@ -106,10 +111,11 @@ class Book:
 
         Raises `InvalidValue` for what is no name, and `NameTaken`, with `replacing` for the name of a pallet only.
         """
-        known = self.taught()
-        _require_free(name, known, replaced=known.poses if replacing else {})
-        pose = self._pose(name, _Pose(joints=joints, taught=date))
-        self._write(replace(known, poses={**known.poses, name: pose}))
+        with self._alone():
+            known = self.taught()
+            _require_free(name, known, replaced=known.poses if replacing else {})
+            pose = self._pose(name, _Pose(joints=joints, taught=date))
+            self._write(replace(known, poses={**known.poses, name: pose}))
         return pose
 
     def teach_pallet(
@@ -120,37 +126,40 @@ class Book:
         Raises `InvalidValue` for what is no name and for corners that span no grid, and `NameTaken`, with `replacing`
         for the name of a pose only.
         """
-        known = self.taught()
-        _require_free(name, known, replaced=known.pallets if replacing else {})
-        known.spanned(name, grid, grasp_height)
-        pallet = TaughtPallet(name, grid, date)
-        self._write(replace(known, pallets={**known.pallets, name: pallet}))
+        with self._alone():
+            known = self.taught()
+            _require_free(name, known, replaced=known.pallets if replacing else {})
+            known.spanned(name, grid, grasp_height)
+            pallet = TaughtPallet(name, grid, date)
+            self._write(replace(known, pallets={**known.pallets, name: pallet}))
         return pallet
 
     def forget(self, name: str) -> None:
         """Remove a pose or a pallet; raises `NotTaught`, and `InvalidValue` for a pose that is a pallet's corner."""
-        known = self.taught()
-        require_known(name, known)
-        for pallet in known.pallets.values():
-            if pallet.name != name and name in pallet.grid.corners:
-                reason = f"it is a corner of the pallet {pallet.name}; remove that first"
-                raise InvalidValue(key="name", value=name, reason=reason)
-        self._write(Taught(_without(known.poses, name), _without(known.pallets, name)))
+        with self._alone():
+            known = self.taught()
+            require_known(name, known)
+            for pallet in known.pallets.values():
+                if pallet.name != name and name in pallet.grid.corners:
+                    reason = f"it is a corner of the pallet {pallet.name}; remove that first"
+                    raise InvalidValue(key="name", value=name, reason=reason)
+            self._write(Taught(_without(known.poses, name), _without(known.pallets, name)))
 
     def rename(self, old: str, new: str) -> None:
         """Give a pose or a pallet another name, and have pallets know their corners by it.
 
         Raises `NotTaught`, `NameTaken` and `InvalidValue` for what is no name.
         """
-        known = self.taught()
-        require_known(old, known)
-        _require_free(new, known, replaced={})
-        poses = {new if name == old else name: pose for name, pose in known.poses.items()}
-        pallets = {
-            new if name == old else name: replace(pallet, grid=_renamed(pallet.grid, old, new))
-            for name, pallet in known.pallets.items()
-        }
-        self._write(Taught(poses, pallets))
+        with self._alone():
+            known = self.taught()
+            require_known(old, known)
+            _require_free(new, known, replaced={})
+            poses = {new if name == old else name: pose for name, pose in known.poses.items()}
+            pallets = {
+                new if name == old else name: replace(pallet, grid=_renamed(pallet.grid, old, new))
+                for name, pallet in known.pallets.items()
+            }
+            self._write(Taught(poses, pallets))
 
     def _pose(self, name: str, pose: _Pose) -> TaughtPose:
         point: Point | None = None
@@ -158,10 +167,24 @@ class Book:
             point = self._mechanism.fk(pose.joints)
         return TaughtPose(name, pose.joints, point, pose.taught)
 
+    @contextmanager
+    def _alone(self) -> Iterator[None]:
+        """Keep other processes from changing the file between its reading and its writing."""
+        if self._path is None:
+            yield
+            return
+        with alone(self._path):
+            yield
+
     def _read(self) -> str:
         if self._path is None:
             return self._text
         try:
+            found = self._path.stat()
+            if not stat.S_ISREG(found.st_mode):  # a pipe would hold the loop until somebody writes
+                raise FileUnreadable(path=self._path, reason="it is no file")
+            if found.st_size > MOST_BYTES:
+                raise FileUnreadable(path=self._path, reason=f"it is larger than {MOST_BYTES} bytes")
             return self._path.read_text(encoding="utf-8")
         except FileNotFoundError:
             return ""
@@ -170,20 +193,12 @@ class Book:
 
     def _write(self, taught: Taught) -> None:
         text = to_toml(taught)
+        if len(text.encode()) > MOST_BYTES:
+            raise FileUnwritable(path=self._path, reason=f"it would be larger than {MOST_BYTES} bytes")
         if self._path is None:
             self._text = text
-            return
-        place = self._path.resolve()  # a link, as people keep who version their files elsewhere, stays one
-        draft = place.with_name(f"{place.name}.new")
-        try:
-            place.parent.mkdir(parents=True, exist_ok=True)
-            with draft.open("w", encoding="utf-8") as file:
-                file.write(text)
-                file.flush()
-                os.fsync(file.fileno())
-            draft.replace(place)
-        except OSError as error:
-            raise FileUnwritable(path=self._path, reason=error.strerror or str(error)) from error
+        else:
+            replace_file(self._path, text)
 
 
 def require_known(name: str, known: Taught, what: str = "pose or pallet") -> None:

@@ -26,23 +26,23 @@ def add_poses(app: FastAPI, bridge: Bridge) -> None:
         """List all taught poses."""
         return answer(await teaching(Teaching.poses))
 
-    @app.get("/v1/poses/{name}")
+    @app.get("/v1/poses/{name:path}")
     async def pose(name: str) -> Response:
         """Tell where one pose is."""
         return answer(await teaching(lambda book: book.pose(name)))
 
-    @app.put("/v1/poses/{name}")
+    @app.put("/v1/poses/{name:path}")
     async def teach(name: str, replace: bool = False) -> Response:
         """Keep where the robot is under a name."""
         return answer(await teaching(lambda book: book.teach(name, now(), replacing=replace)))
 
-    @app.patch("/v1/poses/{name}")
+    @app.patch("/v1/poses/{name:path}")
     async def rename(name: str, body: Body) -> Response:
         """Give a pose another name."""
         new = _name(body)
         return answer(await teaching(lambda book: book.rename_pose(name, new)))
 
-    @app.delete("/v1/poses/{name}")
+    @app.delete("/v1/poses/{name:path}")
     async def forget(name: str) -> Response:
         """Forget a pose."""
         await teaching(lambda book: book.forget_pose(name))
@@ -58,23 +58,23 @@ def add_pallets(app: FastAPI, bridge: Bridge) -> None:
         """List all taught pallets."""
         return answer(await teaching(Teaching.pallets))
 
-    @app.get("/v1/pallets/{name}")
+    @app.get("/v1/pallets/{name:path}")
     async def pallet(name: str) -> Response:
         """Tell of one pallet."""
         return answer(await teaching(lambda book: book.pallet(name)))
 
-    @app.put("/v1/pallets/{name}")
+    @app.put("/v1/pallets/{name:path}")
     async def teach_pallet(name: str, grid: Body, replace: bool = False) -> Response:
         """Keep a grid, spanned by its corners, under a name."""
         return answer(await teaching(lambda book: book.teach_pallet(name, grid, now(), replacing=replace)))
 
-    @app.patch("/v1/pallets/{name}")
+    @app.patch("/v1/pallets/{name:path}")
     async def rename_pallet(name: str, body: Body) -> Response:
         """Give a pallet another name."""
         new = _name(body)
         return answer(await teaching(lambda book: book.rename_pallet(name, new)))
 
-    @app.delete("/v1/pallets/{name}")
+    @app.delete("/v1/pallets/{name:path}")
     async def forget_pallet(name: str) -> Response:
         """Forget a pallet; the poses at its corners stay."""
         await teaching(lambda book: book.forget_pallet(name))

@@ -17,14 +17,14 @@ def add_zones(app: FastAPI, bridge: Bridge) -> None:
         """List the zones that the robot keeps out of."""
         return answer(await bridge.call(lambda service: service.zones()))
 
-    @app.put("/v1/zones/{name}")
+    @app.put("/v1/zones/{name:path}")
     async def put(name: str, body: Body) -> Response:
         """Keep out of one more zone, for this run."""
         if body.get("name", name) != name:
             raise InvalidRequest(key="name", reason="it is another than that of the path")
         return answer(await bridge.call(lambda service: service.set_zone({**body, "name": name})))
 
-    @app.delete("/v1/zones/{name}")
+    @app.delete("/v1/zones/{name:path}")
     async def remove(name: str) -> Response:
         """Keep out of a zone no longer, for this run."""
         await bridge.call(lambda service: service.remove_zone(name))

@@ -1,7 +1,10 @@
 from __future__ import annotations
 
+import json
+
 import pytest
 
+from maya_un.cli.main import main
 from maya_un.cli.settings import Settings, from_environment, split
 from maya_un.errors import InvalidCommandLine, InvalidValue
 
@@ -37,3 +40,11 @@ def test_an_unknown_language_is_refused() -> None:
 def test_the_environment_chooses_a_language_we_have(value: str, language: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MAYA_LANG", value)
     assert from_environment().language == language
+
+
+@pytest.mark.parametrize("line", ["--json poses --config", "poses --lang xx --json", "--config= --json poses"])
+def test_a_line_that_is_not_understood_is_answered_as_it_asks(line: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(line.split()) == 2
+    said = capsys.readouterr()
+    assert json.loads(said.out)["error"]["code"] in {4001, 4008}
+    assert said.err == ""

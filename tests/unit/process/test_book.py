@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 import tomllib
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -13,7 +16,7 @@ from hypothesis import strategies as st
 from maya_un.config import Config
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidValue, NameTaken, NotTaught
 from maya_un.kinematics.mechanism import Mechanism
-from maya_un.process.book import Book
+from maya_un.process.book import MOST_BYTES, Book
 from maya_un.process.pallet import Cell
 from maya_un.process.spots import Grid
 from maya_un.process.taught import checked_name
@@ -231,3 +234,53 @@ def test_a_link_to_the_file_stays_a_link(tmp_path: Path) -> None:
     Book(MECHANISM, tmp_path / "poses.toml").teach("shelf", SHELF, DAY)
     assert (tmp_path / "poses.toml").is_symlink()
     assert Book(MECHANISM, tmp_path / "kept" / "poses.toml").taught().names == ("shelf",)
+
+
+def test_of_two_who_write_at_once_nobody_loses_what_was_kept(path: Path) -> None:
+    def taught(name: str) -> str:
+        with suppress(FileUnwritable):
+            Book(MECHANISM, path).teach(name, SHELF, DAY)
+            return name
+        return ""
+
+    with ThreadPoolExecutor(8) as others:
+        kept = set(others.map(taught, [f"pose{number}" for number in range(80)])) - {""}
+    assert kept
+    assert set(Book(MECHANISM, path).taught().names) == kept
+    assert [file.name for file in path.parent.iterdir()] == ["poses.toml"]
+
+
+def test_a_draft_of_somebody_who_was_killed_is_in_nobodys_way(book: Book, path: Path) -> None:
+    path.with_name(".poses.toml.new").symlink_to(path.with_name("elsewhere"))
+    book.teach("third", SHELF, DAY)
+    assert [file.name for file in path.parent.iterdir()] == ["poses.toml"]
+
+
+def test_permissions_stay(book: Book, path: Path) -> None:
+    path.chmod(0o640)
+    book.teach("third", SHELF, DAY)
+    assert path.stat().st_mode & 0o777 == 0o640
+
+
+def test_a_pipe_does_not_hold_the_loop(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "poses.toml")
+    with pytest.raises(FileUnreadable, match="it is no file"):
+        Book(MECHANISM, tmp_path / "poses.toml").taught()
+
+
+def test_a_book_that_takes_long_to_read_is_neither_read_nor_written(book: Book, path: Path) -> None:
+    path.write_text(path.read_text() + "#" * (MOST_BYTES - path.stat().st_size))
+    assert book.taught().names == ("shelf", "bench")
+    path.write_text(path.read_text() + "#")
+    with pytest.raises(FileUnreadable, match="larger than 250000 bytes"):
+        book.taught()
+
+
+def test_a_book_does_not_grow_until_nobody_reads_it(path: Path) -> None:
+    path.parent.mkdir()
+    comment = "x" * (MOST_BYTES - 200)
+    path.write_text(f"[poses.shelf]\njoints = [0.4, 1.6, 1.3]\ntaught = '{comment}'\n")
+    before = path.read_text()
+    with pytest.raises(FileUnwritable, match="larger"):
+        Book(MECHANISM, path).teach("bench", BENCH, DAY)
+    assert path.read_text() == before

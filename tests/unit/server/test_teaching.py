@@ -110,3 +110,12 @@ async def test_nothing_is_taught_before_homing() -> None:
     async with door(homed=False) as (_, client):
         response = await client.put("/v1/poses/shelf")
         assert (response.status_code, response.json()["code"]) == (409, 2103)
+
+
+@pytest.mark.parametrize("name", ["", "a%2Fb", "%ed%b3%bf", "a%20b"])
+async def test_what_is_no_name_gets_the_same_answer_however_it_is_written(name: str) -> None:
+    async with door() as (_, client):
+        refused = await client.put(f"/v1/poses/{name}")
+        unknown = await client.delete(f"/v1/pallets/{name}")
+    assert (refused.status_code, refused.json()["code"]) == (422, 4001)
+    assert (unknown.status_code, unknown.json()["code"]) == (404, 4010)

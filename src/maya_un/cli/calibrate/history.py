@@ -8,15 +8,16 @@ compares.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import nan
 from pathlib import Path
 from typing import Any, Literal, cast
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from maya_un.config import Config
-from maya_un.config.edit import edited, replace, text_of, written
+from maya_un.config.edit import alone, edited, replace, text_of, written
 from maya_un.config.load import parse
-from maya_un.errors import FileUnreadable, NothingToRevert
+from maya_un.errors import FileUnreadable, FileUnwritable, NothingToRevert
 
 Values = dict[str, float | None]
 """Dotted keys of the configuration file and what stands there, None where nothing does."""
@@ -53,6 +54,7 @@ def folder(config_file: Path) -> Path:
 
 def steps(config_file: Path) -> list[Step]:
     """Return all steps, oldest first; raises `FileUnreadable` for one that is damaged."""
+    text_of(config_file)  # what is no file has no steps beside it
     return sorted((_read(path) for path in folder(config_file).glob("[0-9]*.json")), key=lambda step: step.number)
 
 
@@ -62,8 +64,9 @@ def apply(config_file: Path, keys: Mapping[str, float], about: Step) -> Step:
     Raises `InvalidConfig` where the result would be none, `FileUnreadable` and `FileUnwritable`; nothing is written
     then.
     """
-    before = _standing(config_file, keys)
-    return _change(config_file, _numbered(config_file, about, before, dict(keys)))
+    with alone(config_file):
+        before = _standing(config_file, keys)
+        return _change(config_file, _numbered(config_file, about, before, dict(keys)))
 
 
 def revert(config_file: Path, date: str, author: str) -> Step:
@@ -71,6 +74,14 @@ def revert(config_file: Path, date: str, author: str) -> Step:
 
     Raises `NothingToRevert` where there is none, or where somebody has changed its values since, and as `apply`.
     """
+    with alone(config_file):
+        last = _last(config_file)
+        told = last.model_copy(update={"action": "reverted", "date": date, "author": author, "reverts": last.number})
+        return _change(config_file, _numbered(config_file, told, last.after, last.before))
+
+
+def _last(config_file: Path) -> Step:
+    """Return the calibration that is in force; raises `NothingToRevert`."""
     applied = in_force(steps(config_file))
     if not applied:
         raise NothingToRevert(path=config_file, reason="none is in force")
@@ -80,8 +91,7 @@ def revert(config_file: Path, date: str, author: str) -> Step:
     if changed:
         reason = f"{', '.join(changed)} was changed after calibration {last.number}; correct it by hand"
         raise NothingToRevert(path=config_file, reason=reason)
-    told = last.model_copy(update={"action": "reverted", "date": date, "author": author, "reverts": last.number})
-    return _change(config_file, _numbered(config_file, told, last.after, last.before))
+    return last
 
 
 def _numbered(config_file: Path, about: Step, before: Values, after: Values) -> Step:
@@ -92,8 +102,13 @@ def _numbered(config_file: Path, about: Step, before: Values, after: Values) -> 
 def _change(config_file: Path, step: Step) -> Step:
     text = _edited(text_of(config_file), step.after, config_file)
     checked(text)
-    replace(folder(config_file) / f"{step.number:04d}.json", step.model_dump_json(indent=2) + "\n")
-    replace(config_file, text)
+    written_down = folder(config_file) / f"{step.number:04d}.json"
+    replace(written_down, step.model_dump_json(indent=2) + "\n")
+    try:
+        replace(config_file, text)
+    except FileUnwritable:
+        written_down.unlink(missing_ok=True)
+        raise
     return step
 
 
@@ -129,7 +144,7 @@ def _at(said: Mapping[str, Any], key: str) -> float | None:
         if not isinstance(found, Mapping) or part not in found:
             return None
         found = cast("Mapping[str, Any]", found)[part]
-    return float(found)
+    return float(found) if isinstance(found, int | float) else nan  # no number is none that was applied
 
 
 def _read(path: Path) -> Step:

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import json
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -174,3 +176,39 @@ def test_the_configuration_before_a_calibration_is_found_by_its_points(config: P
     assert history.before(config, "d3") is None
     history.revert(config, "later", "ben")
     assert history.before(config, "d2") is None
+
+
+def test_of_two_who_apply_at_once_no_step_is_lost(config: Path) -> None:
+    def applied(number: int) -> int:
+        with suppress(FileUnwritable):
+            return history.apply(config, {"geometry.height": 2.35 + number * 1e-4}, about(f"d{number}")).number
+        return 0
+
+    with ThreadPoolExecutor(8) as others:
+        numbers = sorted(number for number in others.map(applied, range(40)) if number)
+    assert numbers == list(range(1, len(numbers) + 1))
+    assert [step.number for step in steps(config)] == numbers
+    assert load(config).geometry.height == steps(config)[-1].after["geometry.height"]
+
+
+def test_a_step_whose_configuration_cannot_be_written_is_none(config: Path, tmp_path: Path) -> None:
+    (tmp_path / ".maya.toml.new").mkdir()
+    with pytest.raises(FileUnwritable):
+        history.apply(config, KEYS, about())
+    assert steps(config) == []
+    assert config.read_text() == MINE
+
+
+def test_what_is_no_number_any_more_was_changed(config: Path) -> None:
+    history.apply(config, KEYS, about())
+    config.write_text(config.read_text().replace("2.36", "'high'"))
+    with pytest.raises(NothingToRevert, match=r"geometry\.height was changed"):
+        history.revert(config, "2026-03-02T10:00:00+00:00", "ben")
+
+
+@pytest.mark.parametrize("place", [".", "/", "x" * 300])
+def test_what_is_no_file_has_no_history(place: str) -> None:
+    with pytest.raises(FileUnreadable):
+        steps(Path(place))
+    with pytest.raises((FileUnreadable, FileUnwritable)):
+        history.revert(Path(place), "2026-03-02T10:00:00+00:00", "ben")
