@@ -56,15 +56,15 @@ def _reach_text(found: Reach, language: str) -> str:
         return "\n".join([*lines, *(word("also", language, reason=one.text) for one in found.broken[1:])])
     lines = [f"{word('reachable', language)}: {joints_text(found.joints)}"]
     lines.append(word("tensions", language, b=found.tensions[0], c=found.tensions[1]))
-    rows = [(word(f"limit_{one.limit}", language, zone=one.zone), _margin_text(one)) for one in found.margins]
+    rows = [(word(f"limit_{one.limit}", language, zone=one.zone), _margin_text(one, language)) for one in found.margins]
     return "\n".join([*lines, "", table((word("limit", language), word("margin", language)), rows, right=(1,))])
 
 
-def _margin_text(distance: Distance) -> str:
+def _margin_text(distance: Distance, language: str) -> str:
     match distance.unit:
         case "rad":
             return f"{degrees(distance.margin):.3f} °"
         case "load":
-            return f"{distance.margin:.3f} × load"
+            return word("loads", language, loads=distance.margin)
         case _:
             return f"{distance.margin * 1e3:.1f} mm"

@@ -73,6 +73,7 @@ _WORDS: dict[str, tuple[str, str]] = {
         "line b carries {b:.3f} × load, line c {c:.3f} × load",
         "el cable b lleva {b:.3f} × carga, el cable c {c:.3f} × carga",
     ),
+    "loads": ("{loads:.3f} × load", "{loads:.3f} × carga"),
     "limit": ("limit", "límite"),
     "margin": ("margin", "margen"),
     "limit_coupling": ("lines b and c meet", "los cables b y c se alcanzan"),
@@ -90,8 +91,8 @@ _WORDS: dict[str, tuple[str, str]] = {
     "as_written": ("as it is written", "como se escribe"),
     "no_zones": ("There are no zones.", "No hay zonas."),
     "zones_of_this_run": (
-        "For this run only; what is to stay stands in the configuration, in [[zones]].",
-        "Solo mientras siga en marcha; lo que deba quedar está en la configuración, en [[zones]].",
+        "What is changed here holds for this run only; what is to stay stands in the configuration, in [[zones]].",
+        "Lo que se cambia aquí vale mientras siga en marcha; lo que debe quedar va en la configuración, en [[zones]].",
     ),
     "zone_added": ("Keeping out of {name}.", "Se evita {name}."),
     "zone_removed": ("No longer keeping out of {name}.", "Ya no se evita {name}."),

@@ -14,6 +14,7 @@ from maya_un.plots.plan import draw_plan
 from maya_un.plots.section import draw_section
 from maya_un.plots.style import blank, house_style
 from maya_un.plots.surface import draw_surface
+from maya_un.plots.zones import key
 from maya_un.values import Point
 
 
@@ -47,8 +48,7 @@ def workspace_figure(workspace: Workspace, height: float, view: View = View.ALL,
                 draw_surface(_in_space(figure), workspace, bearing, marked)
             case View.ALL:
                 figure = _all(workspace, height, bearing, marked)
-        if marked is not None:
-            _explain(figure, marked)
+        _explain(figure, workspace, marked, cut=view is not View.SPACE)
     return figure
 
 
@@ -67,9 +67,14 @@ def _in_space(figure: Figure, place: SubplotSpec | None = None) -> Axes3D:
     return axes
 
 
-def _explain(figure: Figure, marked: Marked) -> None:
-    """Put what the marks mean, and where they are, under the figure."""
-    handles, labels = figure.axes[0].get_legend_handles_labels()
-    places = ([] if marked.reachable else [marked.target]) + [marked.held]
-    words = [f"{label} ({at.x:.3f}, {at.y:.3f}, {at.z:.3f}) m" for label, at in zip(labels, places, strict=True)]
-    figure.legend(handles, words, loc="outside lower center", ncols=2)
+def _explain(figure: Figure, workspace: Workspace, marked: Marked | None, *, cut: bool) -> None:
+    """Put what the marks mean, and where they are, under the figure, and how zones are drawn where they are `cut`."""
+    handles, words = key() if workspace.zones and cut else ([], [])
+    if marked is not None:
+        marks, labels = figure.axes[0].get_legend_handles_labels()
+        places = ([] if marked.reachable else [marked.target]) + [marked.held]
+        handles = [*marks, *handles]
+        named = [f"{label} ({at.x:.3f}, {at.y:.3f}, {at.z:.3f}) m" for label, at in zip(labels, places, strict=True)]
+        words = [*named, *words]
+    if handles:
+        figure.legend(handles, words, loc="outside lower center", ncols=2)

@@ -6,7 +6,10 @@ from itertools import combinations, product
 from math import hypot, pi
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
@@ -39,6 +42,13 @@ def draw(axes: Axes, workspace: Workspace, across: Floats, up: Floats, places: F
         if np.nanmin(clear) < 0.0 < np.nanmax(clear):
             edge = clear.reshape(rows, columns)
             axes.contour(across, up, edge, levels=[0.0], colors=[PURPLE], linewidths=1.0, linestyles="dashed", zorder=5)
+
+
+def key() -> tuple[list[Artist], list[str]]:
+    """Return what `draw` draws, for a legend, and what it means."""
+    body = Patch(color=PURPLE, alpha=0.45, linewidth=0.0)
+    edge = Line2D([], [], color=PURPLE, linewidth=1.0, linestyle="dashed")
+    return [body, edge], ["zone", "where the gripper would be too near to it"]
 
 
 def _name(axes: Axes, name: str, x: float, y: float) -> None:

@@ -62,6 +62,12 @@ def test_reach_tells_how_far_from_every_limit_and_what_the_lines_carry(capsys: p
     assert found["tension of line c"] == "4.360 × load"
 
 
+def test_reach_speaks_spanish_down_to_the_unit_of_tension(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["reach", "0.5", "1.2", "1.0", "--lang", "es"]) == 0
+    out = capsys.readouterr().out
+    assert "load" not in out and out.count("4.337 × carga") == 2
+
+
 def test_reach_tells_all_that_is_broken(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["reach", "0", "1.3", "-0.05"]) == 1
     first, *others = capsys.readouterr().out.splitlines()

@@ -10,7 +10,7 @@ import pytest
 
 from maya_un.config import Config
 from maya_un.errors import FileUnwritable, InvalidValue
-from maya_un.kinematics import Workspace
+from maya_un.kinematics import Box, Workspace
 from maya_un.plots import style
 from maya_un.plots.workspace import View, workspace_figure
 from maya_un.values import Point
@@ -43,6 +43,15 @@ def test_a_target_out_of_reach_is_shown_with_the_nearest_place(view: View) -> No
         "target (1.900, 0.900, 0.400) m",
         f"nearest reachable place ({nearest.x:.3f}, {nearest.y:.3f}, {nearest.z:.3f}) m",
     ]
+
+
+@pytest.mark.parametrize(("view", "named"), [(View.ALL, True), (View.PLAN, True), (View.SPACE, False)])
+def test_how_zones_are_drawn_is_explained_where_they_are_cut(view: View, named: bool) -> None:
+    workspace = WORKSPACE.with_zones([Box("rack", Point(0.4, 0.9, 0.0), Point(0.8, 1.3, 0.6))])
+    zones = ["zone", "where the gripper would be too near to it"] if named else []
+    alone, marked = (workspace_figure(workspace, 0.4, view, at).legends for at in (None, Point(0.5, 1.2, 1.0)))
+    assert [text.get_text() for legend in alone for text in legend.get_texts()] == zones
+    assert [text.get_text() for text in marked[0].get_texts()][1:] == zones
 
 
 def test_a_target_in_reach_is_one_mark() -> None:

@@ -49,8 +49,9 @@ def _step(step: Step) -> str:
 
 
 def _position(session: Session, language: str) -> list[Piece]:
-    joints = session.joints
-    point = session.status["state"]["point"] if session.status else None
+    if not session.status:
+        return []
+    joints, point = session.joints, session.status["state"]["point"]
     if joints is None or point is None:
         return [("", f"{word('no_position', language)}\n\n")]
     rows = zip(_joint_lines(joints), _place_lines(Point(*point)), strict=True)

@@ -181,9 +181,9 @@ def test_a_service_that_is_gone_is_stopped_past(monkeypatch: pytest.MonkeyPatch)
 
 def test_the_picture_tells_mode_step_place_and_limits() -> None:
     session = Session(Client("http://127.0.0.1:1"), WORKSPACE, "en")
-    assert "unknown until homed" in picture(session)
+    assert "unknown until homed" not in picture(session), "nobody has been asked yet"
     session.status = {"state": state(None, "not_homed")}
-    assert "not homed" in picture(session)
+    assert "not homed" in picture(session) and "unknown until homed" in picture(session)
     session.status = {"state": state(mode="moving")}
     session.step = "1"
     session.notes.append("something")
