@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maya_un.kinematics import Floats
+from maya_un.motion.knots import JUMPS, STEP
 from maya_un.motion.move import Segment, Segments
 from maya_un.motion.speeds import Chords
 
@@ -53,13 +54,14 @@ class _Pieces:
     end: Floats
 
 
-def segments(chords: Chords, ramps: Ramps, slew: Floats, va: float, step: float) -> Segments:
+def segments(chords: Chords, ramps: Ramps, slew: Floats, va: float, coarseness: float = 1.0) -> Segments:
     """Return the segments along `chords`.
 
-    `slew` (3,) are the greatest speeds of the axes [counts/s], `step` is how much the speed may change from one piece
-    to the next, as a share of the chord's own slew speed.
+    `slew` (3,) are the greatest speeds of the axes [counts/s]. From one piece to the next the speed of no axis changes by
+    more than `STEP` of them, on curves by no more than `JUMPS`, `coarseness` times as much if that is wished.
     """
-    pieces = _pieces(chords, ramps, slew, va, step)
+    steps = coarseness * _shares(chords) * slew
+    pieces = _pieces(chords, ramps, va, (steps / np.maximum(np.abs(chords.directions), 1e-9)).min(axis=1))
     counts, keep = _whole(chords, pieces)
     lengths = np.sqrt(np.einsum("ij,ij->i", counts, counts))
     allowed = (slew / np.maximum(np.abs(counts), 1e-9)).min(axis=1) * lengths
@@ -67,13 +69,19 @@ def segments(chords: Chords, ramps: Ramps, slew: Floats, va: float, step: float)
     end = np.minimum(target, _even(pieces.end[keep]))
     end[:-1] = np.minimum(end[:-1], target[1:])
     end[-1] = 0.0
-    target = np.maximum(end, np.minimum(target, _even(end + step * allowed)))  # where stairs were lost to rounding
+    own = (steps[pieces.chord[keep]] / np.maximum(np.abs(counts), 1e-9)).min(axis=1) * lengths
+    target = np.maximum(end, np.minimum(target, _even(end + own)))  # where stairs were lost to rounding
     found = Segments(counts.astype(np.int64), target.astype(np.int64), end.astype(np.int64))
     return found if np.abs(counts).max(initial=0.0) <= LONGEST else _split(found)
 
 
-def _pieces(chords: Chords, ramps: Ramps, slew: Floats, va: float, step: float) -> _Pieces:
-    own = (slew / np.maximum(np.abs(chords.directions), 1e-9)).min(axis=1) * step
+def _shares(chords: Chords) -> Floats:
+    """Return for every chord how much the axes' speeds may change from piece to piece (n, 3), of their slew speeds."""
+    corners = np.concatenate(([True], chords.sharp, [True]))
+    return np.where((corners[1:] & corners[:-1])[:, np.newaxis], STEP, JUMPS)
+
+
+def _pieces(chords: Chords, ramps: Ramps, va: float, own: Floats) -> _Pieces:
     rise, fall = ramps.top - ramps.start, ramps.top - ramps.end
     haste = np.maximum(0.0, 1.0 - ramps.up / va)  # how much faster than wanted the controller's own ramp is
     rising = np.ceil(rise * haste / own - 1e-6).astype(np.intp)

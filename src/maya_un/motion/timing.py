@@ -17,7 +17,7 @@ from maya_un.config import Units
 from maya_un.errors import InvalidValue
 from maya_un.kinematics import Floats
 from maya_un.motion.jerk import Allowed, Fastest, smoothed
-from maya_un.motion.knots import STEP, Knots
+from maya_un.motion.knots import Knots
 from maya_un.motion.limits import Limits
 from maya_un.motion.move import CoordinatedMove, Segments
 from maya_un.motion.speeds import Budget, Chords, caps, knot_squares, peaks
@@ -80,7 +80,7 @@ def plan(
         allowed = None if safely is None else _allowed(safely, chords, vd)
         chords, ramps = smoothed(knots, limits, within, at, _fastest(chords, budget), allowed, coarseness)
     slew = speed_scale * np.array(limits.speed, dtype=np.float64)
-    found = segments(chords, ramps, slew, va, STEP * coarseness)
+    found = segments(chords, ramps, slew, va, coarseness)
     return CoordinatedMove.along(start, found, limits.letters, va, vd, units, vias=knots.vias)
 
 

@@ -37,7 +37,7 @@ def ramps(*chord: tuple[float, float, float], up: float = VA, down: float = 5120
 
 
 def cut(along: Chords, speeds: Ramps, va: float = VA) -> list[Segment]:
-    return list(segments(along, speeds, SLEW, va, 0.02))
+    return list(segments(along, speeds, SLEW, va))
 
 
 def test_a_rise_at_va_is_no_stair_and_a_fall_one_for_every_two_per_cent() -> None:
@@ -53,7 +53,7 @@ def test_a_rise_at_va_is_no_stair_and_a_fall_one_for_every_two_per_cent() -> Non
 
 
 def test_stairs_take_as_long_as_the_ramp_they_stand_for() -> None:
-    found = segments(chords((0, 0, 0), (0, 600_000, 0)), ramps((0.0, 45_000.0, 0.0)), SLEW, VA, 0.02)
+    found = segments(chords((0, 0, 0), (0, 600_000, 0)), ramps((0.0, 45_000.0, 0.0)), SLEW, VA)
     taken = Profile.over(found.lengths, found.speeds, found.end_speeds, VA, 51_200.0).duration
     # Two ramps of 8.79 s; between them 600 000 − 395 508 counts at 45 000.
     assert taken == pytest.approx(2 * 45_000 / 5120 + (600_000 - 45_000**2 / 5120) / 45_000, rel=2e-3)
