@@ -4,26 +4,33 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import inf
+from math import cos, inf, sin
+from random import Random
 
 import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from maya_un.config import Config, Units
+from maya_un.controller.planner import Planner
 from maya_un.kinematics import Floats
 from maya_un.motion import Knots, Limits, Path, lay, plan
 from maya_un.motion.average import Smooth
 from maya_un.motion.jerk import gentle
 from maya_un.motion.knots import STEP
 from maya_un.motion.speeds import Chords, caps
+from maya_un.motion.stopping import Emergency, emergency_speed
+from maya_un.values import Point
+from tests.campaign import Campaign
 from tests.gentle import fastest_of
-from tests.strategies import WORKSPACE, reachable_joints, reachable_points
+from tests.strategies import WORKSPACE, configuration, reachable_joints, reachable_points
 
 LIMITS = Limits.of(Config())
 UNITS = Units.of(Config())
 PLACES = 9
 ROUNDING = 1e-6
+CEILING = 2.048
+"""A height just below where lines carry 5 loads, 2.0495 in the middle of the boom [m]."""
 
 jerks = st.one_of(st.floats(3.0, 7.0).map(lambda power: 10.0**power), st.just(inf))
 rates = st.sampled_from((1024, 5120, 20_480))
@@ -132,3 +139,28 @@ def test_what_the_controller_gets_goes_the_same_way_and_no_faster_than_it_may(pa
         for way, most in zip(segment.counts, given.speed, strict=True):
             assert segment.speed * abs(way) / segment.length <= max(2.0, most) * (1 + 1e-12)
     assert move.duration >= 0.97 * plan(knots, replace(given, jerk=(inf, inf, inf)), UNITS).duration
+
+
+def drawn(rng: Random) -> Path:
+    """Return a level way right below the ceiling, where lines carry nearly 5 loads, across the boom's middle."""
+    begin = rng.uniform(0.2, 1.6)
+    ends = [(begin, 0.95), (begin + rng.uniform(0.0, 0.3), 1.65)]
+    rng.shuffle(ends)
+    if rng.random() < 0.5:
+        return Path.swing(*((a, d, CEILING) for a, d in ends))
+    return Path.line(*(Point(d * sin(a), d * cos(a), CEILING) for a, d in ends))
+
+
+def test_nowhere_is_it_faster_than_a_fault_may_find_it(campaign: Campaign) -> None:
+    """The mean of speeds is greater than the least of them: what a fault bounds is looked at in what is driven."""
+    emergency, per_unit = Emergency.of(Config()), np.array(UNITS.per_unit)
+    axes = {name: getattr(Config().axes, name).model_copy(update={"jerk_counts": 5120}) for name in "abc"}
+    planner = Planner(configuration(axes=axes), WORKSPACE.mechanism)
+    for case in range(campaign.size(ci=10, long=500)):
+        move = planner.plan(WORKSPACE, drawn(campaign.rng(case)), 1.0).move
+        assert move is not None
+        directions = move.segments.counts / move.segments.lengths[:, None] / per_unit
+        speeds = np.append(move.segments.speeds, 0.0)
+        joints, behind = np.array(move.places) / per_unit, np.vstack((directions, directions[-1:]))
+        safe = emergency_speed(WORKSPACE, emergency, joints, behind, move.vd, speeds)
+        assert (speeds[:-1] <= safe[:-1] * (1 + ROUNDING)).all()

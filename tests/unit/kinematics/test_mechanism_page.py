@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import re
 import runpy
-from math import atan2, degrees, hypot, pi, sqrt
+from dataclasses import replace
+from math import atan2, degrees, hypot, inf, pi, sqrt
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from maya_un.config import Config
 from maya_un.kinematics import Workspace
 from maya_un.values import Joints, Point
 from tests.conventions.source import ROOT
+from tests.gentle import gentle_of
 
 PAGE = re.sub(r"\s+", " ", (ROOT / "docs" / "explanation" / "the-mechanism.md").read_text(encoding="utf-8"))
 NUMBER = r"(\d+(?:\.\d+)?)"
@@ -245,6 +247,19 @@ def test_the_line_takes_as_long_as_the_page_says() -> None:
     move = plan(lay(path, WORKSPACE.mechanism, units, limits), limits, units)
     (said,) = re.findall(r"in segments of whole counts, it takes about (\d+) s", PAGE)
     assert move.duration == pytest.approx(float(said), abs=1.0)
+
+
+def test_the_example_of_a_limit_of_jerk() -> None:
+    from maya_un.config import Units
+    from maya_un.motion.knots import straight
+    from maya_un.motion.limits import Limits
+    from maya_un.motion.timing import plan
+
+    limits, units = Limits.of(Config()), Units.of(Config())
+    knots = straight(units, (Joints(0.0, 1.0, 2.0), Joints(0.0, 1.5, 2.0)))
+    (gentle,) = gentle_of(knots, replace(limits, jerk=(inf, 5120.0, inf)))
+    holds("500 mm of line b take 11.1 + 8.8 = # s", plan(knots, limits, units).duration)
+    holds("counts/s³ τ is 1 s, and they take # s", gentle.duration)
 
 
 def test_the_examples_of_clearance() -> None:
