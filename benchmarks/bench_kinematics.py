@@ -7,8 +7,10 @@ from harness import Case, Goal, measure, report, timed
 
 from maya_un.config import Config, Units
 from maya_un.kinematics import Box, Workspace
-from maya_un.motion import JointPath, Limits, check_path, commands, lowest_point, plan
+from maya_un.motion import Limits, commands, plan
+from maya_un.motion.clearance import lowest
 from maya_un.motion.knots import straight
+from maya_un.motion.proof import prove
 from maya_un.values import Point
 
 POINTS = 1_000_000
@@ -62,12 +64,12 @@ def planning(workspace: Workspace) -> list[Case]:
     """Return what one leg of a job costs before it can start."""
     config = Config()
     limits, units = Limits.of(config), Units.of(config)
-    path = JointPath.through(*map(workspace.ik, (Point(0.5, 1.2, 0.5), Point(1.2, 0.4, 1.0))))
-    knots = straight(units, (path.start, path.end))
+    ends = list(map(workspace.ik, (Point(0.5, 1.2, 0.5), Point(1.2, 0.4, 1.0))))
+    knots = straight(units, ends)
     move = plan(knots, limits, units)
     return [
-        Case("proof of a leg", timed(lambda: check_path(workspace, path), 50)),
-        Case("lowest point of a leg", timed(lambda: lowest_point(workspace.mechanism, path), 50)),
+        Case("proof of a leg", timed(lambda: prove(workspace, np.array(ends)), 50)),
+        Case("lowest point of a leg", timed(lambda: lowest(workspace.mechanism, ends), 50)),
         Case(f"plan of a leg ({len(move.segments)} segments)", timed(lambda: plan(knots, limits, units), 50)),
         Case("its commands", timed(lambda: commands(move), 50)),
     ]

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from math import cos, sin, sqrt
 
+import numpy as np
 from hypothesis import strategies as st
 
 from maya_un.config import Config
 from maya_un.kinematics import Workspace
-from maya_un.motion import JointPath
+from maya_un.motion.proof import prove
 from maya_un.values import Joints, Point
 
 WORKSPACE = Workspace.of(Config())
@@ -66,10 +67,15 @@ def any_points() -> st.SearchStrategy[Point]:
 
 def paths(
     joints: st.SearchStrategy[Joints] | None = None, least: int = 2, most: int = 5
-) -> st.SearchStrategy[JointPath]:
-    """Draw paths between joints, from `least` to `most` waypoints."""
+) -> st.SearchStrategy[list[Joints]]:
+    """Draw waypoints of paths that are straight in the joints, from `least` to `most` of them."""
     drawn = reachable_joints() if joints is None else joints
-    return st.lists(drawn, min_size=least, max_size=most).map(lambda found: JointPath(tuple(found)))
+    return st.lists(drawn, min_size=least, max_size=most)
+
+
+def prove_ways(workspace: Workspace, *waypoints: Joints) -> None:
+    """Prove the straight ways between waypoints, all of them asked for; raises as `prove` does."""
+    prove(workspace, np.array(waypoints), range(1, len(waypoints) - 1))
 
 
 def shares(count: int) -> Iterator[float]:

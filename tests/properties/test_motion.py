@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import dist, hypot
 from random import Random
 
@@ -16,20 +17,17 @@ from maya_un.kinematics import Workspace
 from maya_un.motion import (
     CoordinatedMove,
     Counts,
-    JointPath,
     Limits,
     Segment,
-    between,
-    check_path,
     commands,
-    highest_point,
-    lowest_point,
     plan,
 )
+from maya_un.motion.clearance import extremes
 from maya_un.motion.knots import straight
+from maya_un.motion.proof import between
 from maya_un.values import Joints
 from tests.campaign import Campaign
-from tests.strategies import WORKSPACE, configuration, edge_joints, paths, reachable_joints, shares
+from tests.strategies import WORKSPACE, configuration, edge_joints, paths, prove_ways, reachable_joints, shares
 
 LIMITS = Limits.of(Config())
 UNITS = Units.of(Config())
@@ -77,20 +75,20 @@ def arrival(move: CoordinatedMove, way: float) -> tuple[float, float]:
 
 
 @given(st.one_of(paths(), paths(edge_joints())))
-def test_every_point_of_an_accepted_path_is_in_the_workspace(path: JointPath) -> None:
+def test_every_point_of_an_accepted_path_is_in_the_workspace(path: list[Joints]) -> None:
     try:
-        check_path(WORKSPACE, path)
+        prove_ways(WORKSPACE, *path)
     except PathRefused as refused:
         assert_breach(WORKSPACE, refused)
     else:
-        assert all(WORKSPACE.contains(between(*leg, t)) for leg in path.legs() for t in shares(50))
+        assert all(WORKSPACE.contains(between(*leg, t)) for leg in pairwise(path) for t in shares(50))
 
 
 @given(paths(edge_joints(NARROW), most=3))
-def test_accepting_and_sampling_agree_where_paths_often_leave(path: JointPath) -> None:
-    sampled = all(NARROW.contains(between(*leg, t)) for leg in path.legs() for t in shares(200))
+def test_accepting_and_sampling_agree_where_paths_often_leave(path: list[Joints]) -> None:
+    sampled = all(NARROW.contains(between(*leg, t)) for leg in pairwise(path) for t in shares(200))
     try:
-        check_path(NARROW, path)
+        prove_ways(NARROW, *path)
     except PathRefused as refused:
         assert_breach(NARROW, refused)
     else:
@@ -105,10 +103,10 @@ def assert_breach(workspace: Workspace, refused: PathRefused) -> None:
 
 
 @given(paths())
-def test_no_sample_is_lower_or_higher_than_the_extremes(path: JointPath) -> None:
+def test_no_sample_is_lower_or_higher_than_the_extremes(path: list[Joints]) -> None:
     fk = WORKSPACE.mechanism.fk
-    low, high = lowest_point(WORKSPACE.mechanism, path).z, highest_point(WORKSPACE.mechanism, path).z
-    heights = [fk(between(*leg, t)).z for leg in path.legs() for t in shares(50)]
+    low, high = (point.z for point in extremes(WORKSPACE.mechanism, path))
+    heights = [fk(between(*leg, t)).z for leg in pairwise(path) for t in shares(50)]
     assert low <= min(heights) + 1e-9
     assert high >= max(heights) - 1e-9
 
@@ -186,12 +184,12 @@ def test_position_and_speed_belong_together(steps: list[Counts], share: float) -
 
 @given(reachable_joints(), reachable_joints(), st.floats(0.0, 1.0))
 def test_a_stop_at_any_instant_stays_on_the_checked_path(start: Joints, end: Joints, share: float) -> None:
-    path = JointPath.through(start, end)
+    path = [start, end]
     try:
-        check_path(WORKSPACE, path)
+        prove_ways(WORKSPACE, *path)
     except PathRefused:
         return
-    move = plan(straight(UNITS, path.waypoints), LIMITS, UNITS)
+    move = plan(straight(UNITS, path), LIMITS, UNITS)
     _, rest = move.stop_at(share * move.duration)
     assert WORKSPACE.holds_grain(rest)
     reach = dist(start, end) or 1.0
@@ -213,12 +211,12 @@ def test_both_verdicts_occur_and_agree_with_sampling(campaign: Campaign) -> None
     rng = campaign.rng()
     refused = 0
     for _ in range(size):
-        path = JointPath.through(at_an_edge(rng), at_an_edge(rng))
+        path = at_an_edge(rng), at_an_edge(rng)
         try:
-            check_path(NARROW, path)
+            prove_ways(NARROW, *path)
         except PathRefused as error:
             refused += 1
             assert_breach(NARROW, error)
         else:
-            assert all(NARROW.contains(between(path.start, path.end, t)) for t in shares(40))
+            assert all(NARROW.contains(between(*path, t)) for t in shares(40))
     assert 0 < refused < size

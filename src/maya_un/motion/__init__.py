@@ -4,15 +4,14 @@ from maya_un.motion.curve import Blend, Path, Route, Space
 from maya_un.motion.knots import Knots, lay
 from maya_un.motion.limits import Limits
 from maya_un.motion.move import CoordinatedMove, Counts, Segment, commands
-from maya_un.motion.path import JointPath, between, check_path, highest_point, lowest_point
 from maya_un.motion.profile import Piece, Profile
+from maya_un.motion.proof import between
 from maya_un.motion.timing import plan
 
 __all__ = [
     "Blend",
     "CoordinatedMove",
     "Counts",
-    "JointPath",
     "Knots",
     "Limits",
     "Path",
@@ -22,10 +21,7 @@ __all__ = [
     "Segment",
     "Space",
     "between",
-    "check_path",
     "commands",
-    "highest_point",
     "lay",
-    "lowest_point",
     "plan",
 ]

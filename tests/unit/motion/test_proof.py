@@ -9,9 +9,9 @@ import pytest
 
 from maya_un.errors import PathRefused, Unreachable
 from maya_un.kinematics import Floats, Workspace
-from maya_un.motion.proof import prove
+from maya_un.motion.proof import between, prove
 from maya_un.values import Joints, Point
-from tests.strategies import WORKSPACE, configuration
+from tests.strategies import WORKSPACE, configuration, prove_ways
 
 LOW = Workspace.of(configuration(geometry={"height": 2.0}))
 """A lower frame: the table is within reach of the lines."""
@@ -98,3 +98,74 @@ def test_a_start_outside_and_knots_that_are_no_numbers_are_named() -> None:
 def test_turning_at_the_very_edge_is_accepted() -> None:
     turns = np.linspace(WORKSPACE.boom[0], WORKSPACE.boom[1], 50)
     prove(WORKSPACE, np.column_stack((turns, np.full(50, 2.260), np.full(50, 2.300))))
+
+
+def across(workspace: Workspace, z: float, inner: float = 0.5, outer: float = 2.1) -> tuple[Joints, Joints]:
+    """Return the ends of the way, straight in the joints, from near anchor b to near anchor c, both at height z."""
+    return workspace.require(Point(0.0, inner, z)), workspace.require(Point(0.0, outer, z))
+
+
+def test_a_path_in_the_middle_is_accepted() -> None:
+    prove_ways(WORKSPACE, *across(WORKSPACE, 1.0))
+
+
+def test_a_turn_of_the_boom_alone_is_accepted_at_the_very_edge() -> None:
+    low = Joints(0.0, 2.260, 2.300)
+    prove_ways(WORKSPACE, low, low._replace(a=2.0))
+
+
+def test_standing_still_is_a_path() -> None:
+    here = Joints(0.3, 1.5, 1.7)
+    prove_ways(WORKSPACE, here, here)
+
+
+def test_lines_that_sag_through_the_table_between_good_ends_are_refused() -> None:
+    path = across(LOW, 0.02, 0.9, 1.6)
+    with pytest.raises(PathRefused, match=r"50% of the way there it lies .* below the table top"):
+        prove_ways(LOW, *path)
+
+
+def test_lines_too_straight_between_good_ends_are_refused() -> None:
+    path = across(WORKSPACE, 2.061, 0.93, 1.67)
+    with pytest.raises(PathRefused, match="times the load, more than the 5 allowed") as refused:
+        prove_ways(WORKSPACE, *path)
+    at = refused.value.details["at"]
+    assert isinstance(at, tuple)
+    assert not WORKSPACE.contains(Joints(*at))
+
+
+def test_a_waypoint_outside_is_named() -> None:
+    here = Joints(0.3, 1.5, 1.7)
+    with pytest.raises(Unreachable, match=r"line b would have to be 2400\.0 mm long"):
+        prove_ways(WORKSPACE, here, Joints(0.3, 2.4, 1.7), here)
+
+
+def test_a_waypoint_that_is_no_number_is_named() -> None:
+    with pytest.raises(Unreachable, match="finite"):
+        prove_ways(WORKSPACE, Joints(0.3, 1.5, 1.7), Joints(nan, 1.5, 1.7))
+
+
+def test_a_start_outside_is_named_as_the_start() -> None:
+    with pytest.raises(PathRefused, match=r"it starts outside the workspace: it lies 239\.8 mm inside"):
+        prove_ways(WORKSPACE, Joints(0.0, 0.575, 2.30), Joints(0.0, 1.5, 1.7))
+
+
+def test_a_start_on_the_edge_that_counts_have_rounded_outside_may_leave_inwards() -> None:
+    rounded = Joints(0.0, 2.2600005, 2.3000005)
+    inwards = Joints(0.0, 1.8, 1.8)
+    prove_ways(WORKSPACE, rounded, inwards)
+    prove_ways(WORKSPACE, inwards, rounded)
+
+
+def test_only_the_leg_that_breaks_a_limit_is_refused() -> None:
+    inner, outer = across(LOW, 0.02, 0.9, 1.6)
+    up = LOW.require(Point(0.0, 1.3, 0.5))
+    prove_ways(LOW, inner, up, outer)
+    with pytest.raises(PathRefused):
+        prove_ways(LOW, inner, up, inner, outer)
+
+
+def test_between_is_exact_at_the_start() -> None:
+    start, end = Joints(0.1, 1.1, 1.2), Joints(0.3, 1.7, 1.9)
+    assert between(start, end, 0.0) == start
+    assert between(start, end, 1.0) == pytest.approx(end)
