@@ -8,7 +8,8 @@ import sys
 from collections.abc import Mapping
 from contextlib import suppress
 from io import TextIOWrapper
-from typing import Any
+from pathlib import Path
+from typing import Any, cast
 
 from maya_un.cli.settings import Settings
 from maya_un.errors import FileUnwritable, MayaError
@@ -27,8 +28,13 @@ INTERRUPTED = 130
 
 
 def tolerate_any_terminal() -> None:
-    """Show `?` for a letter that the terminal's encoding lacks, rather than fail on it."""
-    for stream in (sys.stdout, sys.stderr):
+    """Show `?` for a letter that the terminal's encoding lacks, rather than fail on it, and read what is none as such.
+
+    Where there is no input, as under a service manager, it is at its end.
+    """
+    if cast("object", sys.stdin) is None:
+        sys.stdin = Path(os.devnull).open(encoding="utf-8")  # noqa: SIM115 - for as long as the process lives
+    for stream in (sys.stdin, sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")
 

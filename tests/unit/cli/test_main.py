@@ -142,3 +142,23 @@ def test_ctrl_c_has_its_exit_code(end: type[BaseException], monkeypatch: pytest.
 
     monkeypatch.setattr(quick, "run", interrupted)
     assert main(["status"]) == 130
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_questions_survive_an_input_that_is_closed_or_no_text(closed: bool, tmp_path: Path) -> None:
+    code = (
+        "import sys; from maya_un.cli import output; output.tolerate_any_terminal(); "
+        "print(ascii(sys.stdin.readline()), ascii(sys.stdin.readline()))"
+    )
+    (tmp_path / "typed").write_bytes(b"\xff\n")
+    line = f'exec "$0" -c "$1" {"<&-" if closed else "< typed"}'
+    done = subprocess.run(
+        ["/bin/sh", "-c", line, sys.executable, code],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=tmp_path,
+        env={"PYTHONIOENCODING": "utf-8:strict"},
+        timeout=30,
+    )
+    assert done.stdout == ("'' ''\n" if closed else "'\\ufffd\\n' ''\n")

@@ -86,7 +86,7 @@ def _standing(client: Client, config: Config) -> Joints:
 
 def _already(path: Path, config: Config) -> Floats:
     """Return the joints of the points that a file holds, shape (n, 3); raises `InvalidValue` for a foreign one."""
-    if not path.exists():
+    if not points.is_there(path):
         return np.empty((0, 3))
     try:
         measured = points.read(path, config)

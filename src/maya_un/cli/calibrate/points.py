@@ -13,6 +13,7 @@ import hashlib
 import os
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import isfinite, pi
 from pathlib import Path
@@ -223,7 +224,7 @@ class Notebook:
         """Open a file to go on with, or begin one; raises `FileUnwritable`."""
         self._path = path
         datum = " ".join(f"{counts:.3f}" for counts in datum_of(config))
-        if not path.exists():
+        if not is_there(path):
             self._append(
                 f"# Measured for `maya calibrate`; homing put the switches at these counts.\n# datum {datum}\n"
             )
@@ -236,13 +237,24 @@ class Notebook:
         self._append(",".join([*(str(count) for count in counts), *(f"{value:.6f}" for value in place)]) + "\n")
 
     def _append(self, text: str) -> None:
+        """Write text behind what there is, or nothing of it: half a row would be read as another number."""
+        before = self._path.stat().st_size if is_there(self._path) else 0
         try:
             with self._path.open("a", encoding="utf-8") as file:
                 file.write(text)
                 file.flush()
                 os.fsync(file.fileno())
         except OSError as error:
+            with suppress(OSError):
+                os.truncate(self._path, before)
             raise FileUnwritable(path=self._path, reason=error.strerror or str(error)) from error
+
+
+def is_there(path: Path) -> bool:
+    """Tell whether there is something at a path; there is nothing where nothing can be."""
+    with suppress(OSError):  # a name that is too long, a folder that may not be looked into
+        return path.exists()
+    return False
 
 
 def _ends_a_line(path: Path) -> bool:

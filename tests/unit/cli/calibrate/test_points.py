@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import resource
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -178,3 +179,23 @@ def test_a_last_line_without_its_end_is_ended_first(tmp_path: Path) -> None:
 def test_a_place_that_cannot_be_written_is_said(tmp_path: Path) -> None:
     with pytest.raises(FileUnwritable):
         Notebook(tmp_path / "no" / "points.csv", CONFIG)
+
+
+def test_a_row_that_does_not_fit_is_not_begun(tmp_path: Path) -> None:
+    path = tmp_path / "points.csv"
+    notebook = Notebook(path, CONFIG)
+    notebook.add((-2, 1_500_001, 1_400_001), Point(-0.1, 0.7, 0.8))
+    before = path.read_bytes()
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (len(before) + 30, limits[1]))  # as a full disk has it
+    try:
+        with pytest.raises(FileUnwritable):
+            notebook.add((-2, 1_500_001, 1_400_001), Point(-0.1, 0.7, 0.812345))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert path.read_bytes() == before
+
+
+def test_a_name_that_no_file_can_have_is_told(tmp_path: Path) -> None:
+    with pytest.raises(FileUnwritable):
+        Notebook(tmp_path / ("x" * 300), CONFIG)
