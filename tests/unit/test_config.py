@@ -136,6 +136,7 @@ def test_an_angle_that_looks_like_degrees_is_called_so() -> None:
         ("axes.b.minimum", -0.1),
         ("axes.a.speed_counts", 1),
         ("axes.b.acceleration_counts", 1023),
+        ("axes.b.jerk_counts", 1023),
         ("axes.b.stop_deceleration_counts", 1_073_740_801),
         ("axes.c.error_limit_counts", 0),
         ("axes.c.letter", "D"),
