@@ -57,8 +57,8 @@ class _Pieces:
 def segments(chords: Chords, ramps: Ramps, slew: Floats, va: float, coarseness: float = 1.0) -> Segments:
     """Return the segments along `chords`.
 
-    `slew` (3,) are the greatest speeds of the axes [counts/s]. From one piece to the next the speed of no axis changes by
-    more than `STEP` of them, on curves by no more than `JUMPS`, `coarseness` times as much if that is wished.
+    `slew` (3,) are the greatest speeds of the axes [counts/s]. From one piece to the next the speed of no axis changes
+    by more than `STEP` of them, on curves by no more than `JUMPS`, `coarseness` times as much if that is wished.
     """
     steps = coarseness * _shares(chords) * slew
     pieces = _pieces(chords, ramps, va, (steps / np.maximum(np.abs(chords.directions), 1e-9)).min(axis=1))

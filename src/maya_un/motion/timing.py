@@ -35,7 +35,7 @@ _NEARLY = 0.99
 """VA may be this much below what the axes allow, where that saves the stairs of a rise."""
 
 Safely = Callable[[Floats, float, Floats], Floats]
-"""What else bounds speeds: from directions (n, 3) at the knots, VD, and speeds wished along the path (n,) to speeds (n,).
+"""What else bounds speeds: from directions (n, 3) at the knots, VD, and speeds wished there (n,), to speeds (n,).
 
 The speed at a knot holds for the chord behind it. Infinite where the wish does no harm.
 """
