@@ -36,5 +36,5 @@ def test_every_path_is_in_the_reference() -> None:
     bridge = Bridge(cast("asyncio.AbstractEventLoop", None), cast("Service", None))
     routes = [route for route in create_app(bridge).routes if isinstance(route, APIRoute)]
     assert len(routes) > 20
-    asked = [f"{method} {route.path}" for route in routes for method in route.methods or ()]
+    asked = [f"{method} {route.path_format}" for route in routes for method in route.methods or ()]
     assert [wish for wish in asked if f"`{wish}" not in page] == []
