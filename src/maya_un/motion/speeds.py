@@ -22,6 +22,9 @@ from maya_un.motion.limits import Limits
 
 _TINY = 1e-12
 
+_FASTEST = 15_000_000
+"""Greatest speed along a path [counts/s] (Galil DMC-41x3, commands VS, LI)."""
+
 _LEAST = 1e-6
 """An axis that takes less than this share of a chord counts as taking it: it limits nothing but its bend."""
 
@@ -62,7 +65,7 @@ def caps(chords: Chords, limits: Limits, scale: float) -> tuple[Floats, Floats]:
     `scale` slows the slew speeds. The ends of the path are at rest.
     """
     slew = np.array(limits.speed, dtype=np.float64)
-    within = scale * (slew / np.maximum(np.abs(chords.directions), _TINY)).min(axis=1)
+    within = np.minimum(_FASTEST, scale * (slew / np.maximum(np.abs(chords.directions), _TINY)).min(axis=1))
     at = np.zeros(len(within) + 1)
     if len(within) > 1:
         turns = np.maximum(np.abs(chords.smooth[1:] - chords.smooth[:-1]), _TINY)

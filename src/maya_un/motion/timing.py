@@ -25,6 +25,9 @@ from maya_un.motion.stairs import Ramps, segments
 
 _QUANTUM = 1024
 
+_STEEPEST = 1_073_740_800
+"""Greatest VA and VD [counts/s²] (Galil DMC-41x3, commands VA, VD)."""
+
 _STEEP = 0.9
 """The slow-down planned is at most this share of VD, so that stairs fit in."""
 
@@ -107,13 +110,14 @@ def _rise_rate(chords: Chords, limits: Limits) -> int:
     """
     share = np.maximum(np.abs(chords.directions), 1e-9)
     most = float(np.max(np.min(np.array(limits.acceleration) / share, axis=1)))
-    return max(_QUANTUM, ceil(_NEARLY * most / _QUANTUM) * _QUANTUM)
+    return min(_STEEPEST, max(_QUANTUM, ceil(_NEARLY * most / _QUANTUM) * _QUANTUM))
 
 
 def _stop_rate(chords: Chords, limits: Limits) -> int:
     """Return the greatest deceleration along the path with which a stop anywhere keeps every axis below its own."""
     share = np.maximum(np.abs(chords.directions), 1e-9)
-    return max(_QUANTUM, int(np.min(np.array(limits.stop_deceleration) / share)) // _QUANTUM * _QUANTUM)
+    own = int(np.min(np.array(limits.stop_deceleration) / share)) // _QUANTUM * _QUANTUM
+    return min(_STEEPEST, max(_QUANTUM, own))
 
 
 def _brisk(gentle: int, fastest: float, limits: Limits) -> int:
@@ -125,4 +129,4 @@ def _brisk(gentle: int, fastest: float, limits: Limits) -> int:
     """
     longest = max(speed / rate for speed, rate in zip(limits.speed, limits.stop_deceleration, strict=True))
     wanted = ceil(fastest / longest / _QUANTUM) * _QUANTUM
-    return max(gentle, min(wanted, HARDER * gentle))
+    return max(gentle, min(wanted, HARDER * gentle, _STEEPEST))

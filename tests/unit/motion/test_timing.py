@@ -7,6 +7,7 @@ from itertools import pairwise
 import pytest
 
 from maya_un.config import Config, Units
+from maya_un.config.load import parse
 from maya_un.errors import InvalidValue
 from maya_un.motion import CoordinatedMove, Limits, commands, plan
 from maya_un.motion.knots import straight
@@ -16,6 +17,12 @@ from tests.strategies import WORKSPACE, configuration
 UNITS = Units.of(Config())
 LIMITS = Limits.of(Config())
 HERE = Joints(0.5, 1.5, 1.7)
+
+FASTEST = 15_000_000
+"""Greatest value of SP and VS [counts/s] (Galil DMC-41x3)."""
+
+STEEPEST = 1_073_740_800
+"""Greatest value of AC, DC, VA and VD [counts/s²] (Galil DMC-41x3)."""
 
 
 def move(*waypoints: Joints, speed_scale: float = 1.0) -> CoordinatedMove:
@@ -57,6 +64,14 @@ def test_acceleration_and_stop_registers_are_the_axes_own() -> None:
     for way, va, vd in ((shifted(a=9000), 1024, 10_240), (shifted(b=9000), 5120, 51_200)):
         found = move(HERE, way)
         assert (found.va, found.vd) == (va, vd)
+
+
+def test_axes_with_the_greatest_registers_ask_for_no_more_than_the_controller_takes() -> None:
+    registers = ("acceleration_counts", "deceleration_counts", "stop_deceleration_counts", "limit_deceleration_counts")
+    axis = dict.fromkeys(registers, STEEPEST) | {"speed_counts": FASTEST}
+    config = parse({"axes": dict.fromkeys("abc", axis)})
+    found = plan(straight(Units.of(config), [shifted(), shifted(300_000, 300_000, 300_000)]), Limits.of(config), UNITS)
+    assert (found.va, found.vd, found.vs) == (STEEPEST, STEEPEST, FASTEST)
 
 
 @pytest.mark.parametrize(
