@@ -158,6 +158,15 @@ def test_no_axis_is_more_than_a_step_off_its_accelerations(steps: list[Counts]) 
         assert np.all(exit_ - entry[:, np.newaxis] <= LIMITS.acceleration[axis] * passed + spare)
 
 
+@given(st.lists(ways, min_size=1, max_size=1), st.sampled_from((0.3, 0.1, 0.03, 0.01)))
+def test_half_the_speed_takes_less_than_three_times_as_long(steps: list[Counts], scale: float) -> None:
+    """However slow a move is wanted, rounding makes none of it crawl: where stairs are lost the rest is not."""
+    slow, slower = moved(steps, scale), moved(steps, 0.5 * scale)
+    slowest = min(2.0, slow.profile.length)  # a speed is at least 2 counts/s
+    assert slow.duration <= slower.duration * (1.0 + 1e-6)
+    assert slower.duration <= 3.0 * slow.duration + 2.0 * slowest
+
+
 @given(moves)
 def test_speed_steps_are_two_per_cent_of_slew_at_most(steps: list[Counts]) -> None:
     for segment in moved(steps).segments:

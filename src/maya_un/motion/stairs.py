@@ -54,23 +54,29 @@ class _Pieces:
     end: Floats
 
 
-def segments(chords: Chords, ramps: Ramps, slew: Floats, va: float, coarseness: float = 1.0) -> Segments:
+def segments(
+    chords: Chords, ramps: Ramps, slew: Floats, va: float, coarseness: float = 1.0, scale: float = 1.0
+) -> Segments:
     """Return the segments along `chords`.
 
-    `slew` (3,) are the greatest speeds of the axes [counts/s]. From one piece to the next the speed of no axis changes
-    by more than `STEP` of them, on curves by no more than `JUMPS`, `coarseness` times as much if that is wished.
+    `slew` (3,) are the slew speeds of the axes [counts/s]; no axis is faster than the share `scale` of its own. From one
+    piece to the next the speed of no axis changes by more than `STEP` of its slew speed, on curves by no more than its
+    share in `JUMPS`, `coarseness` times as much if that is wished.
     """
     steps = coarseness * _shares(chords) * slew
     pieces = _pieces(chords, ramps, va, (steps / np.maximum(np.abs(chords.directions), 1e-9)).min(axis=1))
     counts, keep = _whole(chords, pieces)
     lengths = np.sqrt(np.einsum("ij,ij->i", counts, counts))
-    allowed = (slew / np.maximum(np.abs(counts), 1e-9)).min(axis=1) * lengths
+    allowed = (scale * slew / np.maximum(np.abs(counts), 1e-9)).min(axis=1) * lengths
     target = _even(np.minimum(pieces.target[keep], allowed))
     end = np.minimum(target, _even(pieces.end[keep]))
     end[:-1] = np.minimum(end[:-1], target[1:])
     end[-1] = 0.0
     own = (steps[pieces.chord[keep]] / np.maximum(np.abs(counts), 1e-9)).min(axis=1) * lengths
-    target = np.maximum(end, np.minimum(target, _even(end + own)))  # where stairs were lost to rounding
+    # Stairs shorter than a count are lost to rounding: then a piece ends with no more than a step, or for axes so slow
+    # that a step is nothing with what a count is enough to slow down by.
+    own = np.where(own < 2.0 * SLOWEST, np.sqrt(end * end + 2.0 * ramps.down[pieces.chord[keep]]) - end, own)
+    target = np.maximum(end, np.minimum(target, _even(end + own)))
     found = Segments(counts.astype(np.int64), target.astype(np.int64), end.astype(np.int64))
     return found if np.abs(counts).max(initial=0.0) <= LONGEST else _split(found)
 

@@ -82,8 +82,8 @@ def plan(
     if min(limits.jerk) < inf:
         allowed = None if safely is None else _allowed(safely, chords, vd)
         chords, ramps = smoothed(knots, limits, within, at, _fastest(chords, budget), allowed, coarseness)
-    slew = speed_scale * np.array(limits.speed, dtype=np.float64)
-    found = segments(chords, ramps, slew, va, coarseness)
+    slew = np.array(limits.speed, dtype=np.float64)
+    found = segments(chords, ramps, slew, va, coarseness, speed_scale)
     return CoordinatedMove.along(start, found, limits.letters, va, vd, units, vias=knots.vias)
 
 
