@@ -22,7 +22,7 @@ from maya_un.controller.planner import Planner
 from maya_un.controller.seek import SETTLE
 from maya_un.kinematics import Workspace
 from maya_un.loops import run_virtual
-from maya_un.motion.curve import Path
+from maya_un.motion.path import Path
 from maya_un.robot.jaws import Jaws
 from maya_un.robot.pick import Pick
 from maya_un.robot.place import Place

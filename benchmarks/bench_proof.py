@@ -11,8 +11,8 @@ from maya_un.config import Config, Units
 from maya_un.kinematics import Floats, Workspace
 from maya_un.kinematics.zones import Box, Cylinder, HalfSpace
 from maya_un.motion.clearance import closest, lowest
+from maya_un.motion.emergency import Emergency, emergency_speed
 from maya_un.motion.proof import prove
-from maya_un.motion.stopping import Emergency, emergency_speed
 from maya_un.values import Point
 
 CHORDS = 100

@@ -11,8 +11,8 @@ from maya_un.config.load import parse
 from maya_un.errors import MachineError
 from maya_un.kinematics import Workspace
 from maya_un.loops import run_virtual
-from maya_un.motion.curve import Path
-from maya_un.motion.stopping import SLACK
+from maya_un.motion.emergency import SLACK
+from maya_un.motion.path import Path
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Point
 from maya_un.virtual.maya.start import Start

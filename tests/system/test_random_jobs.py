@@ -21,8 +21,8 @@ import pytest
 from maya_un.controller.seek import SETTLE
 from maya_un.errors import CannotPause, MayaError, PathRefused, Stopped, TrajectoryRefused, Unreachable
 from maya_un.loops import run_virtual
-from maya_un.motion import curve
-from maya_un.motion.curve import Path
+from maya_un.motion import Blend, Path
+from maya_un.motion import Space as Straight
 from maya_un.robot.approach import Approach
 from maya_un.robot.gripper import Gripper
 from maya_un.robot.pick import Pick
@@ -150,7 +150,7 @@ def _coordinates(trial: Trial, space: Space, waypoints: Sequence[Joints]) -> tup
 async def _way(trial: Trial) -> None:
     way, speed = drawn_way(trial), trial.rng.choice((1.0, trial.rng.uniform(0.05, 1.0)))
     controller = trial.bench.controller
-    path = Path(curve.Space(way.space), way.waypoints, tuple(curve.Blend(*cut) for cut in way.cuts))
+    path = Path(Straight(way.space), way.waypoints, tuple(Blend(*cut) for cut in way.cuts))
     try:
         preview = controller.preview(path, speed=speed)
     except TrajectoryRefused:

@@ -22,7 +22,7 @@ from maya_un.controller.planner import MOST_SEGMENTS
 from maya_un.errors import HostSilent
 from maya_un.galil.transport import Transport
 from maya_un.loops import run_virtual
-from maya_un.motion.curve import Path
+from maya_un.motion.path import Path
 from maya_un.testing import Rig
 from maya_un.values import Joints, Point
 from tests.campaign import Campaign

@@ -37,7 +37,7 @@ from maya_un.galil.driver import Driver
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
-from maya_un.motion.curve import Path, Route
+from maya_un.motion.path import Path, Route
 from maya_un.values import Joints, Progress, State, StopReport
 
 

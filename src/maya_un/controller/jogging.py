@@ -19,7 +19,7 @@ from maya_un.controller.protocol import Jogged
 from maya_un.errors import InvalidValue, PathRefused, UnknownName, Unreachable
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.workspace import Reason, Workspace
-from maya_un.motion.curve import Path
+from maya_un.motion.path import Path
 from maya_un.values import AXES, JOG_AXES, Joints, Point
 
 MARGIN = 5e-4

@@ -16,12 +16,12 @@ from maya_un.errors import InvalidValue, PathRefused, TrajectoryRefused
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.motion.clearance import extremes
-from maya_un.motion.curve import Path, Route, Space
+from maya_un.motion.emergency import Emergency, emergency_speed
 from maya_un.motion.knots import Knots, divided, lay
 from maya_un.motion.limits import Limits
 from maya_un.motion.move import CoordinatedMove
+from maya_un.motion.path import Path, Route, Space
 from maya_un.motion.proof import prove
-from maya_un.motion.stopping import Emergency, emergency_speed
 from maya_un.motion.timing import plan
 from maya_un.values import AXES, Joints
 

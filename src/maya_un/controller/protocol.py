@@ -13,7 +13,7 @@ from maya_un.events import EventLog
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
-from maya_un.motion.curve import Route
+from maya_un.motion.path import Route
 from maya_un.values import Joints, Progress, State, StopReport
 
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from maya_un.config import Units
 from maya_un.kinematics import Mechanism
-from maya_un.motion.curve import Blend, Space, Waypoint, to_joints
 from maya_un.motion.limits import Limits
+from maya_un.motion.path import Blend, Space, Waypoint, to_joints
 
 _STEP = 1e-4
 

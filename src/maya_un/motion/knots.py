@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from maya_un.config import Units
 from maya_un.kinematics import Floats, Mechanism
-from maya_un.motion.curve import Path, Pieces, Space, to_joints
 from maya_un.motion.limits import Limits
+from maya_un.motion.path import Path, Pieces, Space, to_joints
 from maya_un.values import Joints
 
 Whole = NDArray[np.int64]

@@ -7,7 +7,7 @@ chord is proved, not sampled: the limits of the machine in `maya_un.motion.condi
 
 Coordinated motion keeps the axes on this path at every speed, and a coordinated stop decelerates along it. Where a
 stop at any instant ends, and all of its way there, are therefore points of the same chords: the proof for the path
-holds for every stop on it. What a fault may do beside the path is `maya_un.motion.stopping`'s affair.
+holds for every stop on it. What a fault may do beside the path is `maya_un.motion.emergency`'s affair.
 """
 
 from __future__ import annotations

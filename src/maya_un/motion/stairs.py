@@ -59,9 +59,9 @@ def segments(
 ) -> Segments:
     """Return the segments along `chords`.
 
-    `slew` (3,) are the slew speeds of the axes [counts/s]; no axis is faster than the share `scale` of its own. From one
-    piece to the next the speed of no axis changes by more than `STEP` of its slew speed, on curves by no more than its
-    share in `JUMPS`, `coarseness` times as much if that is wished.
+    `slew` (3,) are the slew speeds of the axes [counts/s]; no axis is faster than the share `scale` of its own. From
+    one piece to the next the speed of no axis changes by more than `STEP` of its slew speed, on curves by no more than
+    its share in `JUMPS`, `coarseness` times as much if that is wished.
     """
     steps = coarseness * _shares(chords) * slew
     pieces = _pieces(chords, ramps, va, (steps / np.maximum(np.abs(chords.directions), 1e-9)).min(axis=1))

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from maya_un.controller.inspection import Inspection
 from maya_un.controller.protocol import Preview
-from maya_un.motion.curve import Path
+from maya_un.motion.path import Path
 from maya_un.robot.jaws import Jaws
 from maya_un.values import Joints
 

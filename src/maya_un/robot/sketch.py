@@ -7,7 +7,7 @@ from maya_un.controller.homing import homed_pose
 from maya_un.controller.protocol import Controller, Preview
 from maya_un.errors import NotHomed, PathRefused, TrajectoryRefused, Unreachable
 from maya_un.kinematics.workspace import Reason
-from maya_un.motion.curve import Path
+from maya_un.motion.path import Path
 from maya_un.robot.crossing import Crosser
 from maya_un.robot.jaws import Jaws
 from maya_un.robot.plan import Action, Grip, Homing, Plan, Pose, Travel

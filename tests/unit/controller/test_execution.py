@@ -10,7 +10,7 @@ from maya_un.config.load import parse
 from maya_un.controller.run import OnVia
 from maya_un.errors import Busy, LinkLost, Stopped
 from maya_un.events import Kind
-from maya_un.motion.curve import Path
+from maya_un.motion.path import Path
 from maya_un.testing import Rig
 from maya_un.values import Joints, Mode, Point
 from tests.unit.controller.bench import HERE, commands_in, homed, kinds, now, references, still_moving

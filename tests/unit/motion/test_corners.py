@@ -10,7 +10,7 @@ from maya_un.config import Config, Units
 from maya_un.kinematics import Mechanism
 from maya_un.motion import Limits, Space
 from maya_un.motion.corners import Pace, overlap, pace, reversed_blend
-from maya_un.motion.curve import Blend, Waypoint
+from maya_un.motion.path import Blend, Waypoint
 
 CONFIG = Config()
 MAYA = Mechanism.of(CONFIG)

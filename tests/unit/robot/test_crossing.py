@@ -13,7 +13,7 @@ from maya_un.controller.protocol import Preview
 from maya_un.errors import PathRefused, Unreachable
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.workspace import Workspace
-from maya_un.motion.curve import Path, Route, to_joints
+from maya_un.motion.path import Path, Route, to_joints
 from maya_un.robot.crossing import TOLERANCE, Crosser, Crossing
 from maya_un.values import Joints, Point
 from tests.strategies import configuration

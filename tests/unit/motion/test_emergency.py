@@ -10,7 +10,7 @@ import pytest
 from maya_un.config import Config, Units
 from maya_un.kinematics import Floats, Workspace, hanging, slack, tension
 from maya_un.kinematics.zones import HalfSpace
-from maya_un.motion.stopping import CREEP, LATE, SLACK, Emergency, emergency_speed
+from maya_un.motion.emergency import CREEP, LATE, SLACK, Emergency, emergency_speed
 from maya_un.values import Point
 from tests.strategies import WORKSPACE, configuration
 

@@ -14,8 +14,8 @@ from maya_un.config import Config, Units
 from maya_un.errors import PathRefused, Unreachable
 from maya_un.kinematics import Floats, Workspace, hanging, slack, tension
 from maya_un.kinematics.zones import Box, HalfSpace
+from maya_un.motion.emergency import CREEP, LATE, Emergency, emergency_speed
 from maya_un.motion.proof import prove
-from maya_un.motion.stopping import CREEP, LATE, Emergency, emergency_speed
 from maya_un.values import Joints, Point
 from tests.campaign import Campaign
 from tests.strategies import WORKSPACE, configuration

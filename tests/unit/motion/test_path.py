@@ -11,7 +11,7 @@ from maya_un.config import Config
 from maya_un.errors import InvalidValue, TrajectoryRefused
 from maya_un.kinematics import Mechanism
 from maya_un.motion import Blend, Path, Space
-from maya_un.motion.curve import Waypoint, from_joints, to_joints
+from maya_un.motion.path import Waypoint, from_joints, to_joints
 from maya_un.values import Joints, Point
 
 MAYA = Mechanism.of(Config())
