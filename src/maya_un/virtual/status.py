@@ -197,7 +197,7 @@ def _motion_bits(unit: Unit, axis: Axis) -> int:
         | Status.HOMING_SECOND_DONE * (motion.kind in homing.KINDS and motion.stage >= homing.TO_INDEX)
         | Status.HOMING_THIRD * (motion.kind is Kind.HOME and motion.stage >= homing.TO_INDEX)
         | Status.SLEWING * (v == soon != 0.0)
-        | Status.STOPPING * motion.emergency
+        | Status.STOPPING * motion.stopping
         | Status.FINAL_DECELERATION * (now >= motion.profile.braking)
     )
 

@@ -46,7 +46,7 @@ def allowed(axis: Axis, when: When) -> None:
     if when is When.COMMUTATED and not axis.commutated:
         raise Refused(ErrorCode.NOT_BRUSHLESS)
     if when is When.BRAKING:
-        if axis.motion is not None and axis.motion.positions and not axis.motion.emergency:
+        if axis.motion is not None and axis.motion.positions and not axis.motion.stopping:
             raise Refused(ErrorCode.NOT_WHILE_RUNNING)
         return
     if axis.moving:

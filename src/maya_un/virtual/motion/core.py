@@ -164,7 +164,7 @@ class MotionCore:
     def stop_code(self, axis: Axis) -> StopCode:
         """Return SC now: that a positioning arrives is reported from its last deceleration on."""
         motion = axis.motion
-        if motion is not None and motion.positions and not motion.emergency and self.now >= motion.profile.braking:
+        if motion is not None and motion.positions and not motion.stopping and self.now >= motion.profile.braking:
             return StopCode.COMMANDED
         return axis.stop_code
 
@@ -279,7 +279,7 @@ class MotionCore:
             self.release(axis, axis.registers["DC"], StopCode.STOPPED)
         elif axis.plane:
             coordination.stop(self._everyone, self.courses[axis.plane], self.now)
-        elif axis.motion is not None and not axis.motion.emergency:
+        elif axis.motion is not None and not axis.motion.stopping:
             self._brake(axis, axis.motion, axis.registers["DC"], StopCode.STOPPED)
 
     def halt(self, axis: Axis, code: StopCode) -> None:
@@ -355,7 +355,7 @@ class MotionCore:
         if motion.kind is not Kind.JOG:
             raise Refused(ErrorCode.JOG_ONLY_IN_JOG_MODE)
         motion.speed = speed
-        if not motion.emergency:
+        if not motion.stopping:
             self._replan(axis, motion)
             self.look()
 
@@ -370,7 +370,7 @@ class MotionCore:
         elif motion.kind is Kind.JOG:
             p, v = axis.timeline.at(self.now)
             self._adopt(axis, motion, self._wanted(axis, motion, p + distance, v))
-        elif motion.emergency or distance * axis.heading(self.now) < 0:
+        elif motion.stopping or distance * axis.heading(self.now) < 0:
             raise Refused(ErrorCode.IP_WRONG_SIGN)
         else:
             motion.target += distance
@@ -380,7 +380,7 @@ class MotionCore:
         """Go to `destination` [controller counts] at once, from any state of motion (PA with PT 1)."""
         if axis.motion is not None:
             axis.motion.target = destination - axis.offset
-            axis.motion.emergency = False
+            axis.motion.stopping = False
             axis.stop_code = StopCode.RUNNING
             self._replan(axis, axis.motion)
             return
@@ -427,7 +427,7 @@ class MotionCore:
     def _look_at_motion(self, axis: Axis, motion: Motion) -> None:
         if self.now >= motion.profile.end:
             self._finish(axis, motion)
-        elif motion.kind in homing.KINDS and not motion.emergency:
+        elif motion.kind in homing.KINDS and not motion.stopping:
             level = self.plant.inputs(axis.index)[2]
             if level != motion.level and (onward := homing.edge(axis, motion, self.now)) is not None:
                 self._adopt(axis, motion, onward)
@@ -551,7 +551,7 @@ class MotionCore:
 
     def _replan(self, axis: Axis, motion: Motion) -> None:
         p, v = axis.timeline.at(self.now)
-        if motion.emergency:
+        if motion.stopping:
             rate = "SD" if motion.result in limits.CODES else "DC"
             way = smoothing.stop(axis, self.now, p, v, axis.registers[rate], self.sample)
         else:
@@ -560,7 +560,7 @@ class MotionCore:
 
     def _brake(self, axis: Axis, motion: Motion, rate: float, code: StopCode) -> None:
         p, v = axis.timeline.at(self.now)
-        motion.emergency, motion.result = True, code
+        motion.stopping, motion.result = True, code
         axis.stop_code = code
         self._adopt(axis, motion, smoothing.stop(axis, self.now, p, v, rate, self.sample))
 

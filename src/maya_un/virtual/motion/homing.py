@@ -53,7 +53,7 @@ def edge(axis: Axis, motion: Motion, t: float) -> Profile | None:
 
 def rested(axis: Axis, motion: Motion, t: float, level: bool) -> Profile | None:
     """Return how an axis goes on that came to rest within its homing; None where it is done."""
-    if motion.emergency:
+    if motion.stopping:
         return None
     p, _ = axis.timeline.at(t)
     registers = axis.registers
