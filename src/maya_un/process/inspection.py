@@ -77,8 +77,8 @@ async def inspect_job(robot: Robot, tasks: Sequence[Task], start: Pose, samples:
         preview,
         tuple(found.bands),
         _least(found.closest),
-        max((motion.emergency.time for motion in found.inspections), default=0.0),
-        max((motion.emergency.distance for motion in found.inspections), default=0.0),
+        max((motion.stopping.time for motion in found.inspections), default=0.0),
+        max((motion.stopping.distance for motion in found.inspections), default=0.0),
         tuple(found.motions),
     )
 
