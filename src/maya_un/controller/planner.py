@@ -31,8 +31,8 @@ MOST_SEGMENTS = 511
 REMEMBERED = 1024
 """Previews kept: a job's legs are checked before it starts and again as it comes to them."""
 
-AT_HAND = 8
-"""Plans kept: a primitive's legs are previewed right before they are carried out. More would burden the collector."""
+AT_HAND = 512
+"""Plans kept: what a job has previewed it need not plan again. They are arrays, some 30 kB each."""
 
 START_TOLERANCE = (1e-3, 1e-4, 1e-4)
 """A path starts where the robot is, to this much (rad, m, m)."""
