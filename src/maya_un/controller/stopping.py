@@ -6,7 +6,7 @@ import asyncio
 from contextlib import suppress
 
 from maya_un.controller.monitor import Monitor
-from maya_un.controller.seek import brake
+from maya_un.controller.seek import SETTLE, brake
 from maya_un.errors import CommandRejected, MachineError, NotConnected, Stopped
 from maya_un.events import Kind
 from maya_un.galil.driver import Driver
@@ -55,7 +55,7 @@ class Stopping:
             raise asyncio.CancelledError
 
     async def _come_to_rest(self, driver: Driver) -> None:
-        """Brake and look until nothing moves; a lost link cannot be waited for."""
+        """Brake, look until nothing moves, and once more when all has settled; a lost link cannot be waited for."""
         if driver.lost.done():
             return
         try:
@@ -64,6 +64,8 @@ class Stopping:
             while self._monitor.moving():
                 await asyncio.sleep(0.02)
                 await self._monitor.look()
+            await asyncio.sleep(SETTLE)  # the encoders follow a little later: whoever plans next begins where they are
+            await self._monitor.look()
         except (NotConnected, MachineError):
             if not driver.lost.done():
                 raise
