@@ -312,7 +312,8 @@ async def test_a_stop_during_the_last_look_at_the_gripper_is_not_lost() -> None:
 
 async def test_after_a_stop_the_state_is_where_the_axes_have_come_to_rest() -> None:
     """What is planned next begins there: the encoders follow the reference by a few hundredths of a second."""
-    async with rig() as bench:
+    hard = {"stop_deceleration_counts": 80_000_000, "limit_deceleration_counts": 80_000_000}
+    async with rig(parse({"axes": {"a": hard, "b": hard, "c": hard}})) as bench:
         await bench.controller.home()
         move = asyncio.create_task(bench.controller.move(Joints(1.0, 1.2, 1.9)))
         await elapse(9.0)
