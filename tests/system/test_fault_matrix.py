@@ -70,21 +70,21 @@ EXPECTED = [
 ]
 
 PHASES = {
-    "homing": (Kind.HOMING, 1),
-    "approach": (Kind.MOVING, 1),
-    "opening": (Kind.GRIPPER_OPEN, 1),
-    "down to the part": (Kind.MOVING, 2),
-    "grasp": (Kind.GRIPPER_CLOSED, 1),
-    "up with the part": (Kind.MOVING, 3),
-    "across": (Kind.MOVING, 4),
-    "down to the tray": (Kind.MOVING, 5),
-    "release": (Kind.GRIPPER_OPEN, 2),
-    "up and away": (Kind.MOVING, 6),
-    "paused across": (Kind.MOVING, 4),
-    "slowed across": (Kind.MOVING, 4),
-    "at rest": (Kind.HOMED, 1),
+    "homing": (Kind.HOMING, "", 1),
+    "opening": (Kind.PHASE, "open", 1),
+    "approach": (Kind.PHASE, "approach", 1),
+    "down to the part": (Kind.PHASE, "down", 1),
+    "grasp": (Kind.GRIPPER_CLOSED, "", 1),
+    "up with the part": (Kind.PHASE, "up", 1),
+    "across": (Kind.PHASE, "approach", 2),
+    "down to the tray": (Kind.PHASE, "down", 2),
+    "release": (Kind.PHASE, "open", 2),
+    "up and away": (Kind.PHASE, "up", 2),
+    "paused across": (Kind.PHASE, "approach", 2),
+    "slowed across": (Kind.PHASE, "approach", 2),
+    "at rest": (Kind.HOMED, "", 1),
 }
-"""When a phase begins: with the n-th event of a kind."""
+"""When a phase begins: with the n-th event of a kind, and where it has a name, of that name."""
 
 
 def test_every_fault_of_the_table_is_tried() -> None:
@@ -135,8 +135,8 @@ def _job(phase: str) -> Job:
 
 async def _begun(bench: Rig, phase: str, number: int, process: Process) -> None:
     """Wait until a phase has begun; a job of that many steps has every one of them."""
-    kind, count = PHASES[phase]
-    while sum(event.kind is kind for event in bench.controller.events.since(0)) < count:
+    kind, name, count = PHASES[phase]
+    while sum(e.kind is kind and e.detail.get("name", "") == name for e in bench.controller.events.since(0)) < count:
         report = process.report(number)
         assert report.state not in (TaskState.DONE, TaskState.FAILED), f"the job ended before {phase}"
         await elapse(0.1)
