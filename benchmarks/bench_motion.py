@@ -164,7 +164,7 @@ def _known(value: float) -> Callable[[], float]:
 
 
 def lines() -> Case:
-    """Return what a straight line of 1 to 2 m costs, every line a new one: the planner remembers those it has planned."""
+    """Return what a straight line of 1 to 2 m costs, each a new one: the planner remembers those it has planned."""
     workspace = Workspace.of(MACHINE.config)
     planner = Planner(MACHINE.config, workspace.mechanism)
     rng = Random(1)
