@@ -71,14 +71,13 @@ EXPECTED = [
 
 PHASES = {
     "homing": (Kind.HOMING, "", 1),
-    "opening": (Kind.PHASE, "open", 1),
     "approach": (Kind.PHASE, "approach", 1),
     "down to the part": (Kind.PHASE, "down", 1),
     "grasp": (Kind.GRIPPER_CLOSED, "", 1),
     "up with the part": (Kind.PHASE, "up", 1),
     "across": (Kind.PHASE, "approach", 2),
     "down to the tray": (Kind.PHASE, "down", 2),
-    "release": (Kind.PHASE, "open", 2),
+    "release": (Kind.PHASE, "open", 1),
     "up and away": (Kind.PHASE, "up", 2),
     "paused across": (Kind.PHASE, "approach", 2),
     "slowed across": (Kind.PHASE, "approach", 2),
