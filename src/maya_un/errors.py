@@ -11,9 +11,13 @@ MayaError
 │   ├── GripperNotEmpty 3001 · GripperEmpty 3002
 │   ├── InvalidValue 4001 · InvalidJob 4002 · UnknownName 4003 · NotFound 4004 · InvalidRequest 4005
 │   │   SpeedOnRealMachine 4006 · FileUnreadable 4007 · InvalidCommandLine 4008
-│   │   NotIdentifiable 4009 · NotTaught 4010 · NameTaken 4011
+│   │   NotIdentifiable 4009 · NotTaught 4010 · NameTaken 4011 · KeyReused 4012
+│   │   EventsForgotten 4013 · WrongState 4014 · AnswerNeeded 4015
+│   ├── NotSignedIn 4101 · NotAllowed 4102 · LeaseHeld 4103 · LeaseNeeded 4104 · LeaseLost 4105
+│   │   TooManyRequests 4106
 │   └── InvalidConfig 5001 · FileUnwritable 5002 · AddressInUse 5003 · AlreadyRunning 5004
-│       FileNotOurs 5005 · NothingToRevert 5006
+│       FileNotOurs 5005 · NothingToRevert 5006 · StorageFailed 5007 · StorageDamaged 5008
+│       StorageTooNew 5009 · StorageInUse 5010
 └── MachineError            the machine did something unexpected: motion ends, a person recovers
     ├── LinkLost 1001 · ConnectFailed 1002 · LinkTimeout 1003 · CommandRejected 1004
     │   WrongController 1005 · UnexpectedReply 1006 · ParameterMismatch 1007
@@ -387,6 +391,66 @@ class NameTaken(RequestError):
     code = 4011
 
 
+class KeyReused(RequestError):
+    """An idempotency key came again with another request."""
+
+    code = 4012
+
+
+class EventsForgotten(RequestError):
+    """Events were asked for that are not kept any more; names the oldest that is."""
+
+    code = 4013
+
+
+class WrongState(RequestError):
+    """A job cannot be changed like that in the state it is in."""
+
+    code = 4014
+
+
+class AnswerNeeded(RequestError):
+    """A person has to say something first that nobody else can know."""
+
+    code = 4015
+
+
+class NotSignedIn(RequestError):
+    """A request came without a token, or with one that is not valid."""
+
+    code = 4101
+
+
+class NotAllowed(RequestError):
+    """The role of whoever asks does not include this."""
+
+    code = 4102
+
+
+class LeaseHeld(RequestError):
+    """Somebody else drives the robot."""
+
+    code = 4103
+
+
+class LeaseNeeded(RequestError):
+    """Only who holds the control lease may do this, and nobody does."""
+
+    code = 4104
+
+
+class LeaseLost(RequestError):
+    """The control lease that was shown has ended."""
+
+    code = 4105
+
+
+class TooManyRequests(RequestError):
+    """A client asks more often than it may."""
+
+    code = 4106
+
+
 class InvalidConfig(RequestError):
     """A configuration key is unknown, out of range or contradicts another."""
 
@@ -421,6 +485,30 @@ class NothingToRevert(RequestError):
     """There is no calibration to take back, or its values were changed since."""
 
     code = 5006
+
+
+class StorageFailed(RequestError):
+    """What is to be kept cannot be written; nothing of it is acknowledged."""
+
+    code = 5007
+
+
+class StorageDamaged(RequestError):
+    """The file of the queue and its history is damaged; it is left as it is."""
+
+    code = 5008
+
+
+class StorageTooNew(RequestError):
+    """The file of the queue was written by a newer version."""
+
+    code = 5009
+
+
+class StorageInUse(RequestError):
+    """Another program keeps its queue in this file."""
+
+    code = 5010
 
 
 class InternalError(MachineError):

@@ -38,6 +38,10 @@ class Kind(StrEnum):
     PHASE = "phase"
     JOB = "job"
     STEP = "step"
+    QUEUE = "queue"
+    LEASE = "lease"
+    STORAGE = "storage"
+    RECORDING = "recording"
 
 
 @dataclass(frozen=True, slots=True)

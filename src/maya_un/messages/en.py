@@ -73,11 +73,29 @@ SENTENCES: dict[int, str] = {
     4010: "No {what} is taught under the name {name!r}; there are {known}. `maya teach` keeps the place "
     "where the gripper is.",
     4011: "{name!r} is taught already. Choose another name, or teach it anew with `--replace`.",
+    4012: "The idempotency key {key!r} came before with another request. Use a new key for a new request.",
+    4013: "Events above {since} are asked for, but the oldest that is kept is {oldest}. Read the state anew, and go on "
+    "from there.",
+    4014: "Job {number} is {state}, so it cannot be {wish}.",
+    4015: "Nobody but a person can know this: {question} Say it with the choice ({options}).",
+    4101: "This needs a valid token: {reason}. Ask an administrator of the robot for one (`maya user token`).",
+    4102: "{who} is {role}, and {operation} needs {needed}. Ask somebody who may.",
+    4103: "{holder} drives the robot since {since}. Ask for the lease with `maya lease ask`, or wait; `maya stop` works "
+    "for everybody.",
+    4104: "Only who holds the control lease may say this. Take it with `maya lease take`.",
+    4105: "This control lease has ended ({reason}). Take it again with `maya lease take`.",
+    4106: "Too many requests ({limit} in {seconds} s are allowed). Wait {wait} s.",
     5001: "The configuration is refused at {key} = {value}: {reason}.",
     5002: "{path} cannot be written: {reason}.",
     5003: "{address} is in use already. Choose another port, or stop what listens there.",
     5004: "`maya up` runs already (process {pid}). Use it, or end it first.",
     5005: "{path} is somebody else's: {remedy}.",
     5006: "No calibration can be taken back in {path}: {reason}.",
+    5007: "This could not be written down ({reason}), so it was not accepted. Make room on the disk or see to its rights, "
+    "then say it again.",
+    5008: "{path} is damaged ({reason}); it was left as it is. Put a backup in its place (`maya queue restore`), or move it "
+    "away to begin an empty one.",
+    5009: "{path} was written by a newer version ({found}; this one knows {known}). Use that version, or another file.",
+    5010: "{path} is in use by process {pid}. End that one first, or use another file.",
     5999: "Something went wrong inside ({reason}). This is a defect of ours; please report it with the log.",
 }

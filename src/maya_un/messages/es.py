@@ -73,11 +73,29 @@ SENTENCES: dict[int, str] = {
     4010: "No se ha enseñado {what} con el nombre {name!r}; existen {known}. `maya teach` guarda el lugar donde está la "
     "pinza.",
     4011: "{name!r} ya está enseñado. Elija otro nombre, o enséñelo de nuevo con `--replace`.",
+    4012: "La clave de idempotencia {key!r} ya llegó con otra petición. Use una clave nueva para una petición nueva.",
+    4013: "Se piden eventos posteriores al {since}, pero el más antiguo que se guarda es el {oldest}. Lea el estado de "
+    "nuevo y siga desde ahí.",
+    4014: "El trabajo {number} está {state}, así que no se puede: {wish}.",
+    4015: "Esto solo puede saberlo una persona: {question} Dígalo con la elección ({options}).",
+    4101: "Esto necesita un token válido: {reason}. Pida uno a un administrador del robot (`maya user token`).",
+    4102: "{who} es {role}, y {operation} necesita {needed}. Pídalo a quien pueda.",
+    4103: "{holder} conduce el robot desde {since}. Pida el mando con `maya lease ask`, o espere; `maya stop` vale para "
+    "todos.",
+    4104: "Solo quien tiene el mando puede decir esto. Tómelo con `maya lease take`.",
+    4105: "Este mando ha terminado ({reason}). Tómelo de nuevo con `maya lease take`.",
+    4106: "Demasiadas peticiones (se permiten {limit} en {seconds} s). Espere {wait} s.",
     5001: "La configuración se rechaza en {key} = {value}: {reason}.",
     5002: "No se puede escribir {path}: {reason}.",
     5003: "{address} ya está en uso. Elija otro puerto o cierre lo que escucha allí.",
     5004: "`maya up` ya está en marcha (proceso {pid}). Úselo o ciérrelo antes.",
     5005: "{path} es ajeno: {remedy}.",
     5006: "No hay calibración que deshacer en {path}: {reason}.",
+    5007: "Esto no se pudo guardar ({reason}), así que no se aceptó. Haga sitio en el disco o revise sus permisos y "
+    "dígalo de nuevo.",
+    5008: "{path} está dañado ({reason}); se dejó como está. Ponga una copia en su lugar (`maya queue restore`), o apártelo "
+    "para empezar uno vacío.",
+    5009: "{path} lo escribió una versión más nueva ({found}; esta conoce {known}). Use esa versión, u otro archivo.",
+    5010: "{path} lo usa el proceso {pid}. Ciérrelo antes, o use otro archivo.",
     5999: "Algo falló por dentro ({reason}). Es un defecto nuestro; repórtelo con el registro.",
 }

@@ -1,4 +1,4 @@
-"""The life of jobs and of their steps, as a table."""
+"""The life of jobs and of their steps, as a table; docs/explanation/the-queue.md draws it."""
 
 from __future__ import annotations
 
@@ -6,10 +6,18 @@ from enum import StrEnum
 
 
 class TaskState(StrEnum):
-    """Where a job or a step is in its life; `skipped` is for steps only."""
+    """Where a job or a step is in its life.
+
+    `held` waits for a person: it was put aside, is a proposal, or depends on what failed. `paused` was begun and goes
+    on when somebody says so. `interrupted` was under way when this program ended; a person says what becomes of it.
+    `skipped` is for steps only.
+    """
 
     QUEUED = "queued"
+    HELD = "held"
     RUNNING = "running"
+    PAUSED = "paused"
+    INTERRUPTED = "interrupted"
     DONE = "done"
     FAILED = "failed"
     CANCELLED = "cancelled"
@@ -22,14 +30,27 @@ class TaskState(StrEnum):
 
 
 TRANSITIONS: dict[TaskState, frozenset[TaskState]] = {
-    TaskState.QUEUED: frozenset({TaskState.RUNNING, TaskState.FAILED, TaskState.CANCELLED, TaskState.SKIPPED}),
-    TaskState.RUNNING: frozenset({TaskState.DONE, TaskState.FAILED, TaskState.CANCELLED}),
+    TaskState.QUEUED: frozenset(
+        {TaskState.HELD, TaskState.RUNNING, TaskState.FAILED, TaskState.CANCELLED, TaskState.SKIPPED}
+    ),
+    TaskState.HELD: frozenset({TaskState.QUEUED, TaskState.CANCELLED}),
+    TaskState.RUNNING: frozenset(
+        {TaskState.PAUSED, TaskState.INTERRUPTED, TaskState.DONE, TaskState.FAILED, TaskState.CANCELLED}
+    ),
+    TaskState.PAUSED: frozenset({TaskState.RUNNING, TaskState.INTERRUPTED, TaskState.FAILED, TaskState.CANCELLED}),
+    TaskState.INTERRUPTED: frozenset(
+        {TaskState.QUEUED, TaskState.RUNNING, TaskState.DONE, TaskState.SKIPPED, TaskState.FAILED, TaskState.CANCELLED}
+    ),
     TaskState.DONE: frozenset(),
     TaskState.FAILED: frozenset(),
     TaskState.CANCELLED: frozenset(),
     TaskState.SKIPPED: frozenset(),
 }
-"""What may follow a state. A step fails from the queue when the check of the whole job refuses it."""
+"""What may follow a state, of jobs and of steps alike.
+
+A step fails from the queue when the check of the whole job refuses it. What was interrupted is queued again where it is
+to be redone, and done where a person says that it was.
+"""
 
 
 def advance(old: TaskState, new: TaskState) -> TaskState:

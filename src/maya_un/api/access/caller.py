@@ -1,0 +1,44 @@
+"""Who asks: the principal behind a request, its role, and what it shows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+
+class Role(IntEnum):
+    """What somebody may do, each all that the ones before it may.
+
+    A viewer looks, and may stop. A student proposes jobs, and drives while an operator lends him the lease. An operator
+    drives, keeps the queue and approves. An administrator keeps users as well.
+    """
+
+    VIEWER = 1
+    STUDENT = 2
+    OPERATOR = 3
+    ADMIN = 4
+
+    @property
+    def word(self) -> str:
+        """Its name as people write it."""
+        return self.name.lower()
+
+
+@dataclass(frozen=True, slots=True)
+class Caller:
+    """One who asks.
+
+    `name` is the principal's, `source` where the request came from ("127.0.0.1", "ros", "cli"). `lease` is the control
+    lease that it shows, "" where none. One that is `implicit` shows none and takes the lease for the length of a wish
+    while it is free: the local user without ceremony, and the ROS graph.
+    """
+
+    name: str
+    role: Role
+    source: str = ""
+    lease: str = ""
+    implicit: bool = False
+
+
+LOCAL = Caller("local", Role.ADMIN, "local", implicit=True)
+"""Whoever sits at the machine, while no users are kept: may everything, and needs no lease of his own."""
