@@ -1,6 +1,6 @@
 """The gate before the service: every wish names its operation, and passes only where role and lease allow it.
 
-Edges call the service through the gate and nowhere else; it writes into the audit log what was asked and what came of it.
+Edges call the service through the gate and nowhere else; the audit log tells what was asked and what came of it.
 """
 
 from __future__ import annotations
@@ -33,7 +33,10 @@ class Gate:
         self._audit = audit
 
     async def call(self, caller: Caller, operation: Operation, wish: Callable[[Service], Awaitable[T]]) -> T:
-        """Return what `wish` answers; raises `NotAllowed`, `LeaseNeeded`, `LeaseHeld`, `LeaseLost`, and what it raises."""
+        """Return what `wish` answers.
+
+        Raises `NotAllowed`, `LeaseNeeded`, `LeaseHeld`, `LeaseLost`, and what `wish` raises.
+        """
         code = 0
         try:
             self.require(caller, operation)

@@ -29,8 +29,8 @@ class Filter:
 class Journal(Protocol):
     """Keeps jobs, steps, the queue's mode, events and the audit log.
 
-    What a coroutine wrote is on the disk when it returns (a power cut does not take it away); writes that are waited for
-    at the same time share one commit. They happen in the order they were asked for. Every write raises `StorageFailed`,
+    What a coroutine wrote is on the disk when it returns (a power cut does not take it away); writes that are waited
+    for at the same time share one commit. They happen in the order they were asked for. Every write raises `StorageFailed`,
     and then nothing of it was kept.
     """
 
@@ -43,7 +43,7 @@ class Journal(Protocol):
         ...
 
     async def save(self, *changes: JobRow | QueueRow | tuple[int, StepRow]) -> None:
-        """Keep newer versions of jobs, of the queue's mode, and of steps (the number of the job, the step); all or none."""
+        """Keep newer versions of jobs, of the queue's mode, of steps (the job's number, the step); all or none."""
         ...
 
     async def job(self, number: int) -> tuple[JobRow, tuple[StepRow, ...]] | None:

@@ -92,7 +92,7 @@ class JobRow:
 
 @dataclass(frozen=True, slots=True)
 class QueueRow:
-    """Whether the queue is paused, why, by whom; a reason is asked, step, stop, fault, restart, driver, storage, failure."""
+    """Whether the queue is paused, by whom, why: asked, step, stop, fault, restart, driver, storage or failure."""
 
     paused: bool = False
     reason: str = ""
