@@ -30,8 +30,8 @@ class Journal(Protocol):
     """Keeps jobs, steps, the queue's mode, events and the audit log.
 
     What a coroutine wrote is on the disk when it returns (a power cut does not take it away); writes that are waited
-    for at the same time share one commit. They happen in the order they were asked for. Every write raises `StorageFailed`,
-    and then nothing of it was kept.
+    for at the same time share one commit. They happen in the order they were asked for. Every write raises
+    `StorageFailed`, and then nothing of it was kept.
     """
 
     async def unfinished(self) -> Unfinished:
