@@ -1,0 +1,1 @@
+"""A running Maya from Python, over HTTP and websocket."""
