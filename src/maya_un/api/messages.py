@@ -140,6 +140,20 @@ class EventMessage:
         return cls(event.seq, event.time, event.kind.value, event.code, plain)
 
 
+@dataclass(frozen=True, slots=True)
+class AuditLine:
+    """Who asked for what, from where, when (ISO 8601, UTC), and what came of it: `code` is 0, or the error's."""
+
+    number: int
+    date: str
+    who: str
+    role: str
+    source: str
+    operation: str
+    code: int
+    detail: str
+
+
 def _plain(value: object) -> str | int | float | bool | None:
     return value if value is None or isinstance(value, str | int | float | bool) else str(value)
 

@@ -9,8 +9,11 @@ from collections.abc import AsyncIterator, Mapping
 
 import maya_un
 from maya_un.address import SIM
+from maya_un.api.access.caller import LOCAL, Caller
 from maya_un.api.held import PATIENCE, HeldJogs
+from maya_un.api.history import History
 from maya_un.api.messages import HeldJog, JobAccepted, Reach, Status
+from maya_un.api.queueing import Queueing
 from maya_un.api.teaching import Teaching, at_rest
 from maya_un.api.zoning import drop_zone, put_zone, zones_of
 from maya_un.config import Config
@@ -22,6 +25,7 @@ from maya_un.events import Event
 from maya_un.process.book import Book
 from maya_un.process.inspection import JobInspection
 from maya_un.process.job import Job
+from maya_un.process.journal.rows import Options
 from maya_un.process.preview import JobPreview
 from maya_un.process.process import Process
 from maya_un.process.report import JobReport, JobSummary
@@ -55,6 +59,8 @@ class Service:
     ) -> None:
         kept = Book(controller.mechanism) if book is None else book
         self.teaching = Teaching(kept, config.cell.grasp_height, lambda: at_rest(controller))
+        self.queue = Queueing()
+        self.history = History()
         self._process = process
         self._robot = robot
         self._controller = controller
@@ -63,17 +69,35 @@ class Service:
         self._speed = speed
         self._held = HeldJogs(controller, PATIENCE * max(1.0, speed))
 
-    async def submit(self, job: Job | Mapping[str, object]) -> JobAccepted:
+    async def submit(
+        self,
+        job: Job | Mapping[str, object],
+        *,
+        by: Caller = LOCAL,
+        options: Options = Options(),
+        key: str = "",
+    ) -> JobAccepted:
         """Append a job to the queue; it is checked whole, and starts, when its turn comes.
 
-        Raises `InvalidJob`, `UnknownName`, `FileUnreadable` for a broken book of taught places that it needs, and
-        `NotConnected` or `Faulted` while nothing can run.
+        It is written down when this returns. The same `key` and request of the same owner once more is answered with
+        the job that there is. What a student submits who does not drive waits for approval.
+
+        Raises `KeyReused` for the key of another request, `StorageFailed`, `InvalidJob`, `UnknownName`,
+        `FileUnreadable` for a broken book of taught places that it needs, and `NotConnected` or `Faulted` while nothing can run.
         """
         parsed = job if isinstance(job, Job) else Job.parse(job)
         number = self._process.submit(parsed)
         return JobAccepted(number, parsed.name, self._process.summary(number).steps)
 
-    async def wish(self, wish: Primitive | Mapping[str, object], *, wait: bool = True) -> JobReport:
+    async def wish(
+        self,
+        wish: Primitive | Mapping[str, object],
+        *,
+        wait: bool = True,
+        by: Caller = LOCAL,
+        options: Options = Options(),
+        key: str = "",
+    ) -> JobReport:
         """Append one primitive as a job of its own; with `wait`, return its report when it has ended.
 
         Its target may be the name of a taught pose or the cell of a taught pallet, its joints the name of a pose.
@@ -122,7 +146,7 @@ class Service:
         """Wait until a job has ended and return its report; raises `NotFound`."""
         return await self._process.result(number)
 
-    async def cancel(self, number: int) -> JobReport:
+    async def cancel(self, number: int, *, by: Caller = LOCAL) -> JobReport:
         """End a job early; one that runs stops on its path. Returns when it is at rest; raises `NotFound`."""
         return await self._process.cancel(number)
 

@@ -1,0 +1,102 @@
+"""What the queue looks like from outside: values for whoever shows it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from maya_un.process.journal.rows import OnFailure
+from maya_un.process.states import TaskState
+from maya_un.values import State
+
+
+class QueueMode(StrEnum):
+    """Whether jobs begin: `pausing` lets the step under way end first, `paused` begins nothing."""
+
+    RUNNING = "running"
+    PAUSING = "pausing"
+    PAUSED = "paused"
+
+
+@dataclass(frozen=True, slots=True)
+class JobLine:
+    """One line of the queue or of its history.
+
+    `position` is its place among those that wait, from 1, None for others. `done` of `steps` are done, over all
+    rounds. `predicted` and `duration` are what it was to take and took [s, the robot's time], homings left out of the
+    first; `eta` is when it will have ended, from now [s, the robot's time]: None where nobody knows, or the queue is
+    paused. Dates are ISO 8601 in UTC, "" where there is none.
+    """
+
+    id: int
+    name: str
+    state: TaskState
+    code: int
+    message: str
+    owner: str
+    source: str
+    priority: int
+    position: int | None
+    notes: str
+    depends_on: tuple[int, ...]
+    done: int
+    steps: int
+    predicted: float | None
+    duration: float | None
+    eta: float | None
+    submitted: str
+    began: str
+    ended: str
+    proposal: bool
+    approved_by: str
+    on_failure: OnFailure
+    retries: int
+    stepwise: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """What a person may choose for an interrupted job; with `needs_answer` he says too whether the gripper holds."""
+
+    name: str
+    meaning: str
+    needs_answer: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Recovery:
+    """An interrupted job that waits for a person.
+
+    `index` and `step` name the step that was under way and `phase` the last that it was known to begin, 0 and "" where
+    it stood between two steps. `since` is when it was found. `holding` is what the machine tells of the gripper now:
+    False where it is open, None where only a person can see; `state` is where the machine is.
+    """
+
+    job: int
+    name: str
+    index: int
+    step: str
+    phase: str
+    since: str
+    holding: bool | None
+    state: State
+    choices: tuple[Choice, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class QueueView:
+    """The queue now: its mode, with who paused it, why and since when; what is under way, the first that wait.
+
+    `reason` is asked, step, stop, fault, restart, driver, storage or failure, "" while it runs. `counts` has the number
+    of jobs that have not ended, by state. `finish_at` is the date when all of them that are predicted will have ended.
+    """
+
+    mode: QueueMode
+    reason: str
+    by: str
+    since: str
+    running: JobLine | None
+    waiting: tuple[JobLine, ...]
+    counts: dict[str, int]
+    finish_at: str | None
+    recovery: Recovery | None
