@@ -33,7 +33,7 @@ from maya_un.process.wishes import named
 from maya_un.robot.plan import Pose
 from maya_un.robot.primitives import Primitive, from_dict
 from maya_un.robot.robot import Robot
-from maya_un.values import Joints, Point, StopReport
+from maya_un.values import Joints, Point, State, StopReport
 
 MOST_SAMPLES = 10_000
 """Samples of one motion that may be asked for."""
@@ -207,6 +207,10 @@ class Service:
     def follow_events(self, seq: int = 0) -> AsyncIterator[Event]:
         """Yield every event numbered above `seq`, those past first, then as they come; none is left out."""
         return self._controller.events.follow(seq)
+
+    def watch(self) -> AsyncIterator[State]:
+        """Yield the state of the machine now and every newer one; a slow reader skips to the newest."""
+        return self._controller.watch()
 
     async def preview(self, job: Job | Mapping[str, object], *, from_homed: bool = False) -> JobPreview:
         """Return what a job would be: times, heights, end counts, and the first refusal; sends nothing.
