@@ -1,0 +1,166 @@
+"""The journal's file: made so that a power cut finds it whole, checked when it is opened, used by one program."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import sqlite3
+from pathlib import Path
+
+from maya_un.errors import FileUnwritable, StorageDamaged, StorageInUse
+from maya_un.process.journal import faults, schema
+
+NAME = "maya.db"
+"""The file within the state folder."""
+
+CHECKED_WHOLE = 64 * 2**20
+"""A file up to this size is checked whole when it is opened [bytes]; of a larger one, what the queue needs."""
+
+WAL_LIMIT = 16 * 2**20
+"""What the write-ahead log is cut back to when its content has gone into the file [bytes]."""
+
+_BUSY = 5.0
+"""How long to wait for somebody who looks at the file, as a backup does [s, real time]."""
+
+_NEEDED = ("meta", "queue", "jobs", "steps")
+
+
+class Lock:
+    """One program at a time: `flock` on a file beside it, which ends with the program whatever ends that."""
+
+    def __init__(self, path: Path) -> None:
+        self._descriptor = -1
+        try:
+            descriptor = os.open(beside(path, ".lock"), os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        except OSError as error:
+            raise FileUnwritable(path=beside(path, ".lock"), reason=faults.reason(error)) from error
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            holder = os.pread(descriptor, 20, 0).decode(errors="replace").strip()
+            os.close(descriptor)
+            raise StorageInUse(path=path, pid=holder or "?") from error
+        self._descriptor = descriptor
+        self._say_who(descriptor)
+
+    def _say_who(self, descriptor: int) -> None:
+        """Write our number for people; on a full disk there is none, and the lock holds all the same."""
+        try:
+            os.ftruncate(descriptor, 0)
+            os.pwrite(descriptor, f"{os.getpid()}\n".encode(), 0)
+        except OSError:
+            return
+
+    def release(self) -> None:
+        """Let the next one in. The lock's file stays: to remove it would let two in."""
+        if self._descriptor >= 0:
+            os.close(self._descriptor)
+            self._descriptor = -1
+
+
+class Seen:
+    """Whether the files still stand where they were opened: what is written to a removed one is lost."""
+
+    def __init__(self, path: Path) -> None:
+        self._paths = (path, beside(path, "-wal"))
+        self._known = [_identity(file) for file in self._paths]
+
+    def require(self) -> None:
+        """Raise `FileNotFoundError` where one was moved, removed or replaced."""
+        for file, known in zip(self._paths, self._known, strict=True):
+            if _identity(file) != known:
+                raise FileNotFoundError(2, f"{file} was moved or removed while it was in use")
+
+
+def _identity(path: Path) -> tuple[int, int]:
+    found = os.stat(path)  # noqa: PTH116 - before and after every commit
+    return found.st_dev, found.st_ino
+
+
+def beside(path: Path, suffix: str) -> Path:
+    """Return the file that stands beside `path` with a longer name."""
+    return path.with_name(path.name + suffix)
+
+
+def create(path: Path) -> None:
+    """Make the folder and an empty file for its owner alone, where there are none; raises `OSError`."""
+    path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+    descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+    sync_folder(path.parent)
+
+
+def sync_folder(folder: Path) -> None:
+    """Have the names in a folder survive a power cut; raises `OSError`."""
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def open_for_writing(path: Path) -> sqlite3.Connection:
+    """Open the file, make it where it is not there, check it and bring it to this version.
+
+    Raises `StorageDamaged`, `StorageTooNew`, `FileNotOurs`, `FileUnwritable`; a file that is refused is left as it is.
+    """
+    _require_whole(path)
+    connection: sqlite3.Connection | None = None
+    try:
+        create(path)
+        connection = _connect(path)
+        schema.version(connection, path)
+        check(connection, path)
+        path.chmod(path.stat().st_mode & 0o700)
+        _set_up(connection)
+        schema.migrate(connection, path)
+    except BaseException as error:
+        if connection is not None:
+            connection.close()
+        if isinstance(error, sqlite3.Error | OSError):
+            raise faults.at_opening(error, path) from error
+        raise
+    return connection
+
+
+def open_for_reading(path: Path) -> sqlite3.Connection:
+    """Open a file that is there beside whoever writes it; nothing can be written by this."""
+    connection = _connect(path)
+    connection.execute("PRAGMA query_only = 1")
+    connection.execute("PRAGMA cache_size = -16000")
+    return connection
+
+
+def check(connection: sqlite3.Connection, path: Path) -> None:
+    """Raise `StorageDamaged` where the file, as far as it is looked at, is not in order."""
+    pages, size = (int(connection.execute(f"PRAGMA {what}").fetchone()[0]) for what in ("page_count", "page_size"))
+    there = {name for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'").fetchall()}
+    whole = pages * size <= CHECKED_WHOLE
+    looks = ["quick_check(1)"] if whole else [f"quick_check('{name}')" for name in _NEEDED if name in there]
+    for look in looks:
+        found = connection.execute(f"PRAGMA {look}").fetchone()[0]
+        if found != "ok":
+            raise StorageDamaged(path=path, reason=" ".join(str(found).split()))
+
+
+def _require_whole(path: Path) -> None:
+    """Raise `StorageDamaged` where a log is left without its file: SQLite would throw the log away."""
+    log = beside(path, "-wal")
+    if beside(path, ".restoring").exists():
+        raise StorageDamaged(path=path, reason="a backup was being put in its place, and that was cut short")
+    if log.exists() and log.stat().st_size and not (path.exists() and path.stat().st_size):
+        raise StorageDamaged(path=path, reason=f"it is empty or missing, but {log.name} beside it is not")
+
+
+def _connect(path: Path) -> sqlite3.Connection:
+    return sqlite3.connect(path, timeout=_BUSY, isolation_level=None, check_same_thread=False)
+
+
+def _set_up(connection: sqlite3.Connection) -> None:
+    """Choose a log that is on the disk before a commit returns."""
+    connection.execute("PRAGMA journal_mode = WAL")
+    connection.execute("PRAGMA synchronous = FULL")
+    connection.execute(f"PRAGMA journal_size_limit = {WAL_LIMIT}")
