@@ -17,6 +17,7 @@ from maya_un.config.model import (
     Scale,
     WiringConfig,
 )
+from maya_un.config.recorder import RecorderConfig
 from maya_un.config.units import Units
 
 __all__ = [
@@ -27,6 +28,7 @@ __all__ = [
     "Geometry",
     "GripperConfig",
     "HomingConfig",
+    "RecorderConfig",
     "SafetyConfig",
     "Scale",
     "Units",

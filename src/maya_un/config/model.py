@@ -10,6 +10,7 @@ from pydantic import AfterValidator, Field, model_validator
 from maya_un.address import split
 from maya_un.config.base import Contradiction, Metres
 from maya_un.config.base import Section as _Section
+from maya_un.config.recorder import RecorderConfig
 from maya_un.config.zones import ZoneConfig
 
 Register = Annotated[int, Field(ge=0, le=1_073_740_800)]
@@ -216,6 +217,7 @@ class Config(_Section):
     safety: SafetyConfig = SafetyConfig()
     homing: HomingConfig = HomingConfig()
     cell: CellConfig = CellConfig()
+    recorder: RecorderConfig = RecorderConfig()
     zones: Annotated[
         tuple[ZoneConfig, ...],
         Field(strict=False, description="what to keep out of, each in a [[zones]] of its own; there are none"),

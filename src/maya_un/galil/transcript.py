@@ -138,6 +138,11 @@ class Conversation:
             self._answered += 1
 
     @property
+    def answered(self) -> int:
+        """How many commands have their answer, from the first on."""
+        return self._answered
+
+    @property
     def complete(self) -> bool:
         """Whether every command has its answer."""
         return self._answered == len(self.exchanges) or bool(self.stray)

@@ -1,0 +1,41 @@
+"""Recordings at the door: list them, have one saved now, find the file of one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from maya_un.api.access.caller import LOCAL, Caller
+from maya_un.errors import InvalidRequest, NotFound
+from maya_un.recorder.header import Cause
+from maya_un.recorder.recorder import Recorder
+from maya_un.recorder.store import Kept
+
+
+class Recordings:
+    """Asks the flight recorder; without one, or with one that keeps no files, there are no recordings."""
+
+    def __init__(self, recorder: Recorder | None = None) -> None:
+        self._recorder = recorder
+
+    def list(self) -> list[Kept]:
+        """Return the recordings that are kept, newest first; a line each: name, date, reason, size in bytes."""
+        store = None if self._recorder is None else self._recorder.store
+        return [] if store is None else store.list()
+
+    async def save(self, by: Caller = LOCAL) -> Kept:
+        """Save the last minutes now and return the line of the recording.
+
+        Raises `FileUnwritable`, and `InvalidRequest` where no recorder runs (`recorder.enabled`, dry runs).
+        """
+        cause = Cause(message=f"asked by {by.name}")
+        kept = None if self._recorder is None else await self._recorder.save("asked", cause)
+        if kept is None:
+            raise InvalidRequest(key="recorder", reason="nothing is recorded here")
+        return kept
+
+    def path(self, name: str) -> Path:
+        """Return the file of a recording (MCAP); raises `NotFound`."""
+        store = None if self._recorder is None else self._recorder.store
+        if store is None:
+            raise NotFound(what="recording", number=name)
+        return store.path(name)

@@ -1,0 +1,1 @@
+"""The flight recorder: what the robot was, and what was said to its controller, in the last minutes."""

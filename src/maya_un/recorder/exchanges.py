@@ -1,0 +1,107 @@
+"""Commands of a recording with what answered them, also where it begins in the middle of a conversation.
+
+An answer is known by its place in the order, so pairing needs a beginning at which nothing was outstanding. Where the
+recording has none (its oldest pieces were dropped, or bytes came that answer nothing), it begins anew at the next
+command before which the wire was quiet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple
+
+from maya_un.galil.framing import Record, Reply
+from maya_un.galil.transcript import Conversation, Piece
+
+QUIET = 0.02
+"""After so long without a byte nothing is outstanding any more [s]."""
+
+
+class Exchange(NamedTuple):
+    """A command and its answer, None for nothing yet; when each was complete [s], and the connection."""
+
+    time: float
+    link: int
+    command: str
+    reply: Reply | Record | None
+    answered: float | None
+
+
+class Unpaired(NamedTuple):
+    """Bytes of the controller that answer no command: a command is missing before them, or they were put in."""
+
+    time: float
+    link: int
+    data: bytes
+
+
+class Talk(NamedTuple):
+    """What was said on all connections: exchanges by the time of their command, stray bytes, programs' messages."""
+
+    exchanges: list[Exchange]
+    unpaired: list[Unpaired]
+    messages: list[tuple[float, str]]
+
+
+def talk(pieces: Iterable[Piece]) -> Talk:
+    """Return the wire taken apart; ways for datagrams are left out."""
+    links: dict[int, list[Piece]] = {}
+    for piece in pieces:
+        if piece.link >= 0:
+            links.setdefault(piece.link, []).append(piece)
+    found = Talk([], [], [])
+    for link in links.values():
+        _take_apart(link, found)
+    found.exchanges.sort(key=lambda exchange: exchange.time)
+    found.unpaired.sort(key=lambda unpaired: unpaired.time)
+    found.messages.sort(key=lambda message: message[0])
+    return found
+
+
+def _take_apart(pieces: Sequence[Piece], found: Talk) -> None:
+    place = 0 if pieces[0].event == "open" else next(_beginnings(pieces, 0), len(pieces))
+    while place < len(pieces):
+        place = _stretch(pieces, place, found)
+
+
+def _beginnings(pieces: Sequence[Piece], start: int) -> Iterator[int]:
+    """Yield the places of commands before which all that was said was answered, as far as one can tell."""
+    heard: Piece | None = pieces[start - 1] if start else None
+    for place in range(start, len(pieces)):
+        piece = pieces[place]
+        if piece.event == "open":
+            yield place
+        if piece.data and piece.side == "client":
+            silent = heard is None or (heard.side == "controller" and piece.time - heard.time >= QUIET)
+            if place == 0 or silent:
+                yield place
+        if piece.data:
+            heard = piece
+
+
+def _stretch(pieces: Sequence[Piece], start: int, found: Talk) -> int:
+    """Take a conversation apart up to its end, or to the first bytes that answer nothing; return where to go on."""
+    conversation = Conversation()
+    answered: list[float] = []
+    told = 0
+    for place in range(start, len(pieces)):
+        piece = pieces[place]
+        if piece.side == "client":
+            conversation.said(piece.data, piece.time)
+            continue
+        conversation.heard(piece.data)
+        answered += [piece.time] * (conversation.answered - len(answered))
+        found.messages.extend((piece.time, text) for text in conversation.messages[told:])
+        told = len(conversation.messages)
+        if conversation.stray:
+            found.unpaired.append(Unpaired(piece.time, piece.link, conversation.stray))
+            _add(conversation, answered, piece.link, found)
+            return next(_beginnings(pieces, place + 1), len(pieces))
+    _add(conversation, answered, pieces[start].link, found)
+    return len(pieces)
+
+
+def _add(conversation: Conversation, answered: list[float], link: int, found: Talk) -> None:
+    for number, one in enumerate(conversation.exchanges):
+        when = answered[number] if number < len(answered) else None
+        found.exchanges.append(Exchange(one.time, link, one.command, one.reply, when))

@@ -1,0 +1,226 @@
+"""The recorder: always on beside the robot, it keeps the last minutes and saves them when something goes wrong."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager, suppress
+from dataclasses import replace
+from typing import Protocol
+
+from maya_un.config import RecorderConfig
+from maya_un.errors import FileUnwritable, MayaError
+from maya_un.events import Event, EventLog, Kind
+from maya_un.galil.transcript import Piece
+from maya_un.galil.transport import Datagrams, Transport
+from maya_un.recorder.header import Cause, Header, Origin, Software
+from maya_un.recorder.recording import Recording
+from maya_un.recorder.ring import Contents, Entry, Ring
+from maya_un.recorder.store import Kept, Store
+from maya_un.recorder.wire import RecordedDatagrams, RecordedTransport
+from maya_un.values import State
+
+FAULTS = frozenset({Kind.FAULT, Kind.ESTOP, Kind.LIMIT, Kind.DISCONNECTED})
+"""Events after which the last minutes are saved, where they carry an error's code."""
+
+LONGEST = 6.0
+"""Faults that follow each other belong to one recording; it is saved after so many times `after` at the latest."""
+
+MOST_OPENING = 1 << 20
+"""Bytes kept of the first opening of the link, in which the controller is configured; a longer one is not kept."""
+
+NOBODY = Cause()
+"""The cause of what a person asked for."""
+
+_MEGABYTE = 1 << 20
+
+Clock = Callable[[], int]
+"""Tells the date: nanoseconds since 1970, UTC."""
+
+
+class Source(Protocol):
+    """What is recorded: a controller floor."""
+
+    @property
+    def events(self) -> EventLog:
+        """Facts in order."""
+        ...
+
+    @property
+    def firmware(self) -> str:
+        """The controller's firmware line."""
+        ...
+
+    def watch(self) -> AsyncIterator[State]:
+        """Yield the state now and every newer one."""
+        ...
+
+
+class Recorder:
+    """Keeps the last minutes of the robot of `origin` in memory, and saves them to `store`.
+
+    Connections to the controller pass through `recorded`, states and events come while `watching`. Without a store
+    nothing is saved; `taken` tells what there is. `utc` is asked for the date when something is saved.
+    """
+
+    def __init__(self, settings: RecorderConfig, origin: Origin, store: Store | None, utc: Clock) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._after = settings.after
+        self._ring = Ring(settings.seconds, settings.megabytes * _MEGABYTE)
+        self._origin = origin
+        self._software = Software.running()
+        self.store = store
+        self._utc = utc
+        self._source: Source | None = None
+        self._links = 0
+        self._opening: tuple[Piece, ...] = ()
+        self._opened_at: float | None = None
+        self._incident: Event | None = None
+        self._timer: asyncio.TimerHandle | None = None
+        self._savers: set[asyncio.Task[None]] = set()
+        self._saving = asyncio.Lock()
+        if store is not None:
+            store.clean()
+
+    @property
+    def ring(self) -> Ring:
+        """What is in memory."""
+        return self._ring
+
+    def recorded(self, transport: Transport) -> Transport:
+        """Return a new connection to the controller so that what passes over it is kept."""
+        self._links += 1
+        return RecordedTransport(transport, self._ring.piece, self._links)
+
+    def recorded_datagrams(self, datagrams: Datagrams) -> Datagrams:
+        """Return a new way for datagrams to the controller so that what passes over it is kept."""
+        self._links += 1
+        return RecordedDatagrams(datagrams, self._ring.piece, -self._links)
+
+    @asynccontextmanager
+    async def watching(self, source: Source) -> AsyncIterator[None]:
+        """Keep the states and events of `source` while the block runs, and save them after every fault.
+
+        A fault that waits to be saved when the block ends is saved at once; so is what was there when a defect ends it.
+        """
+        self._source = source
+        watcher = self._loop.create_task(self._watch(source), name="flight recorder")
+        try:
+            with source.events.listening(self._event):
+                yield
+        except Exception as error:
+            if not isinstance(error, MayaError):
+                self._last_words("crash", Cause(kind=type(error).__name__, message=str(error)))
+            raise
+        finally:
+            watcher.cancel()
+            await asyncio.gather(watcher, return_exceptions=True)
+            await self._end_incident()
+
+    def taken(self, reason: str, cause: Cause = NOBODY) -> Recording:
+        """Return what is in memory now."""
+        return self._composed(self._header(reason, cause), self._ring.contents())
+
+    async def save(self, reason: str = "asked", cause: Cause = NOBODY) -> Kept | None:
+        """Save what is in memory now, without holding the loop, and tell everybody; None where nothing is kept here.
+
+        Raises `FileUnwritable`, which is told to everybody too.
+        """
+        if self.store is None:
+            return None
+        header, entries = self._header(reason, cause), self._ring.entries()
+        try:
+            async with self._saving:
+                work = self._loop.run_in_executor(None, self._write, self.store, header, entries)
+                kept = await asyncio.shield(work)
+        except FileUnwritable as error:
+            self._tell(reason, code=error.code, message=str(error))
+            raise
+        self._tell(reason, name=kept.name, bytes=kept.bytes)
+        return kept
+
+    def _write(self, store: Store, header: Header, entries: list[Entry]) -> Kept:
+        return store.save(self._composed(header, self._ring.contents(entries)))
+
+    def _tell(self, reason: str, *, code: int = 0, **detail: object) -> None:
+        if self._source is not None:
+            self._source.events.emit(Kind.RECORDING, code, reason=reason, **detail)
+
+    async def _watch(self, source: Source) -> None:
+        async for state in source.watch():
+            self._ring.state(state)
+
+    def _event(self, event: Event) -> None:
+        self._ring.event(event)
+        if event.kind is Kind.CONNECTED and self._opened_at is None:
+            self._keep_opening(event.time)
+        if event.kind in FAULTS and event.code:
+            self._begin_incident(event)
+
+    def _keep_opening(self, time: float) -> None:
+        """Keep what was said to configure the controller; it must be there however long ago it was."""
+        self._opened_at = time
+        wire = self._ring.contents().wire
+        if sum(len(piece.data) for piece in wire) <= MOST_OPENING:
+            self._opening = wire
+
+    def _begin_incident(self, event: Event) -> None:
+        """Save after a while; faults that come meanwhile belong to this one, and put it off."""
+        due = self._loop.time() + self._after
+        if self._timer is not None and self._incident is not None:
+            self._timer.cancel()
+            due = min(due, self._incident.time + LONGEST * self._after)
+        else:
+            self._incident = event
+        self._timer = self._loop.call_at(due, self._incident_over)
+
+    def _incident_over(self) -> None:
+        event, self._incident, self._timer = self._incident, None, None
+        if event is not None:
+            saver = self._loop.create_task(self._save_incident(event), name="save the recording")
+            self._savers.add(saver)
+            saver.add_done_callback(self._savers.discard)
+
+    async def _save_incident(self, event: Event) -> None:
+        with suppress(FileUnwritable):  # that it cannot be written has been told
+            await self.save(event.kind.value, _cause(event))
+
+    async def _end_incident(self) -> None:
+        """Save what still waits to be saved."""
+        if self._timer is not None and self._incident is not None:
+            self._timer.cancel()
+            self._last_words(self._incident.kind.value, _cause(self._incident))
+            self._incident = self._timer = None
+        await asyncio.gather(*self._savers)
+
+    def _last_words(self, reason: str, cause: Cause) -> None:
+        """Save at once, in this thread, as far as that is possible: the loop may be at its end."""
+        if self.store is not None:
+            with suppress(FileUnwritable):
+                kept = self.store.save(self.taken(reason, cause))
+                self._tell(reason, name=kept.name, bytes=kept.bytes)
+
+    def _header(self, reason: str, cause: Cause) -> Header:
+        return Header(
+            reason=reason,
+            saved=self._loop.time(),
+            utc=self._utc(),
+            whole=0.0,
+            complete=False,
+            firmware="" if self._source is None else self._source.firmware,
+            origin=self._origin,
+            software=self._software,
+            cause=cause,
+            opening=0.0 if self._opened_at is None else self._opened_at,
+        )
+
+    def _composed(self, header: Header, contents: Contents) -> Recording:
+        wire = contents.wire
+        if contents.dropped:
+            wire = (*(piece for piece in self._opening if piece.time < contents.whole), *wire)
+        header = replace(header, whole=contents.whole, complete=not contents.dropped)
+        return Recording(header, contents.states, contents.events, wire)
+
+
+def _cause(event: Event) -> Cause:
+    return Cause(event.seq, event.kind.value, event.code, str(event.detail.get("message", "")))

@@ -1,0 +1,122 @@
+"""The last minutes in memory: states, events and pieces of the wire, bounded by bytes and by time.
+
+Values are kept as they came, by reference; nothing is copied or encoded before somebody saves them. What an entry costs
+is counted by the bytes it holds and a fixed share for the objects around them.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from maya_un.events import Event
+from maya_un.galil.transcript import Piece, Side
+from maya_un.values import State
+
+WIRE_COST = 192
+"""Bytes of memory counted for a piece of the wire beside its data: the entry, the time, the bytes object."""
+
+STATE_COST = 1_536
+"""Bytes of memory counted for a state with its tuples."""
+
+EVENT_COST = 1_024
+"""Bytes of memory counted for an event with its details."""
+
+_SHARE = 64
+"""A full ring drops a 64th part of its bounds at once, so that dropping costs next to nothing for each entry."""
+
+_Wire: TypeAlias = tuple[float, int, bytes, int, Side, str]
+_Other: TypeAlias = tuple[float, int, State | Event]
+Entry: TypeAlias = _Wire | _Other
+"""An entry as it is held: when, what it costs, and what it is; `Ring.contents` sorts them out."""
+
+
+@dataclass(frozen=True, slots=True)
+class Contents:
+    """What a ring holds, oldest first; `dropped` tells whether there was more before it, `whole` from when on [s]."""
+
+    states: tuple[State, ...]
+    events: tuple[Event, ...]
+    wire: tuple[Piece, ...]
+    dropped: bool
+    whole: float
+
+
+class Ring:
+    """Keeps the newest entries: at most so many `seconds` of the loop's time and so many bytes, both above 0."""
+
+    def __init__(self, seconds: float, most_bytes: int) -> None:
+        self._time = asyncio.get_running_loop().time
+        self._began = self._time()
+        self._seconds = seconds
+        self._most = most_bytes
+        self._entries: deque[Entry] = deque()
+        self._bytes = 0
+        self._oldest = self._began
+        self._overdue = seconds + seconds / _SHARE
+        self._dropped = False
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    @property
+    def size(self) -> int:
+        """Bytes counted for everything in it."""
+        return self._bytes
+
+    def piece(self, link: int, side: Side, data: bytes, event: str = "") -> None:
+        """Keep what passed over connection `link` now, or its begin or end (`event`)."""
+        now = self._time()
+        cost = len(data) + WIRE_COST
+        self._entries.append((now, cost, data, link, side, event))
+        self._bytes += cost
+        if self._bytes > self._most or now - self._oldest > self._overdue:
+            self._drop(now)
+
+    def state(self, state: State) -> None:
+        """Keep a state."""
+        self._keep(state.time, STATE_COST, state)
+
+    def event(self, event: Event) -> None:
+        """Keep an event."""
+        self._keep(event.time, EVENT_COST, event)
+
+    def entries(self) -> list[Entry]:
+        """Return what it holds now, for `contents` to sort out when there is time."""
+        return list(self._entries)
+
+    def contents(self, entries: Iterable[Entry] | None = None) -> Contents:
+        """Return what it holds, or `entries` that it held before, by kind; may be called in another thread."""
+        held = self.entries() if entries is None else list(entries)
+        states: list[State] = []
+        events: list[Event] = []
+        wire: list[Piece] = []
+        for entry in held:
+            if len(entry) == 6:
+                time, _, data, link, side, event = entry
+                wire.append(Piece(time, link, side, data, event))
+            elif isinstance(entry[2], State):
+                states.append(entry[2])
+            else:
+                events.append(entry[2])
+        whole = held[0][0] if self._dropped and held else self._began
+        return Contents(tuple(states), tuple(events), tuple(wire), self._dropped, whole)
+
+    def _keep(self, time: float, cost: int, value: State | Event) -> None:
+        self._entries.append((time, cost, value))
+        self._bytes += cost
+        if self._bytes > self._most or time - self._oldest > self._overdue:
+            self._drop(time)
+
+    def _drop(self, now: float) -> None:
+        """Let go of what is too old or too much, and a little more."""
+        entries = self._entries
+        bytes_left = self._most - self._most // _SHARE if self._bytes > self._most else self._most
+        oldest = now - self._seconds
+        while entries and (self._bytes > bytes_left or entries[0][0] < oldest):
+            self._bytes -= entries.popleft()[1]
+            self._dropped = True
+        self._oldest = entries[0][0] if entries else now

@@ -1,0 +1,120 @@
+"""The folder of recordings: whole files only, so many at most, and the oldest make room."""
+
+from __future__ import annotations
+
+import os
+import re
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from maya_un.errors import FileUnwritable, NotFound
+from maya_un.recorder.header import date
+from maya_un.recorder.recording import Recording
+
+SUFFIX = ".mcap"
+DRAFT = ".part"
+"""Ends the name of a file that is being written; one that a killed process left is removed by the next."""
+
+_NAME = re.compile(r"(\d{4}-\d\d-\d\dT\d\d-\d\d-\d\d)Z-([a-z0-9_-]+?)(?:\.(\d+))?\.mcap")
+_UNFIT = re.compile(r"[^a-z0-9_]+")
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """A recording in the folder: its file `name`, the date of its saving (UTC), why it was saved, its size."""
+
+    name: str
+    date: str
+    reason: str
+    bytes: int
+
+
+class Store:
+    """Recordings in `folder`, at most `most_files` and `most_bytes` of them; the newest always stays."""
+
+    def __init__(self, folder: Path, most_files: int, most_bytes: int) -> None:
+        self.folder = folder
+        self._most_files = most_files
+        self._most_bytes = most_bytes
+
+    def clean(self) -> None:
+        """Remove what a process that was killed left unfinished."""
+        with suppress(OSError):
+            for draft in self.folder.glob(f"*{SUFFIX}{DRAFT}"):
+                draft.unlink(missing_ok=True)
+
+    def list(self) -> list[Kept]:
+        """Return the recordings, newest first."""
+        found: list[tuple[int, Kept]] = []
+        with suppress(OSError):
+            for path in self.folder.iterdir():
+                name = _NAME.fullmatch(path.name)
+                if name is not None:
+                    with suppress(FileNotFoundError):
+                        size = path.stat().st_size
+                        stamp = name[1][:11] + name[1][11:].replace("-", ":") + "Z"
+                        found.append((int(name[3] or 1), Kept(path.name, stamp, name[2], size)))
+        return [kept for _, kept in sorted(found, key=lambda one: (one[1].date, one[0], one[1].reason), reverse=True)]
+
+    def path(self, name: str) -> Path:
+        """Return the file of a recording; raises `NotFound`, also for names that are none."""
+        path = self.folder / name
+        if _NAME.fullmatch(name) is None or not path.is_file():
+            raise NotFound(what="recording", number=name)
+        return path
+
+    def save(self, recording: Recording) -> Kept:
+        """Write a recording, whole or not at all, make room for it, and return what is kept; raises `FileUnwritable`.
+
+        It is on the disk when this returns.
+        """
+        from maya_un.recorder import mcap_file  # noqa: PLC0415 - only who saves needs the library
+
+        try:
+            self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            path = self._free(recording)
+            draft = path.with_name(path.name + DRAFT)
+            try:
+                with draft.open("wb") as file:
+                    mcap_file.write(recording, file)
+                    file.flush()
+                    os.fsync(file.fileno())
+                draft.replace(path)
+            except BaseException:
+                draft.unlink(missing_ok=True)
+                raise
+            _sync(self.folder)
+        except OSError as error:
+            raise FileUnwritable(path=self.folder, reason=error.strerror or str(error)) from error
+        self._make_room()
+        return next(kept for kept in self.list() if kept.name == path.name)
+
+    def _free(self, recording: Recording) -> Path:
+        """Return a name that no file has: date, reason, and a number where there are several of a second."""
+        stamp = date(recording.header.utc)[:19].replace(":", "-")
+        reason = _UNFIT.sub("-", recording.header.reason.lower()).strip("-") or "asked"
+        path = self.folder / f"{stamp}Z-{reason[:40]}{SUFFIX}"
+        number = 1
+        while path.exists():
+            number += 1
+            path = self.folder / f"{stamp}Z-{reason[:40]}.{number}{SUFFIX}"
+        return path
+
+    def _make_room(self) -> None:
+        kept = self.list()
+        size = 0
+        for number, one in enumerate(kept):
+            size += one.bytes
+            if number and (number >= self._most_files or size > self._most_bytes):
+                with suppress(OSError):
+                    (self.folder / one.name).unlink(missing_ok=True)
+
+
+def _sync(folder: Path) -> None:
+    """Have the system keep the new name through a power cut too."""
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
