@@ -1,7 +1,8 @@
 """The control lease: at every instant at most one drives the robot, and everybody can see who.
 
 Whoever takes it says again and again that he is still there; one that is silent for its patience loses it, and what he
-held moving stops. It passes on visibly: the holder offers it to somebody, who takes it. Stop needs no lease.
+held moving stops. It passes on visibly: it is offered to somebody, who takes it. Whoever needs none of his own drives
+implicitly for the length of a wish, and so does the owner of a job while it runs. Stop needs no lease.
 """
 
 from __future__ import annotations
@@ -10,7 +11,8 @@ import asyncio
 import secrets
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded
 from maya_un.events import EventLog, Kind
@@ -19,27 +21,64 @@ PATIENCE = 10.0
 """A lease that is not renewed for so long ends [s, real time]."""
 
 OFFER = 60.0
-"""An offer stands for so long [s, real time]."""
+"""An offer stands for so long [s, real time], and as long again from when it can be taken."""
+
+LINGER = 2.0
+"""Who drove implicitly is shown for so long [s, real time], so that many wishes in a row are one drive."""
 
 _ROUNDING = 1e-6
+_MOST_ENDED = 100
 
 OnChange = Callable[[str], None]
-"""Told why the holder changed: taken, released, expired, handed over, broken."""
+"""Told why the holder changed: taken, released, expired, handed over, broken, or another word of whoever ended it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Holder:
     """Who drives: his name, from where, since when [s, loop time], what he says about it.
 
-    `id` is what he shows; nobody else is told it. One that is `implicit` drives for the length of one wish.
+    `id` is what he shows; nobody else is told it. One that is `implicit` drives for the length of wishes. `lender` is
+    who offered it to him, "" where he took it himself.
     """
 
     name: str
     source: str
     since: float
     note: str = ""
-    id: str = ""
+    id: str = field(default="", repr=False)
     implicit: bool = False
+    lender: str = ""
+
+
+@dataclass(slots=True, eq=False)
+class Drive:
+    """Something that goes on under the lease: a wish, or a job. `lost` is why the lease was lost meanwhile, else ""."""
+
+    name: str
+    lease: str
+    lost: str = ""
+    _task: asyncio.Future[Any] | None = None
+
+    def carry(self, task: asyncio.Future[Any]) -> None:
+        """Have `task` cancelled once the lease is lost."""
+        self._task = task
+        if self.lost:
+            cancel_once(task)
+
+    def lose(self, why: str) -> None:
+        """Take notice that the lease is lost."""
+        if not self.lost:
+            self.lost = why
+            cancel_once(self._task)
+
+
+@dataclass(frozen=True, slots=True)
+class _Offer:
+    """To whom the lease is offered, by whom, until when [s, loop time]."""
+
+    to: str
+    by: str
+    until: float
 
 
 class Lease:
@@ -55,8 +94,9 @@ class Lease:
         self._patience = PATIENCE
         self._until = 0.0
         self._watch: asyncio.TimerHandle | None = None
-        self._offered: tuple[str, float] | None = None
-        self._wishes = 0
+        self._offer: _Offer | None = None
+        self._asked: tuple[str, float] | None = None
+        self._drives: list[Drive] = []
         self._ended: dict[str, str] = {}
         self.on_change: list[OnChange] = []
 
@@ -67,10 +107,17 @@ class Lease:
 
     @property
     def offered_to(self) -> str | None:
-        """To whom it is offered, None where to nobody."""
-        if self._offered is None or self._now() > self._offered[1]:
+        """To whom it is offered, None where to nobody. An offer stands as long as a job keeps it from being taken."""
+        offer = self._offer
+        if offer is None or (self._now() > offer.until and not self._goes_on(but=offer.to)):
             return None
-        return self._offered[0]
+        return offer.to
+
+    @property
+    def asked_by(self) -> str | None:
+        """Who asked for it last, within the last minute; None where nobody did."""
+        asked = self._asked
+        return None if asked is None or self._now() > asked[1] else asked[0]
 
     @property
     def expires_in(self) -> float | None:
@@ -79,71 +126,102 @@ class Lease:
             return None
         return max(0.0, (self._until - self._now()) / self._scale)
 
+    @property
+    def held_for(self) -> float:
+        """How long the holder has driven [s, real time], 0 where nobody does."""
+        return 0.0 if self._holder is None else (self._now() - self._holder.since) / self._scale
+
     def may_begin(self, owner: str) -> bool:
         """Tell whether a job of `owner` may begin: nobody drives, or he does."""
-        return self._holder is None or self._holder.name == owner
+        holder = self._holder
+        return holder is None or holder.name == owner or (holder.implicit and not self._goes_on())
 
     def take(
         self, name: str, source: str, *, note: str = "", patience: float = PATIENCE, force: bool = False
     ) -> Holder:
-        """Become the driver; with `force` also where somebody else is. Raises `LeaseHeld`."""
-        before = self._holder
-        if before is not None and not force and self.offered_to != name:
-            raise self._held(before)
-        why = "taken" if before is None else "broken" if self.offered_to != name else "handed over"
-        return self._become(name, source, note, patience, why)
+        """Become the driver; with `force` also where somebody else is, whose wishes and job then end.
 
-    def renew(self, lease: str) -> Holder:
-        """Say that one is still there; raises `LeaseLost`."""
-        holder = self.require(lease)
+        It ends where it is not renewed within `patience` [s, real time]. One that is offered is taken from its holder,
+        though not while a job of his runs. Raises `LeaseHeld`.
+        """
+        before, offer = self._holder, self._offer
+        offered = offer is not None and self.offered_to == name
+        if before is not None and not force and not self._given_way(before, name, offered=offered):
+            raise self._held(before)
+        if offered:
+            why = "handed over"
+        elif before is None or before.name == name or not force:
+            why = "taken"
+        else:
+            why = "broken"
+        lender = offer.by if offer is not None and offered else ""
+        new = Holder(name, source, self._now(), note, secrets.token_urlsafe(16), lender=lender)
+        self._patience = patience * self._scale
+        self._become(new, why)
+        self._watch_until(self._now() + self._patience)
+        return new
+
+    def renew(self, lease: str, name: str) -> Holder:
+        """Say that one is still there; raises as `require`."""
+        holder = self.require(lease, name)
         self._until = self._now() + self._patience
         return holder
 
-    def release(self, lease: str) -> None:
-        """Give it back; raises `LeaseLost`."""
-        self.require(lease)
+    def release(self, lease: str, name: str) -> None:
+        """Give it back; raises as `require`."""
+        self.require(lease, name)
         self._end("released")
 
-    def offer(self, name: str) -> None:
+    def drop(self, name: str, why: str) -> None:
+        """End the lease that `name` holds, who may not drive any more; where he holds none, nothing happens."""
+        if self._offer is not None and name in (self._offer.to, self._offer.by):
+            self._offer = None
+        if self._holder is not None and self._holder.name == name and not self._holder.implicit:
+            self._end(why)
+
+    def offer(self, name: str, by: str) -> None:
         """Let `name` take it within a minute, from the holder too."""
-        self._offered = (name, self._now() + OFFER * self._scale)
-        self._tell("offered", to=name)
+        self._offer = _Offer(name, by, self._now() + OFFER * self._scale)
+        self._tell("offered", to=name, by=by)
 
     def ask(self, name: str) -> None:
-        """Let the holder know that `name` would like to drive."""
-        self._tell("asked", by=name)
+        """Let everybody know that `name` would like to drive; who has just asked is not heard again."""
+        again = self.asked_by == name
+        self._asked = name, self._now() + OFFER * self._scale
+        if not again:
+            self._tell("asked", by=name)
 
-    def require(self, lease: str) -> Holder:
-        """Return the holder if `lease` is his; raises `LeaseNeeded`, `LeaseHeld`, `LeaseLost`."""
+    def require(self, lease: str, name: str) -> Holder:
+        """Return the holder if it is `name`, who shows `lease`; raises `LeaseNeeded`, `LeaseHeld`, `LeaseLost`."""
         holder = self._holder
-        if lease and holder is not None and secrets.compare_digest(holder.id, lease):
-            return holder
-        if lease:
+        if holder is not None and not holder.implicit and self._now() > self._until + _ROUNDING:
+            self._end("expired")
+            holder = self._holder
+        if holder is not None and lease and secrets.compare_digest(_bytes(holder.id), _bytes(lease)):
+            if holder.name == name:
+                return holder
+        elif lease:
             raise LeaseLost(reason=self._ended.get(lease, "it is not known here"))
-        raise LeaseNeeded if holder is None else self._held(holder)
+        raise LeaseNeeded if holder is None or not self._in_force(holder) else self._held(holder)
 
     @contextmanager
-    def driving(self, name: str, source: str) -> Iterator[None]:
-        """Hold the lease for the length of the block without showing one; several blocks of one name share it.
+    def driving(self, name: str, source: str, lease: str = "") -> Iterator[Drive]:
+        """Drive for the length of the block: under the `lease` that is shown, or without one while it is free.
 
-        Raises `LeaseHeld` where somebody else drives. Whoever drives already, in his own name, goes on driving.
+        What is driven under a lease is lost with it. What is driven without one, several blocks of one name together,
+        goes on when that name's own lease ends, and is lost only to force. Raises as `renew`, `LeaseHeld` where
+        somebody else drives.
         """
-        holder = self._holder
-        if holder is not None and holder.name != name:
-            raise self._held(holder)
-        if holder is not None and not holder.implicit:
-            yield
-            return
-        if holder is None:
-            self._holder = Holder(name, source, self._now(), implicit=True)
-            self._changed("taken")
-        self._wishes += 1
+        if lease:
+            self.renew(lease, name)
+        else:
+            self._join(name, source)
+        drive = Drive(name, lease)
+        self._drives.append(drive)
         try:
-            yield
+            yield drive
         finally:
-            self._wishes -= 1
-            if self._wishes == 0 and self._holder is not None and self._holder.implicit:
-                self._end("released")
+            self._leave(drive)
 
     def close(self) -> None:
         """Forget the watch; the loop ends."""
@@ -151,58 +229,110 @@ class Lease:
             self._watch.cancel()
             self._watch = None
 
-    def _become(self, name: str, source: str, note: str, patience: float, why: str) -> Holder:
-        if self._holder is not None:
-            self._remember(self._holder, why)
-        self._offered = None
-        self._holder = Holder(name, source, self._now(), note, secrets.token_urlsafe(16))
-        self._patience = patience * self._scale
-        self._until = self._now() + self._patience
-        self._watch_it()
-        self._changed(why)
-        return self._holder
+    def _given_way(self, holder: Holder, name: str, *, offered: bool) -> bool:
+        """Tell whether `holder` gives way to `name`: he offers it, or drives implicitly, and nothing of his goes on."""
+        return (offered or holder.implicit) and not self._goes_on(but=name)
+
+    def _in_force(self, holder: Holder) -> bool:
+        return not holder.implicit or self._goes_on()
+
+    def _goes_on(self, *, but: str = "") -> bool:
+        """Tell whether anything goes on that is driven without a lease, that of one name left out."""
+        return any(not (drive.lease or drive.lost) and drive.name != but for drive in self._drives)
+
+    def _join(self, name: str, source: str) -> None:
+        """Begin to drive without a lease, or with others of the same name."""
+        holder = self._holder
+        if holder is not None and not self.may_begin(name):
+            raise self._held(holder)
+        if holder is None or holder.name != name:
+            self._become(Holder(name, source, self._now(), implicit=True), "taken")
+
+    def _leave(self, drive: Drive) -> None:
+        """End a drive; the last one without a lease leaves an implicit holder to be seen for a moment."""
+        offer, offered_to = self._offer, self.offered_to
+        self._drives.remove(drive)
+        if offer is not None and offered_to not in (None, drive.name) and not drive.lease:
+            self._offer = replace(offer, until=max(offer.until, self._now() + OFFER * self._scale))
+        if self._holder is not None and not self._in_force(self._holder):
+            self._watch_until(self._now() + LINGER * self._scale)
+
+    def _become(self, new: Holder, why: str) -> None:
+        """Make somebody the holder; what others drive is lost."""
+        before, self._holder = self._holder, new
+        self.close()
+        self._offer = None
+        if self._asked is not None and self._asked[0] == new.name:
+            self._asked = None
+        self._remember(before, why)
+        for drive in self._drives:
+            if drive.lease or drive.name != new.name:
+                drive.lose(why)
+        self._changed(why, before)
 
     def _end(self, why: str) -> None:
-        assert self._holder is not None
-        self._remember(self._holder, why)
-        self._holder = None
+        """End the holder's lease; what he drives without one, a job of his, keeps him driving implicitly."""
+        before, self._holder = self._holder, None
+        assert before is not None
         self.close()
-        self._changed(why)
+        self._remember(before, why)
+        for drive in self._drives:
+            if drive.lease:
+                drive.lose(why)
+        self._changed(why, before)
+        if self._holder is None and self._goes_on():
+            self._become(Holder(before.name, before.source, self._now(), implicit=True), "taken")
 
-    def _remember(self, holder: Holder, why: str) -> None:
+    def _remember(self, holder: Holder | None, why: str) -> None:
         """Keep why the last leases ended, so that who shows one is told."""
-        if holder.id:
+        if holder is not None and holder.id:
             self._ended[holder.id] = why
-            while len(self._ended) > 100:
+            while len(self._ended) > _MOST_ENDED:
                 del self._ended[next(iter(self._ended))]
 
-    def _watch_it(self) -> None:
+    def _watch_until(self, due: float) -> None:
         self.close()
-        self._watch = asyncio.get_running_loop().call_at(self._until, self._look)
+        self._until = due
+        self._watch = asyncio.get_running_loop().call_at(due, self._look)
 
     def _look(self) -> None:
         """End a lease that was not renewed, or look again when it is due."""
         self._watch = None
-        if self._holder is None or self._holder.implicit:
+        holder = self._holder
+        if holder is None or (holder.implicit and self._goes_on()):
             return
         if self._now() < self._until - _ROUNDING:
-            self._watch_it()
+            self._watch_until(self._until)
         else:
-            self._end("expired")
+            self._end("released" if holder.implicit else "expired")
 
-    def _changed(self, why: str) -> None:
-        self._tell(why)
+    def _changed(self, why: str, before: Holder | None) -> None:
+        self._tell(why, before="" if before is None else before.name)
         for told in tuple(self.on_change):
-            told(why)
+            try:
+                told(why)
+            except Exception as defect:  # noqa: BLE001 - who takes the lease must be told so, and the others of it
+                report = {"message": "a change of the lease was not taken notice of", "exception": defect}
+                asyncio.get_running_loop().call_exception_handler(report)
 
-    def _tell(self, why: str, **detail: object) -> None:
+    def _tell(self, why: str, **detail: str) -> None:
         holder = self._holder
         name, source = ("", "") if holder is None else (holder.name, holder.source)
-        self._events.emit(Kind.LEASE, change=why, holder=name, source=source, **detail)
+        implicit = holder is not None and holder.implicit
+        self._events.emit(Kind.LEASE, change=why, holder=name, source=source, implicit=implicit, **detail)
 
     def _held(self, holder: Holder) -> LeaseHeld:
-        seconds = (self._now() - holder.since) / self._scale
-        return LeaseHeld(holder=holder.name, since=f"{seconds:.0f} s")
+        return LeaseHeld(holder=holder.name, since=f"{self.held_for:.0f} s")
 
     def _now(self) -> float:
         return asyncio.get_running_loop().time()
+
+
+def cancel_once(task: asyncio.Future[Any] | None) -> None:
+    """Cancel a task; a second time would cut short its wait for the axes to come to rest."""
+    if isinstance(task, asyncio.Task) and not task.cancelling():
+        task.cancel()
+
+
+def _bytes(text: str) -> bytes:
+    return text.encode("utf-8", "surrogatepass")

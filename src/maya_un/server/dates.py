@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 
 
 def now() -> str:
     """Return date and time as a taught place carries them (ISO 8601, UTC)."""
     return datetime.now(UTC).isoformat(timespec="seconds")
+
+
+def after(seconds: float) -> str:
+    """Return the date in so many seconds, in the same form."""
+    return (datetime.now(UTC) + timedelta(seconds=seconds)).isoformat(timespec="seconds")

@@ -5,63 +5,87 @@ Edges call the service through the gate and nowhere else; the audit log tells wh
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Iterator
-from contextlib import contextmanager
+import asyncio
+from collections.abc import Awaitable, Callable
 from typing import TypeVar
 
 from maya_un.api.access.caller import Caller
-from maya_un.api.access.operations import RULES, Operation, allowed
+from maya_un.api.access.operations import RULES, Operation, require
 from maya_un.api.service import Service
-from maya_un.errors import MayaError, NotAllowed
-from maya_un.process.lease import Lease
+from maya_un.errors import Cancelled, InternalError, LeaseLost, MayaError
+from maya_un.process.lease import Lease, cancel_once
 
 T = TypeVar("T")
 
-OnAudit = Callable[[Caller, Operation, int], None]
-"""Told of every operation that passed or was refused, with 0 or the code of the error."""
+OnAudit = Callable[[Caller, Operation, int, str], None]
+"""Told of every operation that passed or was refused, with 0 or the code of the error, and what it was about."""
 
-QUIET = frozenset({Operation.READ, Operation.PREVIEW})
+QUIET = frozenset({Operation.READ, Operation.PREVIEW, Operation.RENEW})
 """What the audit log leaves out: it changes nothing."""
 
 
-class Gate:
-    """Lets callers at `service` as far as their role and the `lease` go."""
+def unheard(_caller: Caller, _operation: Operation, _code: int, _detail: str) -> None:
+    """Keep no audit log: for a service that nobody shares."""
 
-    def __init__(self, service: Service, lease: Lease, audit: OnAudit) -> None:
+
+class Gate:
+    """Lets callers at `service` as far as their role and the `lease` go; `audit` is told of it."""
+
+    def __init__(self, service: Service, lease: Lease, audit: OnAudit = unheard) -> None:
         self._service = service
         self._lease = lease
         self._audit = audit
 
-    async def call(self, caller: Caller, operation: Operation, wish: Callable[[Service], Awaitable[T]]) -> T:
-        """Return what `wish` answers.
+    async def call(
+        self, caller: Caller, operation: Operation, wish: Callable[[Service], Awaitable[T]], detail: str = ""
+    ) -> T:
+        """Return what `wish` answers; `detail` says in the audit log what it is about ("job 17").
 
-        Raises `NotAllowed`, `LeaseNeeded`, `LeaseHeld`, `LeaseLost`, and what `wish` raises.
+        What drives ends with the lease: where another takes it meanwhile, or it expires, the wish is cancelled, and
+        what it moves stops on its path. Raises `NotAllowed`, `LeaseNeeded`, `LeaseHeld`, `LeaseLost`, and what `wish`
+        raises.
         """
-        code = 0
+        code = InternalError.code
         try:
-            self.require(caller, operation)
-            with self._driving(caller, operation):
-                return await wish(self._service)
+            require(caller, operation)
+            answer = await (self._driven(caller, wish) if RULES[operation].drives else wish(self._service))
+            code = 0
+            return answer
         except MayaError as error:
             code = error.code
             raise
+        except asyncio.CancelledError:
+            code = Cancelled.code
+            raise
         finally:
             if operation not in QUIET:
-                self._audit(caller, operation, code)
+                self._audit(caller, operation, code, detail)
 
-    def require(self, caller: Caller, operation: Operation) -> None:
-        """Raise `NotAllowed` where the caller's role does not include `operation`."""
-        if not allowed(caller.role, operation):
-            needed = RULES[operation].role.word
-            raise NotAllowed(who=caller.name, role=caller.role.word, operation=operation.value, needed=needed)
+    async def _driven(self, caller: Caller, wish: Callable[[Service], Awaitable[T]]) -> T:
+        """Carry a wish out while the caller drives."""
+        shown = caller.lease
+        if not shown and not caller.implicit:
+            self._lease.require(shown, caller.name)
+        with self._lease.driving(caller.name, caller.source, shown) as drive:
+            task = asyncio.ensure_future(wish(self._service))
+            drive.carry(task)
+            try:
+                return await _carried(task)
+            except asyncio.CancelledError:
+                this = asyncio.current_task()
+                if not drive.lost or (this is not None and this.cancelling()):
+                    raise
+                raise LeaseLost(reason=drive.lost) from None
 
-    @contextmanager
-    def _driving(self, caller: Caller, operation: Operation) -> Iterator[None]:
-        if not RULES[operation].drives:
-            yield
-        elif caller.implicit and not caller.lease:
-            with self._lease.driving(caller.name, caller.source):
-                yield
-        else:
-            self._lease.renew(caller.lease)
-            yield
+
+async def _carried(task: asyncio.Future[T]) -> T:
+    """Return what a task does; whoever waits being cancelled cancels it once, and waits for the axes to rest."""
+    try:
+        await asyncio.wait({task})
+    except asyncio.CancelledError:
+        cancel_once(task)
+        await asyncio.wait({task})
+        if not task.cancelled():
+            task.exception()
+        raise
+    return task.result()

@@ -5,7 +5,8 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import NamedTuple
 
-from maya_un.api.access.caller import Role
+from maya_un.api.access.caller import Caller, Role
+from maya_un.errors import NotAllowed
 
 
 class Operation(StrEnum):
@@ -32,6 +33,7 @@ class Operation(StrEnum):
     ZONES = "zones"
     TEACH = "teach"
     LEASE = "lease"
+    RENEW = "renew"
     LEND = "lend"
     BREAK = "break"
     RECORD = "record"
@@ -57,7 +59,8 @@ RULES: dict[Operation, Rule] = {
     Operation.ME: Rule(Role.VIEWER, meaning="see oneself, change one's password, sign out"),
     Operation.PROPOSE: Rule(Role.STUDENT, meaning="submit a job that waits for approval; change and cancel one's own"),
     Operation.PAUSE: Rule(Role.STUDENT, meaning="pause on the path, or after this step"),
-    Operation.LEASE: Rule(Role.STUDENT, meaning="ask for the lease, renew and release one's own"),
+    Operation.LEASE: Rule(Role.STUDENT, meaning="ask for the lease, take what is offered, release one's own"),
+    Operation.RENEW: Rule(Role.STUDENT, meaning="say that one still drives"),
     Operation.SUBMIT: Rule(Role.OPERATOR, meaning="submit a job that begins when its turn comes"),
     Operation.CHANGE_JOB: Rule(Role.OPERATOR, meaning="reorder, hold, release, edit any job"),
     Operation.CANCEL: Rule(Role.OPERATOR, meaning="cancel any job"),
@@ -85,3 +88,10 @@ RULES: dict[Operation, Rule] = {
 def allowed(role: Role, operation: Operation) -> bool:
     """Tell whether `role` may ask for `operation`, the lease aside."""
     return role >= RULES[operation].role
+
+
+def require(caller: Caller, operation: Operation) -> None:
+    """Raise `NotAllowed` where the role of `caller` does not include `operation`."""
+    if not allowed(caller.role, operation):
+        needed = RULES[operation].role.word
+        raise NotAllowed(who=caller.name, role=caller.role.word, operation=operation.value, needed=needed)

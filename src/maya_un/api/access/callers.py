@@ -1,0 +1,172 @@
+"""From what a request shows to who asks: one function for every edge."""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import hmac
+import secrets
+from collections.abc import Callable
+from dataclasses import replace
+
+from maya_un.api.access import tokens
+from maya_un.api.access.attempts import Attempts
+from maya_un.api.access.caller import BYSTANDER, LOCAL, Caller
+from maya_un.api.access.hashing import Hasher
+from maya_un.api.access.register import Calendar, Register
+from maya_un.api.access.store import Token, User
+from maya_un.errors import NotSignedIn
+
+FAILURE_COSTS = 0.5
+"""How much longer a failed attempt takes than one that is right [s, real time]."""
+
+_MOST_KNOWN = 4096
+
+OnRefused = Callable[[str, str], None]
+"""Told the name, "" where it is not known, and the source of a failed attempt."""
+
+
+def _unheard(_name: str, _source: str) -> None:
+    """Tell nobody."""
+
+
+class Callers:
+    """Tells who asks, from the `register` of users and tokens. Lives in the stack's loop: call it there.
+
+    A token that was found right is known again at once, by a keyed hash of it, until it is revoked or expires.
+    `speed` is how fast the loop's clock runs.
+    """
+
+    def __init__(
+        self,
+        register: Register,
+        calendar: Calendar,
+        *,
+        speed: float = 1.0,
+        hasher: Hasher | None = None,
+        refused: OnRefused = _unheard,
+    ) -> None:
+        self._register = register
+        self._calendar = calendar
+        self._scale = max(1.0, speed)
+        self._hasher = hasher or Hasher()
+        self._refused = refused
+        self._attempts = Attempts(self._scale)
+        self._key = secrets.token_bytes(32)
+        self._known: dict[bytes, Token] = {}
+        self._turn = asyncio.Lock()
+
+    @property
+    def kept(self) -> bool:
+        """Whether users are kept; while none are, who sits at the machine is `LOCAL` and nobody else is let in."""
+        return bool(self._register.users)
+
+    async def resolve(
+        self, authorization: str | None, lease: str, source: str, loopback: bool, *, stopping: bool = False
+    ) -> Caller:
+        """Return who asks.
+
+        `authorization` and `lease` are the headers `Authorization` and `Maya-Lease` as they came ("" or None where they
+        did not), `source` is shown in the audit log and counted by, `loopback` says that it came from this machine and
+        from nobody behind it. With `stopping` it is for a stop or an abort, which from loopback needs no token.
+
+        Ask anew for every request, on an open websocket too: a token may have been revoked meanwhile. Raises
+        `NotSignedIn`, and `TooManyRequests` for a source that was wrong too often.
+        """
+        if loopback and not self.kept:
+            return replace(LOCAL, source=source or LOCAL.source, lease=lease)
+        text = tokens.of_header(authorization)
+        known = None if text is None else self._recalled(text)
+        if known is not None:
+            return self._caller(known, lease, source)
+        if loopback and stopping:
+            return replace(BYSTANDER, source=source or BYSTANDER.source)
+        if text is None:
+            raise NotSignedIn(reason="none was shown" if self.kept else "no users are kept yet")
+        return self._caller(await self._verified(text, source), lease, source)
+
+    async def signed_in(self, name: str, password: str, source: str) -> User:
+        """Return the user whose password this is.
+
+        Raises `NotSignedIn`, the same and after the same time whatever was wrong, and `TooManyRequests`.
+        """
+        self._attempts.begin(source, self._now())
+        user = self._register.users.get(name)
+        right = await self._hasher.matches("" if user is None else user.password, password)
+        still = self._register.users.get(name)
+        if not right or still is None or user is None or still.password != user.password:
+            await self._fail(name, source)
+        assert still is not None
+        self._attempts.succeeded(source)
+        return still
+
+    def know(self, shown: tokens.Shown) -> None:
+        """Take a token that was just made for right."""
+        self._keep(shown, self._register.tokens[shown.id])
+
+    async def _verified(self, text: str, source: str) -> Token:
+        shown = tokens.parse(text)
+        meant = None if shown is None else self._register.tokens.get(shown.id)
+        # Who shows a token that there is has attempts of his own: somebody else's do not keep him from saying stop.
+        counted = source if meant is None else f"{source} {meant.id}"
+        self._attempts.begin(counted, self._now())
+        async with self._turn:
+            known = self._recalled(text)  # several requests at a time show the same token
+            found = known or await self._compared(shown, meant)
+        if found is None:
+            await self._fail("" if meant is None else meant.user, source)
+        assert found is not None
+        self._attempts.succeeded(counted)
+        if known is None and shown is not None:
+            self._keep(shown, found)
+        return found
+
+    async def _compared(self, shown: tokens.Shown | None, meant: Token | None) -> Token | None:
+        """Return the token that somebody shows, None where it is not right; takes the same time either way."""
+        secret = "" if shown is None else shown.secret
+        right = await self._hasher.matches("" if meant is None else meant.secret, secret)
+        return self._valid(meant) if right and meant is not None else None
+
+    async def _fail(self, name: str, source: str) -> None:
+        self._refused(name, source)
+        over: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        timer = asyncio.get_running_loop().call_later(FAILURE_COSTS * self._scale, over.set_result, None)
+        try:
+            await over
+        finally:
+            timer.cancel()
+        raise NotSignedIn(reason="what was shown is wrong, has expired or was revoked")
+
+    def _recalled(self, text: str) -> Token | None:
+        """Return the token of a text that was found right before, None where it was not, or is right no more."""
+        digest = self._digest(text)
+        known = self._known.get(digest)
+        if known is None:
+            return None
+        token = self._valid(known)
+        if token is None:
+            del self._known[digest]
+        return token
+
+    def _valid(self, token: Token) -> Token | None:
+        """Return a token as it is now, None where it was revoked or has expired."""
+        kept = self._register.tokens.get(token.id)
+        if kept is None or kept.secret != token.secret or (kept.expires and kept.expires <= self._calendar.now()):
+            return None
+        return kept
+
+    def _keep(self, shown: tokens.Shown, token: Token) -> None:
+        self._known[self._digest(shown.text)] = token
+        while len(self._known) > _MOST_KNOWN:
+            del self._known[next(iter(self._known))]
+
+    def _caller(self, token: Token, lease: str, source: str) -> Caller:
+        self._register.used(token, self._calendar.now())
+        user = self._register.users[token.user]
+        return Caller(user.name, user.role, source, lease, token=token.id)
+
+    def _digest(self, text: str) -> bytes:
+        return hmac.digest(self._key, text.encode("utf-8", "surrogatepass"), hashlib.sha256)
+
+    def _now(self) -> float:
+        return asyncio.get_running_loop().time()

@@ -1,0 +1,77 @@
+"""The register of users and tokens: in memory to be asked, in a store to last."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import replace
+from typing import Protocol
+
+from maya_un.api.access.store import Change, Store, Token, User
+
+_TO_THE_MINUTE = 16
+
+
+class Calendar(Protocol):
+    """What date it is: nothing below the edges looks at a clock. Dates are ISO 8601 in UTC, to the second."""
+
+    def now(self) -> str:
+        """Return the date of now."""
+        ...
+
+    def after(self, seconds: float) -> str:
+        """Return the date in so many seconds."""
+        ...
+
+
+class Register:
+    """Users by name and tokens by id. Whoever looks first and changes then holds `turn` meanwhile.
+
+    What takes something away holds at once, also where it cannot be written; what gives something holds once it is on
+    the disk.
+    """
+
+    def __init__(self, store: Store) -> None:
+        self._store = store
+        self._used: dict[str, str] = {}
+        self.users: dict[str, User] = {}
+        self.tokens: dict[str, Token] = {}
+        self.turn = asyncio.Lock()
+
+    async def open(self) -> None:
+        """Read what the store keeps; raises `StorageFailed` and its kin."""
+        users, tokens = await self._store.load()
+        self.users = {user.name: user for user in users}
+        self.tokens = {token.id: token for token in tokens if token.user in self.users}
+
+    def of(self, name: str) -> list[Token]:
+        """Return the tokens of a user, oldest first."""
+        return [token for token in self.tokens.values() if token.user == name]
+
+    async def change(self, change: Change) -> None:
+        """Change users and tokens; raises `StorageFailed`."""
+        for name in change.without_users:
+            self.users.pop(name, None)
+            for token in self.of(name):
+                del self.tokens[token.id]
+        for key in change.without_tokens:
+            self.tokens.pop(key, None)
+        used, self._used = self._used, {}
+        noted = tuple(token for token in map(self.tokens.get, used) if token is not None)
+        await self._store.apply(replace(change, tokens=noted + change.tokens))
+        self.users.update({user.name: user for user in change.users})
+        self.tokens.update({token.id: token for token in change.tokens})
+
+    def used(self, token: Token, date: str) -> None:
+        """Note that a token was shown; it is written with the next change, or at the end."""
+        if token.used[:_TO_THE_MINUTE] != date[:_TO_THE_MINUTE] and token.id in self.tokens:
+            self.tokens[token.id] = replace(token, used=date)
+            self._used[token.id] = date
+
+    async def close(self) -> None:
+        """Write when tokens were used last, and close the store."""
+        async with self.turn:
+            try:
+                if self._used:
+                    await self.change(Change())
+            finally:
+                await self._store.close()
