@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from maya_un.errors import EventsForgotten
 from maya_un.events import Event, EventLog, Kind
 from tests.virtual_time import elapse
 
@@ -43,6 +44,44 @@ def test_since_gives_exactly_those_numbered_above(seq: int, count: int) -> None:
     for _ in range(count):
         events.emit(Kind.STEP)
     assert [event.seq for event in events.since(seq)] == [n for n in range(1, count + 1) if n > seq]
+
+
+def test_the_oldest_are_forgotten_and_whoever_asks_for_them_is_told() -> None:
+    events = EventLog(lambda: 0.0, kept=8)
+    for _ in range(9):
+        events.emit(Kind.STEP)
+    assert (len(events), events.oldest, len(events.since(0))) == (9, 1, 9)
+    events.emit(Kind.STEP)
+    assert (len(events), events.oldest) == (10, 3)
+    assert [event.seq for event in events.since(2)] == list(range(3, 11))
+    with pytest.raises(EventsForgotten, match=r"above 1 .* oldest that is kept is 3"):
+        events.since(1)
+    assert events.last == events.since(9)[0]
+
+
+def test_memory_is_bounded() -> None:
+    events = EventLog(lambda: 0.0, kept=80)
+    for number in range(1, 1001):
+        events.emit(Kind.STEP)
+        assert number - 90 <= events.oldest - 1 <= max(0, number - 80)
+
+
+async def test_a_reader_that_falls_too_far_behind_is_told() -> None:
+    events = EventLog(lambda: 0.0, kept=8)
+    reader = events.follow()
+    events.emit(Kind.MOVING)
+    assert await take(1, reader) == [1]
+    for _ in range(20):
+        events.emit(Kind.PHASE)
+    with pytest.raises(EventsForgotten):
+        await anext(reader)
+
+
+def test_who_hears_everything_hears_it_at_once() -> None:
+    events, heard = log(), list[int]()
+    events.heard_by(lambda event: heard.append(event.seq))
+    events.emit(Kind.HOMING)
+    assert heard == [1]
 
 
 def test_what_happened_cannot_be_changed() -> None:
@@ -109,7 +148,7 @@ async def test_a_reader_that_left_gets_nothing_more() -> None:
     await take(1, reader)
     await reader.aclose()
     events.emit(Kind.IDLE)
-    assert not events._queues
+    assert not events._waiting
 
 
 def test_a_listener_hears_every_event_inside_its_block_at_once() -> None:

@@ -57,9 +57,13 @@ class Robot:
     def holding(self) -> bool | None:
         """Whether the gripper holds a part: True after a pick, False when open, None when closed for other reasons.
 
-        No sensor tells; this is what the robot was told to do and did.
+        No sensor tells; this is what the robot was told to do and did, or what a person saw.
         """
         return self._memory.holding(self._controller.state)
+
+    def seen(self, *, holding: bool) -> None:
+        """Take a person's word for what the closed gripper holds, until it is opened or closed again."""
+        self._memory.seen(holding=holding)
 
     def preview(self, primitive: Primitive, start: Pose) -> PrimitivePreview:
         """Return what `primitive` would be from `start`; nothing is sent.

@@ -341,6 +341,19 @@ async def test_a_gripper_found_closed_under_a_homing_taken_over_may_hold_somethi
     assert robot.pose.jaws is Jaws.CLOSED
 
 
+async def test_a_person_who_has_looked_at_the_closed_gripper_is_believed_until_it_moves() -> None:
+    controller, robot = made(closed=True)
+    assert robot.holding is None
+    robot.seen(holding=True)
+    assert (robot.holding, robot.pose.jaws) == (True, Jaws.CLOSED)
+    robot.seen(holding=False)
+    assert (robot.holding, robot.pose.jaws) == (False, Jaws.FOUND)
+    await controller.gripper(True)
+    assert robot.pose.jaws is Jaws.OPEN
+    await controller.gripper(False)
+    assert (robot.holding, robot.pose.jaws) == (None, Jaws.CLOSED)
+
+
 async def test_a_pick_that_failed_before_it_closed_holds_nothing() -> None:
     controller, robot = made()
     controller.fail_at = {1: FollowingError(axis="b")}

@@ -1,0 +1,124 @@
+"""The order of the queue: who is next, and where a job goes that is moved. Pure; knows numbers, not jobs.
+
+The greater priority goes first; within one priority the smaller position, then the smaller number. Only what is ready
+is ever next: what is held, or waits for another job, keeps its place and lets the others pass.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, insort
+from collections.abc import Callable, Iterator
+from itertools import islice
+from typing import NamedTuple
+
+MayBegin = Callable[[str], bool]
+"""Tells whether a job of this owner may begin."""
+
+
+class Place(NamedTuple):
+    """Where a job stands; places compare as the queue goes."""
+
+    back: int
+    """The priority with its sign turned."""
+    position: float
+    number: int
+
+    @classmethod
+    def of(cls, priority: int, position: float, number: int) -> Place:
+        """Return the place of job `number`."""
+        return cls(-priority, position, number)
+
+    @property
+    def priority(self) -> int:
+        """The greater goes first."""
+        return -self.back
+
+
+class Order:
+    """Jobs in the order of the queue. Finding the next costs the same however many wait."""
+
+    def __init__(self) -> None:
+        self._places: dict[int, Place] = {}
+        self._line: list[Place] = []
+        self._ready: dict[str, list[Place]] = {}
+        self._owners: dict[int, str] = {}
+        self._last = 0.0
+
+    def __len__(self) -> int:
+        return len(self._line)
+
+    def __contains__(self, number: int) -> bool:
+        return number in self._places
+
+    def __iter__(self) -> Iterator[int]:
+        return (place.number for place in tuple(self._line))
+
+    def first(self, count: int) -> list[int]:
+        """Return the numbers of the first jobs, ready or not, `count` at most."""
+        return [place.number for place in islice(self._line, count)]
+
+    def place_of(self, number: int) -> int | None:
+        """Return the place of a job, from 1, None where it does not wait."""
+        place = self._places.get(number)
+        return None if place is None else bisect_left(self._line, place) + 1
+
+    def end(self, number: int) -> float:
+        """Return the position of a new job `number`, behind all that there ever were."""
+        return max(float(number), self._last + 1.0)
+
+    def put(self, place: Place, owner: str, *, ready: bool) -> None:
+        """Put a job of `owner` at its place, or at another one, or make it ready or not."""
+        self.drop(place.number)
+        self._places[place.number] = place
+        insort(self._line, place)
+        self._last = max(self._last, place.position)
+        if ready:
+            self._owners[place.number] = owner
+            insort(self._ready.setdefault(owner, []), place)
+
+    def drop(self, number: int) -> None:
+        """Take a job out, where it is in."""
+        place = self._places.pop(number, None)
+        if place is None:
+            return
+        _remove(self._line, place)
+        owner = self._owners.pop(number, None)
+        if owner is not None:
+            _remove(self._ready[owner], place)
+            if not self._ready[owner]:
+                del self._ready[owner]
+
+    def next(self, may_begin: MayBegin) -> int | None:
+        """Return the first job that is ready and whose owner may begin, None where there is none."""
+        firsts = [places[0] for owner, places in self._ready.items() if may_begin(owner)]
+        return min(firsts).number if firsts else None
+
+    def moved(self, number: int, beside: int, *, behind: bool) -> list[Place]:
+        """Return the new places of jobs, so that `number` stands before or `behind` the job `beside`, at its priority.
+
+        There are several where no number lies between two neighbours' positions any more. Both jobs are in the order.
+        """
+        back = self._places[beside].back
+        rest = [place for place in self._line if place.back == back and place.number != number]
+        index = next(n for n, place in enumerate(rest) if place.number == beside) + behind
+        low = rest[index - 1].position if index > 0 else None
+        high = rest[index].position if index < len(rest) else None
+        position = _between(low, high)
+        if position is not None:
+            return [Place(back, position, number)]
+        rest.insert(index, self._places[number])
+        return [Place(back, float(n), place.number) for n, place in enumerate(rest, 1)]
+
+
+def _between(low: float | None, high: float | None) -> float | None:
+    """Return a position between two neighbours, None where there is no number left; one of them may be missing."""
+    if low is None:
+        return 0.0 if high is None else high - 1.0
+    if high is None:
+        return low + 1.0
+    middle = (low + high) / 2.0
+    return middle if low < middle < high else None
+
+
+def _remove(places: list[Place], place: Place) -> None:
+    del places[bisect_left(places, place)]
