@@ -18,6 +18,7 @@ from maya_un.config.model import (
     WiringConfig,
 )
 from maya_un.config.recorder import RecorderConfig
+from maya_un.config.storage import StorageConfig
 from maya_un.config.units import Units
 
 __all__ = [
@@ -31,6 +32,7 @@ __all__ = [
     "RecorderConfig",
     "SafetyConfig",
     "Scale",
+    "StorageConfig",
     "Units",
     "WiringConfig",
     "default_path",

@@ -11,6 +11,7 @@ from maya_un.address import split
 from maya_un.config.base import Contradiction, Metres
 from maya_un.config.base import Section as _Section
 from maya_un.config.recorder import RecorderConfig
+from maya_un.config.storage import StorageConfig
 from maya_un.config.zones import ZoneConfig
 
 Register = Annotated[int, Field(ge=0, le=1_073_740_800)]
@@ -218,6 +219,7 @@ class Config(_Section):
     homing: HomingConfig = HomingConfig()
     cell: CellConfig = CellConfig()
     recorder: RecorderConfig = RecorderConfig()
+    storage: StorageConfig = StorageConfig()
     zones: Annotated[
         tuple[ZoneConfig, ...],
         Field(strict=False, description="what to keep out of, each in a [[zones]] of its own; there are none"),

@@ -77,9 +77,14 @@ def version(connection: sqlite3.Connection, path: Path | str, known: int = VERSI
     """Return the version of a file, 0 for one that is empty; raises as `migrate` does."""
     found = int(connection.execute("PRAGMA user_version").fetchone()[0])
     application = int(connection.execute("PRAGMA application_id").fetchone()[0])
-    tables = int(connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0])
-    if (found or tables) and application != APPLICATION:
+    if (found or _strangers(connection)) and application != APPLICATION:
         raise FileNotOurs(path=path, remedy="it is the database of another program; name another state folder")
     if found > known:
         raise StorageTooNew(path=path, found=found, known=known)
     return found
+
+
+def _strangers(connection: sqlite3.Connection) -> bool:
+    """Whether there are tables other than those of the users, which may be there before ours."""
+    named = "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name NOT GLOB 'access_*'"
+    return bool(connection.execute(named).fetchone()[0])

@@ -11,11 +11,11 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
+from maya_un.config import StorageConfig
 from maya_un.process.journal import batches, faults, file, tables
 from maya_un.process.journal.batches import Asked, Batches, Outcome
 from maya_un.process.journal.journal import SqlJournal, Work
 from maya_un.process.journal.rows import AuditRow, EventRow
-from maya_un.process.journal.tables import Keep
 
 T = TypeVar("T")
 
@@ -39,7 +39,7 @@ class SqliteJournal(SqlJournal):
     One thread writes, another reads; both are outside the loop, so that neither a commit nor a page holds it.
     """
 
-    def __init__(self, path: Path, opened: _Opened, keep: Keep) -> None:
+    def __init__(self, path: Path, opened: _Opened, keep: StorageConfig) -> None:
         super().__init__()
         self.path = path
         self._lock, self._writer, self._reader, self._seen, self._run = opened
@@ -49,14 +49,14 @@ class SqliteJournal(SqlJournal):
         self._batches = Batches(self._commit)
 
     @classmethod
-    async def open(cls, path: Path, keep: Keep | None = None) -> SqliteJournal:
-        """Open the file at `path`, or make it, and hold it until `close`.
+    async def open(cls, path: Path, keep: StorageConfig | None = None) -> SqliteJournal:
+        """Open the file at `path`, or make it, and hold it until `close`; `keep` is how much of the past stays in it.
 
         Raises `StorageInUse`, `StorageDamaged`, `StorageTooNew`, `FileNotOurs`, `FileUnwritable`; a file that is
         refused is left as it is.
         """
-        opened = await asyncio.get_running_loop().run_in_executor(None, _open, path)
-        return cls(path, opened, Keep() if keep is None else keep)
+        keep = StorageConfig() if keep is None else keep
+        return cls(path, await asyncio.get_running_loop().run_in_executor(None, _open, path, keep), keep)
 
     async def write(self, work: Work[T]) -> T:
         """Do `work` in the next batch."""
@@ -117,7 +117,7 @@ class SqliteJournal(SqlJournal):
             raise faults.at_reading(error, self.path) from error
 
 
-def _open(path: Path) -> _Opened:
+def _open(path: Path, keep: StorageConfig) -> _Opened:
     """Lock, check and count; nothing stays open where something is raised."""
     with ExitStack() as undo:
         try:
@@ -126,7 +126,7 @@ def _open(path: Path) -> _Opened:
             undo.callback(lock.release)
             writer = file.open_for_writing(path)
             undo.callback(writer.close)
-            run = _counted(writer)
+            run = _counted(writer, keep)
             reader = file.open_for_reading(path)
             undo.callback(reader.close)
             opened = _Opened(lock, writer, reader, file.Seen(path), run)
@@ -136,9 +136,10 @@ def _open(path: Path) -> _Opened:
         return opened
 
 
-def _counted(writer: sqlite3.Connection) -> int:
+def _counted(writer: sqlite3.Connection, keep: StorageConfig) -> int:
     """Write that the file was opened once more, which shows at once whether it can be written."""
     writer.execute("BEGIN IMMEDIATE")
     run = tables.begin_run(writer)
+    tables.prune(writer, keep)
     writer.execute("COMMIT")
     return run

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from maya_un.config import StorageConfig
 from maya_un.process.journal import encoding
 from maya_un.process.journal.encoding import AUDIT, EVENT, JOB, STEP, marks, updates
 from maya_un.process.journal.rows import AuditRow, EventRow, JobRow, QueueRow, StepRow, Unfinished
@@ -26,7 +26,8 @@ _SAVE_STEP = f"INSERT INTO steps ({STEP}) VALUES ({marks(STEP)}) " + updates(STE
 _SAVE_QUEUE = "INSERT OR REPLACE INTO queue VALUES (1, ?, ?, ?, ?)"
 _ADD_EVENT = f"INSERT OR REPLACE INTO events ({EVENT}) VALUES ({marks(EVENT)})"
 _ADD_AUDIT = f"INSERT INTO audit ({AUDIT}) VALUES ({marks(AUDIT)})"
-_ALIVE = ", ".join(f"'{state}'" for state in TaskState if not state.ended)
+ALIVE = ", ".join(f"'{state}'" for state in TaskState if not state.ended)
+"""The states of jobs that have not ended, as SQL lists them."""
 _WITH_BODY = f"SELECT {JOB}, body FROM jobs LEFT JOIN bodies ON bodies.job = jobs.id"
 
 
@@ -37,16 +38,17 @@ class Bodies:
     """
 
     def __init__(self) -> None:
-        self._known: dict[int, dict[str, Any]] = {}
+        self._known: dict[int, tuple[dict[str, Any], str, str]] = {}
 
     def lacks(self, row: JobRow) -> bool:
-        """Whether the body of a job has to be written; from now on it counts as written."""
-        known = self._known.get(row.id) is row.body
+        """Whether the body, the name or the notes of a job are to be written; from now on they count as written."""
+        known = self._known.get(row.id)
+        same = known is not None and known[0] is row.body and known[1:] == (row.name, row.options.notes)
         if row.state.ended:
             self._known.pop(row.id, None)
         else:
-            self._known[row.id] = row.body
-        return not known
+            self._known[row.id] = (row.body, row.name, row.options.notes)
+        return not same
 
     def forget(self) -> None:
         """Count no body as written."""
@@ -73,8 +75,8 @@ def save(connection: sqlite3.Connection, bodies: Bodies, changes: Iterable[Chang
 
 
 def _write_body(connection: sqlite3.Connection, bodies: Bodies, row: JobRow) -> None:
-    connection.execute(_SAVE_LABEL, (row.id, encoding.words_of(row)))
     if bodies.lacks(row):
+        connection.execute(_SAVE_LABEL, (row.id, encoding.words_of(row)))
         connection.execute(_SAVE_BODY, (row.id, encoding.body_text(row.body)))
 
 
@@ -96,10 +98,10 @@ def begin_run(connection: sqlite3.Connection) -> int:
 def unfinished(connection: sqlite3.Connection) -> Unfinished:
     """Return the queue's mode, and every job that has not ended, in the queue's order."""
     mode = connection.execute('SELECT paused, reason, "by", since FROM queue').fetchone()
-    jobs = connection.execute(f"{_WITH_BODY} WHERE state IN ({_ALIVE}) ORDER BY priority DESC, position, id").fetchall()
+    jobs = connection.execute(f"{_WITH_BODY} WHERE state IN ({ALIVE}) ORDER BY priority DESC, position, id").fetchall()
     steps: dict[int, list[StepRow]] = {}
     of_jobs = (
-        f'SELECT {STEP} FROM steps WHERE job IN (SELECT id FROM jobs WHERE state IN ({_ALIVE})) ORDER BY job, "index"'
+        f'SELECT {STEP} FROM steps WHERE job IN (SELECT id FROM jobs WHERE state IN ({ALIVE})) ORDER BY job, "index"'
     )
     for job, row in map(encoding.step_of, connection.execute(of_jobs).fetchall()):
         steps.setdefault(job, []).append(row)
@@ -144,16 +146,7 @@ def audit(connection: sqlite3.Connection, below: int | None, limit: int) -> Sequ
     return [(values[0], AuditRow(*values[1:])) for values in connection.execute(asked, (below, limit)).fetchall()]
 
 
-@dataclass(frozen=True, slots=True)
-class Keep:
-    """How much is kept: so many newest events and audit entries, and of these none older than so many days."""
-
-    events: int = 200_000
-    audit: int = 100_000
-    days: int = 365
-
-
-def prune(connection: sqlite3.Connection, keep: Keep) -> None:
+def prune(connection: sqlite3.Connection, keep: StorageConfig) -> None:
     """Drop the events and audit entries that are too many or too old; jobs and their steps are kept for ever.
 
     Old is what lies `keep.days` before the newest of its kind, so that a clock that was wrong once costs nothing.
