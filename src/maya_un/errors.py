@@ -12,7 +12,7 @@ MayaError
 │   ├── InvalidValue 4001 · InvalidJob 4002 · UnknownName 4003 · NotFound 4004 · InvalidRequest 4005
 │   │   SpeedOnRealMachine 4006 · FileUnreadable 4007 · InvalidCommandLine 4008
 │   │   NotIdentifiable 4009 · NotTaught 4010 · NameTaken 4011 · KeyReused 4012
-│   │   EventsForgotten 4013 · WrongState 4014 · AnswerNeeded 4015
+│   │   EventsForgotten 4013 · WrongState 4014 · AnswerNeeded 4015 · StreamLagging 4016
 │   ├── NotSignedIn 4101 · NotAllowed 4102 · LeaseHeld 4103 · LeaseNeeded 4104 · LeaseLost 4105
 │   │   TooManyRequests 4106
 │   └── InvalidConfig 5001 · FileUnwritable 5002 · AddressInUse 5003 · AlreadyRunning 5004
@@ -413,6 +413,12 @@ class AnswerNeeded(RequestError):
     """A person has to say something first that nobody else can know."""
 
     code = 4015
+
+
+class StreamLagging(RequestError):
+    """A reader of the stream does not keep up with the events."""
+
+    code = 4016
 
 
 class NotSignedIn(RequestError):

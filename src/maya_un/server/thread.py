@@ -16,6 +16,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from maya_un.errors import AddressInUse, InvalidRequest
 from maya_un.server.crash import written_down
 from maya_un.server.problems import problem
+from maya_un.server.stream_wire import Wire
 
 LOOPBACK = "127.0.0.1"
 
@@ -81,6 +82,7 @@ async def served(app: FastAPI, door: socket.socket) -> AsyncIterator[str]:
     config = uvicorn.Config(
         app,
         http=_Protocol,
+        ws=Wire,
         log_config=None,
         access_log=False,
         lifespan="off",

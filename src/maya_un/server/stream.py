@@ -1,0 +1,131 @@
+"""The websocket /v1/stream: states at a chosen rate, events without a gap, the queue as it stands."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from fastapi import FastAPI
+from starlette.websockets import WebSocket
+
+from maya_un.api.access.caller import LOCAL, Caller
+from maya_un.api.access.operations import Operation
+from maya_un.api.service import Service
+from maya_un.errors import MayaError, NotSignedIn, TooManyRequests
+from maya_un.server.bridge import Bridge
+from maya_un.server.crash import written_down
+from maya_un.server.stream_entrance import introduced
+from maya_un.server.stream_hub import Hub
+from maya_un.server.stream_ring import Ring
+from maya_un.server.stream_session import Session, refuse
+from maya_un.server.stream_tap import Batch, Tap
+from maya_un.server.stream_wire import WIRE, Wire
+
+MOST_CLIENTS = 256
+"""So many may read the stream at once."""
+
+INTRODUCTION = 10.0
+"""How long a client may take to say who it is [s]."""
+
+
+def add_stream(app: FastAPI, bridge: Bridge) -> None:
+    """Add /v1/stream; only for a server whose websockets are a `Wire`."""
+    stream = Stream(bridge)
+    app.add_api_websocket_route("/v1/stream", stream.serve)
+
+
+class Stream:
+    """All clients of the stream; what they share lives from the first to the last."""
+
+    def __init__(self, bridge: Bridge) -> None:
+        self._bridge = bridge
+        self._opening = asyncio.Lock()
+        self._hub: Hub | None = None
+        self._tapping: asyncio.Task[None] | None = None
+        self._clients = 0
+        self._wires: set[Wire] = set()
+
+    async def serve(self, socket: WebSocket) -> None:
+        """Serve one client from its handshake to its end."""
+        wire = socket.scope["extensions"][WIRE]
+        assert isinstance(wire, Wire)
+        language = "es" if socket.headers.get("accept-language", "").startswith("es") else "en"
+        await socket.accept()
+        try:
+            await self._serve(socket, wire, language)
+        except MayaError as refusal:
+            refuse(wire, refusal, language)
+        except Exception as defect:  # noqa: BLE001 - the last door: a client gets one sentence, the log the rest
+            refuse(wire, written_down(defect), language)
+
+    async def _serve(self, socket: WebSocket, wire: Wire, language: str) -> None:
+        if len(self._wires) >= MOST_CLIENTS:
+            raise TooManyRequests(limit=f"{MOST_CLIENTS} streams", seconds=1, wait=1)
+        self._wires.add(wire)
+        try:
+            caller = await self._introduced(socket)
+            if caller is not None:
+                async with self._entered() as hub:
+                    await Session(socket, wire, self._bridge, hub, caller, language).converse()
+        finally:
+            self._wires.discard(wire)
+
+    async def _introduced(self, socket: WebSocket) -> Caller | None:
+        try:
+            async with asyncio.timeout(INTRODUCTION):
+                return await introduced(socket, self._bridge)
+        except TimeoutError:
+            raise NotSignedIn(reason=f"nobody said `hello` with a token for {INTRODUCTION:g} s") from None
+
+    @asynccontextmanager
+    async def _entered(self) -> AsyncIterator[Hub]:
+        self._clients += 1
+        try:
+            async with self._opening:
+                if self._hub is None:
+                    self._hub = await self._open()
+            yield self._hub
+        finally:
+            self._clients -= 1
+            if self._clients == 0:
+                self._close()
+
+    async def _open(self) -> Hub:
+        """Begin to take from the service."""
+        service, run, last, speed = await self._bridge.call(LOCAL, Operation.READ, _facts)
+        hub = Hub(run, Ring(last))
+        loop = asyncio.get_running_loop()
+
+        async def view() -> object:
+            return service.queue.view()
+
+        def hand_over(batch: Batch) -> None:
+            loop.call_soon_threadsafe(hub.take, batch)
+
+        tap = Tap(service, view, hand_over, speed)
+        hub.open(tap)
+        self._tapping = loop.create_task(self._bridge.within(lambda: tap.run(last)), name="stream")
+        self._tapping.add_done_callback(self._tapped)
+        return hub
+
+    def _tapped(self, done: asyncio.Task[None]) -> None:
+        """Write down why the tap ended by itself, and end all connections: they would wait for ever."""
+        if not done.cancelled() and (defect := done.exception()) is not None:
+            crash = written_down(defect)
+            for wire in tuple(self._wires):
+                refuse(wire, crash, "en")
+
+    def _close(self) -> None:
+        if self._tapping is not None:
+            self._tapping.cancel()
+            self._tapping = None
+        if self._hub is not None:
+            self._hub.close()
+            self._hub = None
+
+
+async def _facts(service: Service) -> tuple[Service, int, int, float]:
+    """Return the service itself, its run, the number of its last event, and how fast its clock runs."""
+    status = await service.status()
+    return service, status.run, status.last_event, status.speed

@@ -1,0 +1,197 @@
+"""The stream's middle, in the server's loop: what is new is encoded once, and sent to all who want it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from typing import NamedTuple
+
+from maya_un.api.messages import EventMessage
+from maya_un.server.stream_messages import content, event_frame, queue_frame, state_frame
+from maya_un.server.stream_reader import Reader
+from maya_un.server.stream_ring import Ring
+from maya_un.server.stream_tap import Batch, Tap
+from maya_un.values import State
+
+HEARTBEAT = 10.0
+"""A state that says nothing new is sent again after so long [s]."""
+
+
+class Snapshot(NamedTuple):
+    """A state as it goes out: what it says, and its frame."""
+
+    content: object
+    frame: bytes
+
+
+class Pace:
+    """Readers that want states at one rate: they see the same ones at the same time.
+
+    `latest` answers the newest state there is, `want` asks to be offered the next that says something new.
+    """
+
+    def __init__(self, rate: float, latest: Callable[[], Snapshot | None], want: Callable[[], None]) -> None:
+        self._period = 1.0 / rate
+        self._latest = latest
+        self._want = want
+        self._shown: object = None
+        self._idle = True
+        self._timer: asyncio.TimerHandle | None = None
+        self.readers: set[Reader] = set()
+
+    def join(self, reader: Reader) -> None:
+        """Show a reader the state of now, and every new one from here on."""
+        self.readers.add(reader)
+        if self._idle and self._show_new():
+            return
+        latest = self._latest()
+        if latest is not None:
+            reader.show("state", latest.frame)
+        if self._idle:
+            self._want()
+
+    def offer(self) -> None:
+        """Show what is new, unless the last was shown too short a time ago."""
+        if self._idle and not self._show_new():
+            self._want()
+
+    def close(self) -> None:
+        """Show nothing any more."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _show_new(self) -> bool:
+        latest = self._latest()
+        if latest is None or latest.content == self._shown:
+            return False
+        self._show(latest)
+        return True
+
+    def _show(self, snapshot: Snapshot) -> None:
+        self._shown = snapshot.content
+        for reader in self.readers:
+            reader.show("state", snapshot.frame)
+        self._idle = False
+        self._again(self._period, self._due)
+
+    def _due(self) -> None:
+        self._idle = True
+        self._want()  # before looking: what comes after the look is offered then
+        if not self._show_new():
+            self._again(HEARTBEAT, self._beat)
+
+    def _beat(self) -> None:
+        latest = self._latest()
+        assert latest is not None
+        self._show(latest)
+
+    def _again(self, after: float, what: Callable[[], None]) -> None:
+        self.close()
+        self._timer = asyncio.get_running_loop().call_later(after, what)
+
+
+class Hub:
+    """Sends what a tap hands over to all readers of one `run`; lives in the server's loop."""
+
+    def __init__(self, run: int, ring: Ring) -> None:
+        self.run = run
+        self.ring = ring
+        self._tap: Tap | None = None
+        self._paces: dict[float, Pace] = {}
+        self._followers: set[Reader] = set()
+        self._watchers: set[Reader] = set()
+        self._queue: bytes | None = None
+        self._snapshot: tuple[State | None, Snapshot | None] = (None, None)
+
+    def open(self, tap: Tap) -> None:
+        """Send what `tap` hands over from now on."""
+        self._tap = tap
+
+    def close(self) -> None:
+        """Send nothing any more."""
+        for pace in self._paces.values():
+            pace.close()
+        self._paces.clear()
+
+    def take(self, batch: Batch) -> None:
+        """Encode what is new, and send it."""
+        if batch.events:
+            for event in batch.events:
+                self.ring.add(event_frame(self.run, EventMessage.of(event)))
+            for reader in tuple(self._followers):
+                self._further(reader)
+        if batch.state is not None:
+            for pace in tuple(self._paces.values()):
+                pace.offer()
+        if batch.queue is not None:
+            self._show_queue(queue_frame(batch.queue))
+
+    def _further(self, reader: Reader) -> None:
+        if reader.lost:
+            self._followers.discard(reader)
+            reader.on_lost()
+        else:
+            reader.pump()
+
+    def _show_queue(self, frame: bytes) -> None:
+        if frame != self._queue:
+            self._queue = frame
+            for reader in self._watchers:
+                reader.show("queue", frame)
+
+    def show_states(self, reader: Reader, rate: float | None) -> None:
+        """Show states at `rate` [Hz], or with None no longer."""
+        for wanted, pace in tuple(self._paces.items()):
+            pace.readers.discard(reader)
+            if not pace.readers:
+                pace.close()
+                del self._paces[wanted]
+        reader.forget("state")
+        if rate is not None:
+            if rate not in self._paces:
+                self._paces[rate] = Pace(rate, self._latest, self._want)
+            self._paces[rate].join(reader)
+
+    def show_queue(self, reader: Reader, *, wanted: bool) -> None:
+        """Show how the queue stands, now and whenever that changes, or no longer."""
+        if wanted:
+            self._watchers.add(reader)
+            if self._queue is not None:
+                reader.show("queue", self._queue)
+        else:
+            self._watchers.discard(reader)
+            reader.forget("queue")
+        assert self._tap is not None
+        self._tap.queue_wanted = bool(self._watchers)
+        if not self._watchers:
+            self._queue = None
+        elif self._queue is None:
+            self._tap.look_at_queue()
+
+    def send_events(self, reader: Reader) -> None:
+        """Send a reader the events behind the last that it has seen, as far as the ring has them, then as they come."""
+        self._followers.add(reader)
+        reader.pump()
+
+    def stop_events(self, reader: Reader) -> None:
+        """Send a reader no events any more."""
+        self._followers.discard(reader)
+
+    def leave(self, reader: Reader) -> None:
+        """Send a reader nothing any more."""
+        self.stop_events(reader)
+        self.show_states(reader, None)
+        if reader in self._watchers:
+            self.show_queue(reader, wanted=False)
+
+    def _latest(self) -> Snapshot | None:
+        """Return the newest state, encoded once however many paces show it."""
+        state = None if self._tap is None else self._tap.latest
+        if state is not None and self._snapshot[0] is not state:
+            self._snapshot = (state, Snapshot(content(state), state_frame(self.run, state)))
+        return self._snapshot[1]
+
+    def _want(self) -> None:
+        if self._tap is not None:
+            self._tap.want()

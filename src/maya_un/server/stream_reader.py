@@ -1,0 +1,79 @@
+"""What goes out to one reader: every event in order, the latest of everything else, as fast as it takes them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+from maya_un.server.stream_ring import Ring
+
+CHUNK = 65_536
+"""About so much of the events is written at once [bytes]."""
+
+
+class Outlet(Protocol):
+    """What a reader needs of its wire: `full` while the other side is behind, `on_room` called when it is no more."""
+
+    on_room: Callable[[], None] | None
+
+    @property
+    def full(self) -> bool:
+        """Whether nothing more should be written now."""
+        ...
+
+    def write(self, frames: bytes) -> None:
+        """Send whole frames without waiting."""
+        ...
+
+
+class Reader:
+    """One reader of the stream.
+
+    Values (a state, the queue) replace an older one that has not gone out yet. Events are sent out of the `ring` that
+    all share, so a reader that is behind costs nothing but its place in it; one that is farther behind than the ring
+    goes is lost, and `on_lost` is called. `seen` is the number of the last event that went out, None where it wants
+    none; with `catching` somebody else sends it what the ring no longer has.
+    """
+
+    def __init__(self, outlet: Outlet, ring: Ring, on_lost: Callable[[], None]) -> None:
+        self._outlet = outlet
+        self._ring = ring
+        self.on_lost = on_lost
+        self._latest: dict[str, bytes] = {}
+        self.seen: int | None = None
+        self.catching = False
+        outlet.on_room = self.go_on
+
+    @property
+    def lost(self) -> bool:
+        """Whether it is so far behind that events which it lacks have left the ring."""
+        return self.seen is not None and not self.catching and not self._ring.reaches(self.seen)
+
+    def show(self, kind: str, frame: bytes) -> None:
+        """Send the latest value of a kind, now or as soon as the reader takes it, if it is the latest then."""
+        if self._outlet.full:
+            self._latest[kind] = frame
+        else:
+            self._outlet.write(frame)
+
+    def forget(self, kind: str) -> None:
+        """Send nothing of a kind that waits."""
+        self._latest.pop(kind, None)
+
+    def go_on(self) -> None:
+        """Send what waits, as far as the reader takes it."""
+        while self._latest and not self._outlet.full:
+            self._outlet.write(self._latest.pop(next(iter(self._latest))))
+        self.pump()
+
+    def pump(self) -> None:
+        """Send the events that it lacks, as far as the reader takes them and the ring has them."""
+        while self.seen is not None and not self.catching and self.seen < self._ring.last:
+            if self._outlet.full or not self._ring.reaches(self.seen):
+                return
+            self.seen, frames = self._ring.after(self.seen, CHUNK)
+            self._outlet.write(frames)
+
+    def send_past(self, frames: bytes) -> None:
+        """Send events that the ring no longer has."""
+        self._outlet.write(frames)

@@ -1,0 +1,172 @@
+"""One client of the stream, from its introduction to its end: what it says, and what it is answered."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any
+
+from starlette.websockets import WebSocket
+
+from maya_un import __version__
+from maya_un.api.access.caller import Caller
+from maya_un.api.access.operations import Operation
+from maya_un.api.messages import EventMessage
+from maya_un.errors import InvalidRequest, MayaError, StreamLagging
+from maya_un.server.bridge import Bridge
+from maya_un.server.crash import written_down
+from maya_un.server.stream_entrance import by_token, received
+from maya_un.server.stream_hub import Hub
+from maya_un.server.stream_messages import (
+    PROTOCOL,
+    Past,
+    error_frame,
+    plain_frame,
+    subscription,
+    understood,
+)
+from maya_un.server.stream_past import catch_up
+from maya_un.server.stream_reader import Reader
+from maya_un.server.stream_wire import Wire
+
+_DEFECT = 1011
+"""Closing code of a defect of ours (RFC 6455, 7.4.1)."""
+
+
+def refuse(wire: Wire, error: MayaError, language: str) -> None:
+    """Tell why a connection ends, and end it with the code of the error."""
+    wire.write(error_frame(error, language))
+    wire.end(error.code if 4000 <= error.code < 5000 else _DEFECT, type(error).__name__)
+
+
+class Session:
+    """Converses with `caller` on `socket`, to whom `hub` sends by `wire`."""
+
+    def __init__(
+        self, socket: WebSocket, wire: Wire, bridge: Bridge, hub: Hub, caller: Caller, language: str
+    ) -> None:
+        self._socket = socket
+        self._wire = wire
+        self._bridge = bridge
+        self._hub = hub
+        self._caller = caller
+        self._language = language
+        self._reader = Reader(wire, hub.ring, self._lag)
+        self._catching: asyncio.Task[None] | None = None
+        self._bound = ""
+
+    async def converse(self) -> None:
+        """Greet the client and answer what it says, until one side ends."""
+        self._greet({})
+        try:
+            while (text := await received(self._socket)) is not None:
+                await self._wire.writable.wait()  # who does not read is not listened to either
+                await self._hear(text)
+        finally:
+            self._stop_catching_up()
+            self._wire.on_room = None
+            self._hub.leave(self._reader)
+            await self._let_go()
+
+    async def _hear(self, text: str | bytes) -> None:
+        message: dict[str, Any] = {}
+        try:
+            message = understood(text)
+            match message["type"]:
+                case "hello":
+                    await self._meet(message)
+                case "subscribe":
+                    self._subscribe(message)
+                case "renew":
+                    await self._renew(message)
+                case _:
+                    self._wire.write(plain_frame("pong", message))
+        except MayaError as error:
+            self._wire.write(error_frame(error, self._language, message))
+
+    async def _meet(self, message: Mapping[str, Any]) -> None:
+        """Take the client for whoever it shows the token of, and greet it again."""
+        if message.get("protocol", PROTOCOL) != PROTOCOL:
+            raise InvalidRequest(key="protocol", reason=f"this is version {PROTOCOL}")
+        if message.get("token") is not None:
+            self._caller = await by_token(self._socket, self._bridge, message)
+        self._greet(message)
+
+    def _greet(self, about: Mapping[str, Any]) -> None:
+        who = {"name": self._caller.name, "role": self._caller.role.word}
+        facts = {"version": __version__, "protocol": PROTOCOL, "run": self._hub.run, "last_event": self._hub.ring.last}
+        self._wire.write(plain_frame("hello", about, **facts, who=who))
+
+    def _subscribe(self, message: Mapping[str, Any]) -> None:
+        wanted = subscription(message)
+        past = self._past(wanted.past)
+        self._wire.write(plain_frame("subscribed", message, run=self._hub.run))
+        if "state" in wanted.named:
+            self._hub.show_states(self._reader, wanted.rate)
+        if "queue" in wanted.named:
+            self._hub.show_queue(self._reader, wanted=wanted.queue)
+        if "events" in wanted.named:
+            self._send_events(past, restarted=wanted.past is not None and wanted.past.run not in {None, self._hub.run})
+
+    def _past(self, wanted: Past | None) -> int | None:
+        """Return behind which event to begin, None where none are wanted; raises `InvalidRequest`."""
+        if wanted is None:
+            return None
+        if wanted.run is not None and wanted.run != self._hub.run:
+            return 0
+        last = self._hub.ring.last
+        if wanted.since is not None and wanted.since > last:
+            raise InvalidRequest(key="events.since", reason=f"the last event of this run has number {last}")
+        return last if wanted.since is None else wanted.since
+
+    def _send_events(self, since: int | None, *, restarted: bool) -> None:
+        self._stop_catching_up()
+        self._hub.stop_events(self._reader)
+        if restarted:
+            self._wire.write(plain_frame("restart", run=self._hub.run))
+        self._reader.seen = since
+        if since is not None:
+            self._catching = asyncio.get_running_loop().create_task(self._catch_up(), name="past events")
+
+    async def _catch_up(self) -> None:
+        try:
+            await catch_up(self._reader, self._hub, self._look_up, self._wire.writable.wait)
+        except MayaError as error:
+            self._reader.seen = None
+            self._wire.write(error_frame(error, self._language))
+        except Exception as defect:  # noqa: BLE001 - nobody awaits this task; the client and the log are told
+            refuse(self._wire, written_down(defect), self._language)
+
+    async def _look_up(self, above: int, most: int) -> list[EventMessage]:
+        run = self._hub.run
+        return await self._bridge.call(
+            self._caller, Operation.READ, lambda service: service.history.events(run, above, most)
+        )
+
+    def _stop_catching_up(self) -> None:
+        if self._catching is not None:
+            self._catching.cancel()
+            self._catching = None
+            self._reader.catching = False
+
+    def _lag(self) -> None:
+        seen = self._reader.seen or 0
+        refuse(self._wire, StreamLagging(behind=self._hub.ring.last - seen, since=seen), self._language)
+
+    async def _renew(self, message: Mapping[str, Any]) -> None:
+        """Renew a lease; one that is `bound` is given back when this connection ends."""
+        lease, bound = message.get("lease"), message.get("bound", False)
+        if not isinstance(lease, str) or not lease:
+            raise InvalidRequest(key="lease", reason="it is the id that taking the lease answered")
+        if not isinstance(bound, bool):
+            raise InvalidRequest(key="bound", reason="it is true or false")
+        view = await self._bridge.call(self._caller, Operation.LEASE, lambda service: service.lease.renew(lease))
+        self._bound = lease if bound else ""
+        self._wire.write(plain_frame("renewed", message, expires_in=view.expires_in, bound=bound))
+
+    async def _let_go(self) -> None:
+        if self._bound:
+            lease, self._bound = self._bound, ""
+            with suppress(MayaError):  # it has ended already
+                await self._bridge.call(self._caller, Operation.LEASE, lambda service: service.lease.release(lease))
