@@ -34,8 +34,8 @@ class Status:
     """Everything about now: the machine, the motion under way, the queue.
 
     `address` is the controller's, "sim" for the twin; `speed` is the speed of the twin's clock, 1 on a machine.
-    `holding` is None where nobody knows; `last_event` is the number of the newest event; `jobs` has what runs
-    and what waits.
+    `holding` is None where nobody knows; `last_event` is the number of the newest event, `run` that of this start of
+    the program, which numbers its events anew; `jobs` has what runs and what waits.
     """
 
     version: str
@@ -47,6 +47,7 @@ class Status:
     holding: bool | None
     jobs: tuple[JobSummary, ...]
     last_event: int
+    run: int = 1
 
 
 @dataclass(frozen=True, slots=True)

@@ -198,6 +198,7 @@ class Service:
             holding=self._robot.holding,
             jobs=alive,
             last_event=len(self._controller.events),
+            run=self._controller.events.run,
         )
 
     def events_since(self, seq: int) -> list[Event]:
