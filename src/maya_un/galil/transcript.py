@@ -167,23 +167,29 @@ _POSITIONS = re.compile(r"(?:^|_)(?:TP|RP|TE|TD|PA|PR|DE|DP|RL)")
 _FLEETING_COMMANDS = ("TV", "TT")
 
 
-def difference(command: str, recorded: Reply | Record | None, replayed: Reply | Record | None, counts: float) -> str:
+def difference(
+    command: str,
+    recorded: Reply | Record | None,
+    replayed: Reply | Record | None,
+    counts: float,
+    seconds: float = 0.0,
+) -> str:
     """Return how two answers to one command differ, empty where they agree as far as two runs can.
 
-    Who the controller is, its clock, velocity and torque may differ in every number; positions by `counts`; words,
-    prompts, and every other number not at all.
+    Who the controller is, its clock, velocity and torque may differ in every number; positions by `counts`, in a record
+    also by the way that the axis goes in so many `seconds`; words, prompts, and every other number not at all.
     """
     if isinstance(recorded, Reply) and isinstance(replayed, Reply):
         return _texts(command, recorded, replayed, counts)
     if isinstance(recorded, Record) and isinstance(replayed, Record):
-        return _records(recorded, replayed, counts)
+        return _records(recorded, replayed, counts, seconds)
     if recorded is None and replayed is None:
         return ""
-    return f"{_shown(recorded)} became {_shown(replayed)}"
+    return f"{shown(recorded)} became {shown(replayed)}"
 
 
 def _texts(command: str, recorded: Reply, replayed: Reply, counts: float) -> str:
-    became = f"{_shown(recorded)} became {_shown(replayed)}"
+    became = f"{shown(recorded)} became {shown(replayed)}"
     if recorded.ok != replayed.ok:
         return became
     if recorded.text == replayed.text or _IDENTITY.match(command):
@@ -204,16 +210,16 @@ def _allowed(command: str, counts: float) -> float:
 _COMPARED = Status.MOVING | Status.COORDINATED | Status.MOTOR_OFF
 
 
-def _records(recorded: Record, replayed: Record, counts: float) -> str:
+def _records(recorded: Record, replayed: Record, counts: float, seconds: float) -> str:
     try:
         before, after = decode(recorded.data), decode(replayed.data)
     except UnexpectedReply:
         same = len(recorded.data) == len(replayed.data)
         return "" if same else f"{len(recorded.data)} bytes became {len(replayed.data)}"
-    return ", ".join(_record_differences(before, after, counts))
+    return ", ".join(_record_differences(before, after, counts, seconds))
 
 
-def _record_differences(before: DataRecord, after: DataRecord, counts: float) -> Iterator[str]:
+def _record_differences(before: DataRecord, after: DataRecord, counts: float, seconds: float) -> Iterator[str]:
     if len(before.axes) != len(after.axes):
         yield f"{len(before.axes)} axes became {len(after.axes)}"
         return
@@ -221,7 +227,8 @@ def _record_differences(before: DataRecord, after: DataRecord, counts: float) ->
         if getattr(before, name) != getattr(after, name):
             yield f"{name} {getattr(before, name)} became {getattr(after, name)}"
     for letter, one, other in zip(LETTERS, before.axes, after.axes, strict=False):
-        yield from (f"{letter} {words}" for words in _axis_differences(one, other, counts))
+        allowed = counts + seconds * max(abs(one.velocity), abs(other.velocity))
+        yield from (f"{letter} {words}" for words in _axis_differences(one, other, allowed))
 
 
 def _axis_differences(one: AxisRecord, other: AxisRecord, counts: float) -> Iterator[str]:
@@ -235,7 +242,8 @@ def _axis_differences(one: AxisRecord, other: AxisRecord, counts: float) -> Iter
         yield f"status {one.status:#06x} became {other.status:#06x}"
 
 
-def _shown(reply: Reply | Record | None) -> str:
+def shown(reply: Reply | Record | None) -> str:
+    """Return an answer in words for people."""
     if reply is None:
         return "no answer"
     if isinstance(reply, Record):

@@ -1,0 +1,212 @@
+"""Two runs of the same commands compared: every answer, what happened, how long motions took, where they ended."""
+
+from __future__ import annotations
+
+from collections import defaultdict, deque
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise, zip_longest
+from typing import NamedTuple
+
+from maya_un.galil.framing import Record
+from maya_un.galil.hardware import LETTERS
+from maya_un.galil.transcript import difference, shown
+from maya_un.recorder.exchanges import Exchange, Talk
+from maya_un.recorder.facts import Fact, Motion, Sample, facts, motions, samples
+
+_CLOCK = 0.005
+"""What the twin sends by itself goes out at its own pace; so much is never a difference [s]."""
+
+
+class Tolerances(NamedTuple):
+    """How much two runs may differ: positions at rest by `counts`, instants by `seconds`."""
+
+    counts: float
+    seconds: float
+
+
+class Difference(NamedTuple):
+    """Something that is another in the replay: when [s], on which connection (0: none), what, and how.
+
+    `times` is in how many data records in a row it is seen.
+    """
+
+    time: float
+    link: int
+    what: str
+    how: str
+    times: int = 1
+
+
+class Timed(NamedTuple):
+    """A motion in both runs: when it began [s], how long it took [s], None where it did not end or did not happen."""
+
+    began: float
+    recorded: float | None
+    replayed: float | None
+
+
+class End(NamedTuple):
+    """Where an axis was at the end of both runs [counts]."""
+
+    axis: str
+    recorded: int
+    replayed: int
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """What came of comparing: so many `commands`, of which the answers of `compared` were compared."""
+
+    commands: int
+    compared: int
+    differences: tuple[Difference, ...]
+    motions: tuple[Timed, ...]
+    ends: tuple[End, ...]
+
+
+def compare(recorded: Talk, replayed: Talk, tolerances: Tolerances) -> Comparison:
+    """Compare a run with its replay, whose times are those of the recording."""
+    pairs = list(_paired(recorded.exchanges, replayed.exchanges))
+    before, after = samples(recorded.exchanges), samples(replayed.exchanges)
+    gap = _gap(before)
+    timed = _timed(motions(before), motions(after))
+    ends = _ends(before, after)
+    slack = tolerances.seconds + _CLOCK
+    found = [
+        *_unpaired(recorded),
+        *_texts(pairs, tolerances),
+        *_records(pairs, tolerances, gap),
+        *_happened("message", [Fact(*message) for message in recorded.messages], _facts_of(replayed), slack),
+        *_happened("", facts(before), facts(after), slack + gap),
+        *_slower(timed, slack + gap),
+        *_elsewhere(ends, before, tolerances),
+    ]
+    compared = sum(1 for one, _ in pairs if one.reply is not None)
+    return Comparison(len(recorded.exchanges), compared, tuple(sorted(found)), tuple(timed), tuple(ends))
+
+
+Pair = tuple[Exchange, Exchange | None]
+
+
+def _facts_of(talk: Talk) -> list[Fact]:
+    return [Fact(*message) for message in talk.messages]
+
+
+def _paired(recorded: Iterable[Exchange], replayed: Iterable[Exchange]) -> Iterator[Pair]:
+    """Yield every recorded exchange with that of the replay: the same command at the same time."""
+    again: defaultdict[tuple[int, float, str], deque[Exchange]] = defaultdict(deque)
+    for exchange in replayed:
+        again[exchange.link, exchange.time, exchange.command].append(exchange)
+    for exchange in recorded:
+        same = again[exchange.link, exchange.time, exchange.command]
+        yield exchange, same.popleft() if same else None
+
+
+def _unpaired(recorded: Talk) -> Iterator[Difference]:
+    for time, link, data in recorded.unpaired:
+        how = f"{data[:40]!r} answers nothing: a command is missing before it, or it was put in"
+        yield Difference(time, link, "bytes of the controller", how)
+
+
+def _texts(pairs: Sequence[Pair], tolerances: Tolerances) -> Iterator[Difference]:
+    last = {one.link: number for number, (one, _) in enumerate(pairs) if one.reply is not None}
+    for number, (one, other) in enumerate(pairs):
+        if isinstance(one.reply, Record):
+            continue
+        if one.reply is None:
+            if number < last.get(one.link, -1):
+                said = shown(None if other is None else other.reply)
+                yield Difference(one.time, one.link, one.command, f"no answer was recorded, the replay has {said}")
+            continue
+        how = difference(one.command, one.reply, None if other is None else other.reply, tolerances.counts)
+        if how:
+            yield Difference(one.time, one.link, one.command, how)
+
+
+def _records(pairs: Sequence[Pair], tolerances: Tolerances, gap: float) -> Iterator[Difference]:
+    """Yield stretches of data records that differ; what is the same a record earlier or later is no difference."""
+    recorded = [(one, other) for one, other in pairs if isinstance(one.reply, Record)]
+    counts, seconds = tolerances
+    first: Difference | None = None
+    for number, (one, other) in enumerate(recorded):
+        how = difference("QR", one.reply, None if other is None else other.reply, counts, seconds)
+        if how:
+            near = recorded[max(0, number - 1) : number + 2]
+            for _, beside in near:
+                if beside is not None and not difference("QR", one.reply, beside.reply, counts, seconds + gap):
+                    how = ""
+        if not how:
+            if first is not None:
+                yield first
+            first = None
+        elif first is None:
+            first = Difference(one.time, one.link, "data record", how)
+        else:
+            first = first._replace(times=first.times + 1)
+    if first is not None:
+        yield first
+
+
+def _happened(kind: str, recorded: Sequence[Fact], replayed: Sequence[Fact], seconds: float) -> Iterator[Difference]:
+    """Yield what happened in one run only, or in the other at another time."""
+    left = list(replayed)
+    for fact in recorded:
+        same = [other for other in left if other.what == fact.what]
+        match = min(same, key=lambda other: abs(other.time - fact.time), default=None)
+        what = f"{kind} {fact.what}".strip()
+        if match is None:
+            yield Difference(fact.time, 0, what, "it does not happen in the replay")
+        else:
+            left.remove(match)
+            late = match.time - fact.time
+            if abs(late) > seconds:
+                yield Difference(
+                    fact.time, 0, what, f"in the replay {abs(late):.3f} s {'later' if late > 0 else 'earlier'}"
+                )
+    for fact in left:
+        yield Difference(fact.time, 0, f"{kind} {fact.what}".strip(), "it happens in the replay only")
+
+
+def _timed(recorded: Sequence[Motion], replayed: Sequence[Motion]) -> list[Timed]:
+    found: list[Timed] = []
+    for one, other in zip_longest(recorded, replayed):
+        began = one.began if one is not None else other.began if other is not None else 0.0
+        found.append(Timed(began, _duration(one), _duration(other)))
+    return found
+
+
+def _duration(motion: Motion | None) -> float | None:
+    return None if motion is None or motion.ended is None else motion.ended - motion.began
+
+
+def _slower(timed: Iterable[Timed], seconds: float) -> Iterator[Difference]:
+    for began, one, other in timed:
+        if one is None and other is None:
+            continue
+        if one is None or other is None:
+            words = [("no end" if took is None else f"{took:.3f} s") for took in (one, other)]
+            yield Difference(began, 0, "motion", f"it took {words[0]}, in the replay {words[1]}")
+        elif abs(one - other) > seconds:
+            yield Difference(began, 0, "motion", f"it took {one:.3f} s, in the replay {other:.3f} s")
+
+
+def _ends(recorded: Sequence[Sample], replayed: Sequence[Sample]) -> list[End]:
+    if not recorded or not replayed:
+        return []
+    axes = zip(LETTERS, recorded[-1].record.axes, replayed[-1].record.axes, strict=False)
+    return [End(letter, one.position, other.position) for letter, one, other in axes]
+
+
+def _elsewhere(ends: Iterable[End], recorded: Sequence[Sample], tolerances: Tolerances) -> Iterator[Difference]:
+    for number, (letter, one, other) in enumerate(ends):
+        axis = recorded[-1].record.axes[number]
+        if abs(one - other) > tolerances.counts + tolerances.seconds * abs(axis.velocity):
+            how = f"at {one} counts, in the replay at {other}, {other - one:+d}"
+            yield Difference(recorded[-1].time, 0, f"end of axis {letter}", how)
+
+
+def _gap(records: Sequence[Sample]) -> float:
+    """Return the usual time between two records [s]: what is read from them is known no better."""
+    gaps = sorted(after.time - before.time for before, after in pairwise(records))
+    return gaps[len(gaps) // 2] if gaps else 0.0
