@@ -165,10 +165,11 @@ def _drawn_out(length: float, rise: float) -> float:
 
 
 def drawn(frame: Frame, way: Way, samples: int = SAMPLES) -> Floats:
-    """Return the joints (m, 3) of about `samples` points of the way, evenly along it."""
+    """Return the joints (m, 3) of about `samples` points of the way, evenly along it in its own coordinates."""
     pieces = way.pieces()
-    per_width = samples / sum(piece.width for piece in pieces)
-    counts = [max(8, round(per_width * piece.width)) for piece in pieces]
+    lengths = [float(np.linalg.norm(np.diff(piece.points, axis=0), axis=1).sum()) for piece in pieces]
+    per_length = samples / sum(lengths)
+    counts = [max(8, round(per_length * length)) for length in lengths]
     shares = [np.linspace(0.0, 1.0, count, endpoint=False) for count in counts]
     joints = [way.joints(frame, *pair) for pair in zip(pieces, shares, strict=True)]
     return np.concatenate([*joints, way.joints(frame, pieces[-1], np.ones(1))])

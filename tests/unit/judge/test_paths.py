@@ -106,6 +106,14 @@ def test_a_straight_joint_path_between_good_places_may_be_outside() -> None:
     assert 0.4 < bulging.share < 0.6
 
 
+def test_every_leg_is_looked_at_however_unlike_the_cuts_of_its_corners() -> None:
+    cuts = (Cut(0.005, 0.15), Cut(0.009, 0.24))
+    ends = ((1.0, 1.6, 1.5), (2.0, 1.4, 1.6), (1.1, 1.5, 0.8), (0.4, 1.8, 1.7))
+    joints = drawn(FRAME, Way("joint", ends, cuts), 2_000)
+    gaps = np.linalg.norm(np.diff(joints, axis=0), axis=1)
+    assert gaps.max() < 2.0 * gaps.sum() / 2_000
+
+
 def test_verdicts_name_the_limit_and_doubt_what_is_near() -> None:
     verdict = judged(FRAME, drawn(FRAME, Way("cartesian", ahead((1.0, 1.3), (2.4, 1.3)))))
     assert (verdict.opinion, verdict.limit) == (Opinion.OUTSIDE, "outer")
