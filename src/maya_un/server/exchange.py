@@ -1,21 +1,76 @@
-"""What every route takes and gives: a JSON object, an answer as JSON."""
+"""What every route takes and gives: a JSON object read as a message, an answer as JSON."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from collections.abc import Callable, Mapping
+from typing import Any
 
 from fastapi import Depends, Request, Response
+from pydantic import TypeAdapter, ValidationError
 
 from maya_un.api.messages import to_json
+from maya_un.errors import InvalidRequest, InvalidValue, MayaError
 from maya_un.server.codec import decode_object
 
 
-async def _json_body(request: Request) -> dict[str, Any]:
-    return decode_object(await request.body())
+class Reader:
+    """Reads the object that a request carries as one of `kinds`; a route depends on it by `sent`.
+
+    `choose` tells which kind an object is where there are several. With `optional` no body means an empty object.
+    """
+
+    def __init__(self, *kinds: type, choose: Callable[[Mapping[str, Any]], type] | None = None, optional: bool) -> None:
+        self.kinds = kinds
+        self.optional = optional
+        self._choose = choose
+        self._adapters: dict[type, TypeAdapter[Any]] = {kind: TypeAdapter(kind) for kind in kinds}
+
+    async def __call__(self, request: Request) -> Any:
+        """Return what the request carries; raises `InvalidRequest` and `InvalidValue`."""
+        body = await request.body()
+        if not body.strip() and self.optional:
+            body = b"{}"
+        found = decode_object(body)
+        kind = self.kinds[0] if self._choose is None else self._choose(found)
+        try:
+            return self._adapters[kind].validate_json(body, strict=True)
+        except ValidationError as error:
+            raise refusal(error) from error
 
 
-Body = Annotated[dict[str, Any], Depends(_json_body)]
-"""The JSON object a request carries."""
+def refusal(error: ValidationError) -> MayaError:
+    """Return our error for the first flaw that pydantic found."""
+    first = error.errors(include_url=False)[0]
+    key = ".".join(str(part) for part in first["loc"]) or "body"
+    match first["type"]:
+        case "missing":
+            return InvalidRequest(key=key, reason="it is missing")
+        case "unexpected_keyword_argument" | "extra_forbidden":
+            return InvalidRequest(key=key, reason="there is no such key")
+        case _:
+            words = first["msg"].removeprefix("Value error, ").removeprefix("Input ")
+            return InvalidValue(key=key, value=repr(first["input"])[:64], reason=f"it {words}")
+
+
+def sent(*kinds: type, choose: Callable[[Mapping[str, Any]], type] | None = None, optional: bool = False) -> Any:
+    """Return the dependency of a route on the message that its request carries."""
+    return Depends(Reader(*kinds, choose=choose, optional=optional), use_cache=False)
+
+
+class Plain:
+    """Reads the object that a request carries as it is written, for whoever understands it; `schema` describes it."""
+
+    def __init__(self, schema: Mapping[str, Any]) -> None:
+        self.schema = schema
+
+    async def __call__(self, request: Request) -> dict[str, Any]:
+        """Return what the request carries; raises `InvalidRequest`."""
+        return decode_object(await request.body())
+
+
+def sent_as_written(schema: Mapping[str, Any]) -> Any:
+    """Return the dependency of a route on an object that is read further in."""
+    return Depends(Plain(schema), use_cache=False)
 
 
 def answer(value: object, status: int = 200) -> Response:

@@ -1,46 +1,107 @@
-"""What stands before every request: only this machine's own clients, bodies of bounded size, no traceback."""
+"""What stands before every request: who is let in, bodies of bounded size in bounded time, and no traceback."""
 
 from __future__ import annotations
 
-from urllib.parse import urlsplit
+import asyncio
+import itertools
+import secrets
+from http import HTTPStatus
 
-from starlette.datastructures import Headers
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.requests import HTTPConnection
+from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from maya_un.errors import InvalidRequest, MayaError
+from maya_un import __version__
+from maya_un.errors import InvalidRequest, MayaError, TooManyRequests
 from maya_un.server.crash import written_down
+from maya_un.server.edge import Edge
+from maya_un.server.language import language_of
+from maya_un.server.limits import Buckets
 from maya_un.server.problems import problem
+from maya_un.server.who import is_local, source_of
 
 BODY_LIMIT = 1_000_000
 """Longest body of a request [bytes]; a job of ten thousand steps has about half of it."""
 
-_OWN_NAMES = {"localhost", "127.0.0.1", "::1"}
+BODY_PATIENCE = 20.0
+"""How long a body may take to arrive [s, real time]."""
+
+UNLIMITED = frozenset({"/v1/stop", "/v1/abort"})
+"""Paths that may be asked for however often: stopping must always work."""
+
+_PREFLIGHT = {
+    "Access-Control-Allow-Methods": "GET, POST, PUT, PATCH, DELETE",
+    "Access-Control-Allow-Headers": "Authorization, Content-Type, Idempotency-Key, Maya-Lease, Accept-Language",
+    "Access-Control-Max-Age": "600",
+}
+_SHOWN = "Maya, Maya-Request, Retry-After, Content-Disposition"
+
+
+class _GoneError(Exception):
+    """The client went away before it had said everything."""
 
 
 class Guard:
-    """ASGI middleware around the whole application.
+    """ASGI middleware around the whole application, for HTTP and websockets alike.
 
-    The server listens on loopback only; a browser page from elsewhere could still reach it, so the Host and
-    Origin of a request must be loopback names too.
+    Every answer tells by the header `Maya` that it is ours, and by `Maya-Request` how the log names it.
     """
 
-    def __init__(self, app: ASGIApp) -> None:
+    def __init__(self, app: ASGIApp, edge: Edge) -> None:
         self._app = app
+        self._edge = edge
+        self._near, self._far = Buckets(edge.near), Buckets(edge.far)
+        self._names = (f"{secrets.token_hex(3)}-{number}" for number in itertools.count(1))
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Check one request, hand it on, and answer for whatever nobody foresaw."""
-        if scope["type"] != "http":
+        if scope["type"] not in {"http", "websocket"}:
             await self._app(scope, receive, send)
             return
-        refusal = _stranger(Headers(scope=scope))
+        name = next(self._names)
+        scope.setdefault("state", {})["request"] = name
+        connection = HTTPConnection(scope)
+        local = is_local(connection)
+        stranger = self._edge.refusal(connection.headers, local=local)
+        marked = _marked(send, name, None if stranger else connection.headers.get("origin"))
+        refusal = stranger or self._too_often(connection, local=local)
         if refusal is not None:
-            await problem(refusal, status=403)(scope, receive, send)
+            status = HTTPStatus.FORBIDDEN if stranger else None
+            await problem(refusal, language_of(connection.headers), status)(scope, receive, marked)
+        elif scope["type"] == "websocket":
+            await self._app(scope, receive, marked)
+        elif scope["method"] == "OPTIONS" and "access-control-request-method" in connection.headers:
+            await Response(status_code=HTTPStatus.NO_CONTENT, headers=_PREFLIGHT)(scope, receive, marked)
+        else:
+            await self._http(scope, receive, marked)
+
+    def _too_often(self, connection: HTTPConnection, *, local: bool) -> MayaError | None:
+        if connection.scope["path"] in UNLIMITED:
+            return None
+        try:
+            (self._near if local else self._far).take(source_of(connection), asyncio.get_running_loop().time())
+        except TooManyRequests as error:
+            return error
+        return None
+
+    async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
+        language = language_of(Headers(scope=scope))
+        try:
+            async with asyncio.timeout(BODY_PATIENCE):
+                body = await _whole_body(receive)
+        except _GoneError:
             return
-        body = await _whole_body(receive)
+        except TimeoutError:
+            slow = InvalidRequest(key="body", reason=f"it did not arrive within {BODY_PATIENCE:g} s")
+            await problem(slow, language, HTTPStatus.REQUEST_TIMEOUT)(scope, receive, send)
+            return
         if body is None:
             too_long = InvalidRequest(key="body", reason=f"it is longer than {BODY_LIMIT} bytes")
-            await problem(too_long, status=413)(scope, receive, send)
+            await problem(too_long, language, HTTPStatus.REQUEST_ENTITY_TOO_LARGE)(scope, receive, send)
             return
+        if scope["method"] == "HEAD":
+            scope, send = {**scope, "method": "GET"}, _bodiless(send)
         await self._answer(scope, _replayed(body, receive), send)
 
     async def _answer(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -56,33 +117,54 @@ class Guard:
         except Exception as error:  # noqa: BLE001 - the last door: a client gets one sentence, the log the rest
             crash = written_down(error)
             if not started:
-                await problem(crash)(scope, receive, send)
+                await problem(crash, language_of(Headers(scope=scope)))(scope, receive, send)
 
 
-def _stranger(headers: Headers) -> MayaError | None:
-    host, origin = headers.get("host"), headers.get("origin")
-    if _name_in(f"//{host}") not in _OWN_NAMES:
-        return InvalidRequest(key="Host", reason="it is not a name of this machine's loopback")
-    if origin is not None and _name_in(origin) not in _OWN_NAMES:
-        return InvalidRequest(key="Origin", reason="pages from elsewhere may not command the robot")
-    return None
+_STARTS = {"http.response.start", "websocket.http.response.start", "websocket.accept"}
 
 
-def _name_in(url: str) -> str | None:
-    try:
-        return urlsplit(url).hostname
-    except ValueError:  # brackets that do not close
-        return None
+def _marked(send: Send, name: str, origin: str | None) -> Send:
+    """Return a `send` that adds what every answer has; `origin` is the page that may read it, None for none."""
+
+    async def sent(message: Message) -> None:
+        if message["type"] in _STARTS:
+            message.setdefault("headers", [])
+            headers = MutableHeaders(scope=message)
+            headers["Maya"] = __version__
+            headers["Maya-Request"] = name
+            headers["X-Content-Type-Options"] = "nosniff"
+            headers.setdefault("Cache-Control", "no-store")
+            if origin is not None:
+                headers["Access-Control-Allow-Origin"] = origin
+                headers["Access-Control-Expose-Headers"] = _SHOWN
+                headers.add_vary_header("Origin")
+        await send(message)
+
+    return sent
+
+
+def _bodiless(send: Send) -> Send:
+    """Return a `send` that leaves the body out, as the answer to HEAD does."""
+
+    async def sent(message: Message) -> None:
+        if message["type"] == "http.response.body":
+            message = {**message, "body": b""}
+        await send(message)
+
+    return sent
 
 
 async def _whole_body(receive: Receive) -> bytes | None:
+    """Return a request's body, None for one that is too long."""
     body = bytearray()
     while True:
         message = await receive()
+        if message["type"] != "http.request":
+            raise _GoneError
         body += message.get("body", b"")
         if len(body) > BODY_LIMIT:
             return None
-        if message["type"] != "http.request" or not message.get("more_body"):
+        if not message.get("more_body"):
             return bytes(body)
 
 

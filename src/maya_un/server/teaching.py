@@ -3,101 +3,130 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
-from fastapi import FastAPI, Response
+from fastapi import Response
 
+from maya_un.api.access.operations import Operation
 from maya_un.api.service import Service
-from maya_un.api.teaching import Teaching
-from maya_un.errors import InvalidRequest, InvalidValue
-from maya_un.server.bridge import Bridge
+from maya_un.api.teaching import PalletInfo, Teaching
+from maya_un.errors import Busy, FileUnreadable, FileUnwritable, NameTaken, NotConnected, NotHomed, NotTaught
+from maya_un.process.taught import TaughtPose
+from maya_un.server.asking import Ask
+from maya_un.server.bodies import Forgotten, Name
 from maya_un.server.dates import now
-from maya_un.server.exchange import Body, answer
+from maya_un.server.exchange import answer, sent, sent_as_written
+from maya_un.server.routes import Routes
+from maya_un.server.schemas import GRID
 
 T = TypeVar("T")
 
+NameBody = Annotated[Name, sent(Name)]
+GridBody = Annotated[dict[str, Any], sent_as_written(GRID)]
 
-def add_poses(app: FastAPI, bridge: Bridge) -> None:
+_NAMES = {"another name": {"name": "shelf"}}
+_GRIDS = {"three by four": {"corners": ["pose", [0.6, 1.0, 0.4], [0.4, 1.2, 0.4]], "rows": 3, "columns": 4}}
+_READING = (FileUnreadable,)
+_ONE = (NotTaught, FileUnreadable)
+_TAKING = (NameTaken, FileUnreadable, FileUnwritable)
+
+
+def add_poses(routes: Routes) -> None:
     """Add the paths of poses."""
-    teaching = _Caller(bridge)
+    tag = "poses"
 
-    @app.get("/v1/poses")
-    async def poses() -> Response:
+    @routes.add("GET", "/v1/poses", Operation.READ, tag=tag, gives=list[TaughtPose], refuses=_READING)
+    async def poses(ask: Ask) -> Response:
         """List all taught poses."""
-        return answer(await teaching(Teaching.poses))
+        return answer(await _taught(ask, Teaching.poses))
 
-    @app.get("/v1/poses/{name:path}")
-    async def pose(name: str) -> Response:
+    @routes.add("GET", "/v1/poses/{name:path}", Operation.READ, tag=tag, gives=TaughtPose, refuses=_ONE)
+    async def pose(ask: Ask, name: str) -> Response:
         """Tell where one pose is."""
-        return answer(await teaching(lambda book: book.pose(name)))
+        return answer(await _taught(ask, lambda book: book.pose(name)))
 
-    @app.put("/v1/poses/{name:path}")
-    async def teach(name: str, replace: bool = False) -> Response:
+    teaching = (*_TAKING, NotConnected, NotHomed, Busy)
+
+    @routes.add("PUT", "/v1/poses/{name:path}", Operation.TEACH, tag=tag, gives=TaughtPose, refuses=teaching)
+    async def teach(ask: Ask, name: str, replace: bool = False) -> Response:
         """Keep where the robot is under a name."""
-        return answer(await teaching(lambda book: book.teach(name, now(), replacing=replace)))
+        return answer(await _taught(ask, lambda book: book.teach(name, now(), replacing=replace)))
 
-    @app.patch("/v1/poses/{name:path}")
-    async def rename(name: str, body: Body) -> Response:
+    @routes.add(
+        "PATCH",
+        "/v1/poses/{name:path}",
+        Operation.TEACH,
+        tag=tag,
+        gives=TaughtPose,
+        refuses=(NotTaught, *_TAKING),
+        examples=_NAMES,
+    )
+    async def rename(ask: Ask, name: str, body: NameBody) -> Response:
         """Give a pose another name."""
-        new = _name(body)
-        return answer(await teaching(lambda book: book.rename_pose(name, new)))
+        return answer(await _taught(ask, lambda book: book.rename_pose(name, body.name)))
 
-    @app.delete("/v1/poses/{name:path}")
-    async def forget(name: str) -> Response:
+    forgetting = (*_ONE, FileUnwritable)
+
+    @routes.add("DELETE", "/v1/poses/{name:path}", Operation.TEACH, tag=tag, gives=Forgotten, refuses=forgetting)
+    async def forget(ask: Ask, name: str) -> Response:
         """Forget a pose."""
-        await teaching(lambda book: book.forget_pose(name))
-        return answer({"forgotten": name})
+        await _taught(ask, lambda book: book.forget_pose(name))
+        return answer(Forgotten(name))
 
 
-def add_pallets(app: FastAPI, bridge: Bridge) -> None:
+def add_pallets(routes: Routes) -> None:
     """Add the paths of pallets."""
-    teaching = _Caller(bridge)
+    tag = "pallets"
 
-    @app.get("/v1/pallets")
-    async def pallets() -> Response:
+    @routes.add("GET", "/v1/pallets", Operation.READ, tag=tag, gives=list[PalletInfo], refuses=_READING)
+    async def pallets(ask: Ask) -> Response:
         """List all taught pallets."""
-        return answer(await teaching(Teaching.pallets))
+        return answer(await _taught(ask, Teaching.pallets))
 
-    @app.get("/v1/pallets/{name:path}")
-    async def pallet(name: str) -> Response:
+    @routes.add("GET", "/v1/pallets/{name:path}", Operation.READ, tag=tag, gives=PalletInfo, refuses=_ONE)
+    async def pallet(ask: Ask, name: str) -> Response:
         """Tell of one pallet."""
-        return answer(await teaching(lambda book: book.pallet(name)))
+        return answer(await _taught(ask, lambda book: book.pallet(name)))
 
-    @app.put("/v1/pallets/{name:path}")
-    async def teach_pallet(name: str, grid: Body, replace: bool = False) -> Response:
+    @routes.add(
+        "PUT",
+        "/v1/pallets/{name:path}",
+        Operation.TEACH,
+        tag=tag,
+        gives=PalletInfo,
+        refuses=(NotTaught, *_TAKING),
+        examples=_GRIDS,
+    )
+    async def teach_pallet(ask: Ask, name: str, grid: GridBody, replace: bool = False) -> Response:
         """Keep a grid, spanned by its corners, under a name."""
-        return answer(await teaching(lambda book: book.teach_pallet(name, grid, now(), replacing=replace)))
+        return answer(await _taught(ask, lambda book: book.teach_pallet(name, grid, now(), replacing=replace)))
 
-    @app.patch("/v1/pallets/{name:path}")
-    async def rename_pallet(name: str, body: Body) -> Response:
+    @routes.add(
+        "PATCH",
+        "/v1/pallets/{name:path}",
+        Operation.TEACH,
+        tag=tag,
+        gives=PalletInfo,
+        refuses=(NotTaught, *_TAKING),
+        examples=_NAMES,
+    )
+    async def rename_pallet(ask: Ask, name: str, body: NameBody) -> Response:
         """Give a pallet another name."""
-        new = _name(body)
-        return answer(await teaching(lambda book: book.rename_pallet(name, new)))
+        return answer(await _taught(ask, lambda book: book.rename_pallet(name, body.name)))
 
-    @app.delete("/v1/pallets/{name:path}")
-    async def forget_pallet(name: str) -> Response:
+    forgetting = (*_ONE, FileUnwritable)
+
+    @routes.add("DELETE", "/v1/pallets/{name:path}", Operation.TEACH, tag=tag, gives=Forgotten, refuses=forgetting)
+    async def forget_pallet(ask: Ask, name: str) -> Response:
         """Forget a pallet; the poses at its corners stay."""
-        await teaching(lambda book: book.forget_pallet(name))
-        return answer({"forgotten": name})
+        await _taught(ask, lambda book: book.forget_pallet(name))
+        return answer(Forgotten(name))
 
 
-class _Caller:
-    """Has wishes to the service's teaching carried out in its loop."""
+async def _taught(ask: Ask, wish: Callable[[Teaching], T]) -> T:
+    """Have a wish to the service's teaching carried out in its loop."""
 
-    def __init__(self, bridge: Bridge) -> None:
-        self._bridge = bridge
+    async def carried_out(service: Service) -> T:
+        return wish(service.teaching)
 
-    async def __call__(self, wish: Callable[[Teaching], T]) -> T:
-        async def carried_out(service: Service) -> T:
-            return wish(service.teaching)
-
-        return await self._bridge.call(carried_out)
-
-
-def _name(body: dict[str, Any]) -> str:
-    """Return the new name that a body holds, and nothing else; raises `InvalidRequest` and `InvalidValue`."""
-    for key in sorted(set(body) ^ {"name"}):
-        raise InvalidRequest(key=key, reason="it is missing" if key == "name" else "there is no such key")
-    if not isinstance(body["name"], str):
-        raise InvalidValue(key="name", value=repr(body["name"]), reason="it is a text")
-    return body["name"]
+    return await ask(carried_out)

@@ -2,30 +2,45 @@
 
 from __future__ import annotations
 
-from fastapi import FastAPI, Response
+from typing import Annotated, Any
 
-from maya_un.errors import InvalidRequest
-from maya_un.server.bridge import Bridge
-from maya_un.server.exchange import Body, answer
+from fastapi import Response
+
+from maya_un.api.access.operations import Operation
+from maya_un.config.zones import AnyZone, ZoneConfig
+from maya_un.errors import Busy, InvalidRequest, NotFound
+from maya_un.server.asking import Ask
+from maya_un.server.bodies import Removed
+from maya_un.server.exchange import answer, sent_as_written
+from maya_un.server.routes import Routes
+from maya_un.server.schemas import ZONE
+
+_TAG = "zones"
+
+ZoneBody = Annotated[dict[str, Any], sent_as_written(ZONE)]
+
+_BOXES = {"a box": {"kind": "box", "low": [0.1, 1.0, 0.0], "high": [0.3, 1.5, 0.6]}}
 
 
-def add_zones(app: FastAPI, bridge: Bridge) -> None:
+def add_zones(routes: Routes) -> None:
     """Add the paths of zones."""
 
-    @app.get("/v1/zones")
-    async def zones() -> Response:
+    @routes.add("GET", "/v1/zones", Operation.READ, tag=_TAG, gives=list[ZoneConfig])
+    async def zones(ask: Ask) -> Response:
         """List the zones that the robot keeps out of."""
-        return answer(await bridge.call(lambda service: service.zones()))
+        return answer(await ask(lambda service: service.zones()))
 
-    @app.put("/v1/zones/{name:path}")
-    async def put(name: str, body: Body) -> Response:
+    @routes.add(
+        "PUT", "/v1/zones/{name:path}", Operation.ZONES, tag=_TAG, gives=AnyZone, refuses=(Busy,), examples=_BOXES
+    )
+    async def put_zone(ask: Ask, name: str, body: ZoneBody) -> Response:
         """Keep out of one more zone, for this run."""
         if body.get("name", name) != name:
             raise InvalidRequest(key="name", reason="it is another than that of the path")
-        return answer(await bridge.call(lambda service: service.set_zone({**body, "name": name})))
+        return answer(await ask(lambda service: service.set_zone({**body, "name": name})))
 
-    @app.delete("/v1/zones/{name:path}")
-    async def remove(name: str) -> Response:
+    @routes.add("DELETE", "/v1/zones/{name:path}", Operation.ZONES, tag=_TAG, gives=Removed, refuses=(NotFound, Busy))
+    async def remove_zone(ask: Ask, name: str) -> Response:
         """Keep out of a zone no longer, for this run."""
-        await bridge.call(lambda service: service.remove_zone(name))
-        return answer({"removed": name})
+        await ask(lambda service: service.remove_zone(name))
+        return answer(Removed(name))

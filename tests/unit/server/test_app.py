@@ -10,11 +10,14 @@ from typing import Any, cast
 import httpx
 import pytest
 
+from maya_un.api.access.caller import Caller
 from maya_un.api.messages import HeldJog
 from maya_un.api.service import Service
 from maya_un.controller.protocol import Jogged
 from maya_un.errors import Busy, CannotPause, InvalidJob, LinkLost, MayaError, NotFound, NotPaused, Unreachable
 from maya_un.events import Event, EventLog, Kind
+from maya_un.process.journal.protocol import Filter
+from maya_un.process.journal.rows import Options
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
 from maya_un.server.guard import BODY_LIMIT
@@ -29,6 +32,8 @@ class StandIn:
         self.log = EventLog(lambda: 0.0)
         self.asked: list[tuple[object, ...]] = []
         self.error: Exception | None = None
+        self.history = self
+        self.options, self.key = Options(), ""
         self.released = asyncio.Event()
 
     def _note(self, *what: object) -> None:
@@ -40,11 +45,15 @@ class StandIn:
         self._note("status")
         return {"mode": "idle"}
 
-    async def submit(self, job: dict[str, Any]) -> dict[str, int]:
+    async def submit(self, job: dict[str, Any], *, by: Caller, options: Options, key: str) -> dict[str, int]:
+        self.options, self.key = options, key
         self._note("submit", job)
         return {"id": 1}
 
-    async def wish(self, primitive: dict[str, Any], *, wait: bool) -> dict[str, bool]:
+    async def wish(
+        self, primitive: dict[str, Any], *, wait: bool, by: Caller, options: Options, key: str
+    ) -> dict[str, bool]:
+        self.options, self.key = options, key
         self._note("wish", primitive, wait)
         if wait:
             await self.released.wait()
@@ -54,11 +63,11 @@ class StandIn:
         self._note("job", number)
         return {"id": number}
 
-    async def jobs(self) -> list[int]:
-        self._note("jobs")
+    async def page(self, which: Filter) -> list[int]:
+        self._note("page", which)
         return []
 
-    async def cancel(self, number: int) -> dict[str, int]:
+    async def cancel(self, number: int, *, by: Caller) -> dict[str, int]:
         self._note("cancel", number)
         return {"id": number}
 
@@ -131,7 +140,7 @@ def problem(response: httpx.Response) -> dict[str, Any]:
     [
         ("GET", "/v1/status", None, ("status",), 200),
         ("POST", "/v1/jobs", {"steps": ["home"]}, ("submit", {"steps": ["home"]}), 202),
-        ("GET", "/v1/jobs", None, ("jobs",), 200),
+        ("GET", "/v1/jobs", None, ("page", Filter()), 200),
         ("GET", "/v1/jobs/7", None, ("job", 7), 200),
         ("DELETE", "/v1/jobs/7", None, ("cancel", 7), 200),
         ("POST", "/v1/preview", {"steps": []}, ("preview", {"steps": []}), 200),

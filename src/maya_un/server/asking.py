@@ -1,0 +1,54 @@
+"""One request on its way to the service: who asks, for which operation, and the answer."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable
+from typing import Annotated, TypeVar
+
+from fastapi import Depends, Request
+
+from maya_un.api.access.caller import Caller
+from maya_un.api.access.operations import Operation, allowed
+from maya_un.api.service import Service
+from maya_un.errors import InvalidRequest
+from maya_un.server.bridge import Bridge
+from maya_un.server.routes import Rule, rule_of
+from maya_un.server.who import caller_of
+
+T = TypeVar("T")
+
+
+class Asking:
+    """Asks the service on behalf of `caller` for what the route is for."""
+
+    def __init__(self, bridge: Bridge, caller: Caller, operations: tuple[Operation, ...]) -> None:
+        self._bridge = bridge
+        self._operations = operations
+        self.caller = caller
+
+    async def __call__(self, wish: Callable[[Service], Awaitable[T]], *operations: Operation) -> T:
+        """Return what `wish` answers.
+
+        It is asked for as the first of `operations`, without any of all that the route is for, which the caller's role
+        includes; where it includes none, as the last, which is refused.
+        """
+        of = operations or self._operations
+        chosen = next((one for one in of if allowed(self.caller.role, one)), of[-1])
+        return await self._bridge.call(self.caller, chosen, wish)
+
+
+async def _asking(request: Request) -> Asking:
+    rule = rule_of(request)
+    _refuse_unknown(request, rule)
+    bridge: Bridge = request.app.state.bridge
+    return Asking(bridge, await caller_of(request, bridge, rule.operations), rule.operations)
+
+
+def _refuse_unknown(request: Request, rule: Rule) -> None:
+    for key in request.query_params:
+        if key not in rule.options:
+            raise InvalidRequest(key=f"query.{key}", reason=f"known here: {', '.join(sorted(rule.options)) or 'none'}")
+
+
+Ask = Annotated[Asking, Depends(_asking)]
+"""What a route asks the service through."""

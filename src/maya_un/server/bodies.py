@@ -1,0 +1,180 @@
+"""What requests carry, and answers that only HTTP gives: frozen dataclasses, SI units, no other key than these."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import AfterValidator, ConfigDict, Field, Strict, WithJsonSchema
+
+from maya_un.values import JOG_AXES, Point
+
+_ONLY_THESE = ConfigDict(extra="forbid")
+
+Axis = Literal["a", "b", "c", "x", "y", "z", "r"]
+Share = Annotated[float, Field(gt=0.0, le=1.0, description="share of the full speed")]
+Distance = Annotated[float, Field(gt=-1e9, lt=1e9, description="rad or m", allow_inf_nan=False)]
+
+
+def _one_way(direction: int) -> int:
+    if direction not in {1, -1}:
+        raise ValueError("must be 1 or -1")
+    return direction
+
+
+Direction = Annotated[int, Strict(), AfterValidator(_one_way), WithJsonSchema({"enum": [1, -1]})]
+Yes = Annotated[bool, Strict(), WithJsonSchema({"const": True})]
+No = Annotated[bool, Strict(), WithJsonSchema({"const": False})]
+"""`Literal[True]` would take 1 as well."""
+
+assert set(JOG_AXES) == set(Axis.__args__)
+
+
+@dataclass(frozen=True, slots=True)
+class JogBy:
+    """Move along one axis by a distance [rad or m]; with `clip` only as far as the workspace allows."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    axis: Axis
+    distance: Distance
+    speed: Share = 1.0
+    clip: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class JogHold:
+    """Move along one axis for as long as this is said again, at least twice a second."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    axis: Axis
+    direction: Direction
+    hold: Yes
+    speed: Share = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class JogRelease:
+    """Let go of a held jog, whichever it is."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    hold: No
+    axis: Axis | None = None
+    direction: Direction | None = None
+    speed: Share = 1.0
+
+
+def kind_of_jog(body: Mapping[str, Any]) -> type:
+    """Return which of the three jogs an object is meant as."""
+    if "hold" not in body:
+        return JogBy
+    return JogRelease if body["hold"] is False else JogHold
+
+
+@dataclass(frozen=True, slots=True)
+class Speed:
+    """The factor on the speed of all motion."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    ratio: Annotated[float, Field(ge=0.01, le=1.0)]
+
+
+@dataclass(frozen=True, slots=True)
+class Pausing:
+    """When the queue is to pause: after the step under way, or now, holding that on its path."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    when: Literal["after step", "now"] = "after step"
+
+
+@dataclass(frozen=True, slots=True)
+class Moving:
+    """Where a job is to go in the queue: `before` or `after` another, or `to` an end of it; one of the three."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    before: int | None = None
+    after: int | None = None
+    to: Literal["first", "last"] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Again:
+    """From which step on a job is to be done again, from 1; the first that was not done where it is left out."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    from_step: Annotated[int, Field(ge=1)] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Recovering:
+    """What becomes of an interrupted job, and whether the gripper holds a part where only a person can see it."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    choice: Literal["resume", "redo", "skip", "abort"]
+    holding: bool | None = None
+    resume_queue: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """A new name."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Where the parts on the twin's table stand [m], by name."""
+
+    parts: dict[str, Point]
+
+
+@dataclass(frozen=True, slots=True)
+class Released:
+    """The held jog was let go."""
+
+    released: Literal[True] = True
+
+
+@dataclass(frozen=True, slots=True)
+class Resumed:
+    """Motion goes on."""
+
+    resumed: Literal[True] = True
+
+
+@dataclass(frozen=True, slots=True)
+class Aborted:
+    """The axes stand."""
+
+    aborted: Literal[True] = True
+
+
+@dataclass(frozen=True, slots=True)
+class Recovered:
+    """There is no fault any more."""
+
+    recovered: Literal[True] = True
+
+
+@dataclass(frozen=True, slots=True)
+class Forgotten:
+    """What was taught under this name is forgotten."""
+
+    forgotten: str
+
+
+@dataclass(frozen=True, slots=True)
+class Removed:
+    """What had this name is gone."""
+
+    removed: str
+
+
+@dataclass(frozen=True, slots=True)
+class Health:
+    """The server lives."""
+
+    status: Literal["ok"]
+    version: str

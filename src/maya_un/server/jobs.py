@@ -1,0 +1,129 @@
+"""The paths of jobs: submitted, listed, told of, cancelled, and worked out beforehand."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import Query, Response
+
+from maya_un.api.access.operations import Operation
+from maya_un.api.messages import JobAccepted
+from maya_un.api.service import MOST_SAMPLES
+from maya_un.errors import Faulted, InvalidJob, KeyReused, NotConnected, NotFound, UnknownName
+from maya_un.process.inspection import JobInspection
+from maya_un.process.preview import JobPreview
+from maya_un.process.report import JobReport
+from maya_un.process.view import JobLine
+from maya_un.server.asking import Ask
+from maya_un.server.exchange import answer, sent_as_written
+from maya_un.server.numbers import JobNumber
+from maya_un.server.options import IdempotencyKey, SubmitOptions, Which
+from maya_un.server.routes import Routes
+from maya_un.server.schemas import JOB, TASK
+
+_TAG = "jobs"
+
+JobBody = Annotated[dict[str, Any], sent_as_written(JOB)]
+TaskBody = Annotated[dict[str, Any], sent_as_written(TASK)]
+
+_JOBS = {
+    "one cube": {
+        "name": "one cube",
+        "parts": {"cube": [0.5, 1.1]},
+        "places": {"tray": [1.1, 0.5]},
+        "steps": ["home", {"pick": "cube"}, {"place": "tray"}],
+    }
+}
+_TASKS = {
+    "home": {"command": "home"},
+    "pick": {"command": "pick", "target": [0.5, 1.1]},
+    "a cell": {"command": "place", "target": "tray[1,2]"},
+    "joints": {"command": "move", "joints": [0.5, 1.5, 1.6]},
+    "gripper": {"command": "gripper", "open": True},
+}
+_REFUSED = (InvalidJob, UnknownName)
+_NOT_TAKEN = (*_REFUSED, KeyReused, NotConnected, Faulted)
+_SUBMITTING = (Operation.SUBMIT, Operation.PROPOSE)
+
+
+def add_jobs(routes: Routes) -> None:
+    """Add the paths."""
+
+    @routes.add(
+        "POST",
+        "/v1/jobs",
+        *_SUBMITTING,
+        tag=_TAG,
+        gives=JobAccepted,
+        status=202,
+        refuses=_NOT_TAKEN,
+        examples=_JOBS,
+    )
+    async def submit(ask: Ask, job: JobBody, options: SubmitOptions, key: IdempotencyKey = "") -> Response:
+        """Append a job to the queue; it is written down when the answer comes."""
+        accepted = ask(lambda service: service.submit(job, by=ask.caller, options=options, key=key))
+        return answer(await accepted, 202)
+
+    @routes.add("GET", "/v1/jobs", Operation.READ, tag=_TAG, gives=list[JobLine])
+    async def jobs(ask: Ask, which: Which) -> Response:
+        """List jobs, also those long ended, newest first unless asked otherwise."""
+        return answer(await ask(lambda service: service.history.page(which)))
+
+    @routes.add("GET", "/v1/jobs/{job}", Operation.READ, tag=_TAG, gives=JobReport, refuses=(NotFound,))
+    async def report(ask: Ask, job: JobNumber) -> Response:
+        """Tell how one job stands, step by step."""
+        return answer(await ask(lambda service: service.job(job)))
+
+    @routes.add(
+        "DELETE",
+        "/v1/jobs/{job}",
+        Operation.CANCEL,
+        Operation.PROPOSE,
+        tag=_TAG,
+        gives=JobReport,
+        refuses=(NotFound,),
+    )
+    async def cancel(ask: Ask, job: JobNumber) -> Response:
+        """Cancel a job; the one under way stops on its path."""
+        return answer(await ask(lambda service: service.cancel(job, by=ask.caller)))
+
+
+def add_previews(routes: Routes) -> None:
+    """Add the paths that tell what a job would be."""
+
+    @routes.add("POST", "/v1/preview", Operation.PREVIEW, tag=_TAG, gives=JobPreview, refuses=_REFUSED, examples=_JOBS)
+    async def preview(ask: Ask, job: JobBody) -> Response:
+        """Tell what a job would be, step by step; nothing moves."""
+        return answer(await ask(lambda service: service.preview(job)))
+
+    @routes.add(
+        "POST", "/v1/inspect", Operation.PREVIEW, tag=_TAG, gives=JobInspection, refuses=_REFUSED, examples=_JOBS
+    )
+    async def inspect(ask: Ask, job: JobBody, samples: Annotated[int, Query(ge=2, le=MOST_SAMPLES)] = 200) -> Response:
+        """Tell what a job would be in detail: profiles of the axes, least margins, the longest stop; nothing moves."""
+        return answer(await ask(lambda service: service.inspect(job, samples=samples)))
+
+
+def add_tasks(routes: Routes) -> None:
+    """Add the path of single wishes."""
+
+    @routes.add(
+        "POST",
+        "/v1/tasks",
+        Operation.WISH,
+        *_SUBMITTING,
+        tag=_TAG,
+        gives=JobReport,
+        status=202,
+        refuses=_NOT_TAKEN,
+        examples=_TASKS,
+    )
+    async def task(
+        ask: Ask, primitive: TaskBody, options: SubmitOptions, wait: bool = False, key: IdempotencyKey = ""
+    ) -> Response:
+        """Append one wish to the queue as a job of one step; with `wait`, answer when it has ended."""
+        operations = (Operation.WISH,) if wait else _SUBMITTING
+        told = ask(
+            lambda service: service.wish(primitive, wait=wait, by=ask.caller, options=options, key=key), *operations
+        )
+        return answer(await told, 200 if wait else 202)

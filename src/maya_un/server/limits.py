@@ -1,0 +1,54 @@
+"""How often somebody may ask: a bucket of requests for every source, filled again at a steady rate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from ipaddress import IPv6Address, ip_address
+from math import ceil
+
+from maya_un.errors import TooManyRequests
+
+_MOST_SOURCES = 10_000
+
+
+@dataclass(frozen=True, slots=True)
+class Rate:
+    """So many requests a second in the long run, and `burst` at once."""
+
+    per_second: float
+    burst: float
+
+
+class Buckets:
+    """The buckets of all sources. What has not asked for so long that its bucket is full again is forgotten."""
+
+    def __init__(self, rate: Rate) -> None:
+        self._rate = rate
+        self._left: dict[str, tuple[float, float]] = {}
+
+    def __len__(self) -> int:
+        return len(self._left)
+
+    def take(self, source: str, now: float) -> None:
+        """Take one request of `source` at `now` [s, loop time]; raises `TooManyRequests`."""
+        name = _network(source)
+        burst = self._rate.burst
+        left, then = self._left.pop(name, (burst, now))
+        left = min(burst, left + (now - then) * self._rate.per_second)
+        if left < 1.0:
+            self._left[name] = (left, now)
+            wait = ceil((1.0 - left) / self._rate.per_second)
+            seconds = f"{burst / self._rate.per_second:g}"
+            raise TooManyRequests(limit=round(burst), seconds=seconds, wait=wait)
+        self._left[name] = (left - 1.0, now)
+        if len(self._left) > _MOST_SOURCES:
+            del self._left[next(iter(self._left))]  # who asked longest ago has most in his bucket
+
+
+def _network(source: str) -> str:
+    """Return what is counted: of an IPv6 address its /64, all of whose addresses one machine may have."""
+    try:
+        address = ip_address(source.partition("%")[0])
+    except ValueError:
+        return source
+    return address.exploded[:19] if isinstance(address, IPv6Address) else source

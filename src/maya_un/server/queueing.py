@@ -1,0 +1,180 @@
+"""The paths of the queue: looked at, paused, put in order, and what becomes of an interrupted job."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable
+from typing import Annotated, Any
+
+from fastapi import Response
+
+from maya_un.api.access.operations import Operation
+from maya_un.api.service import Service
+from maya_un.errors import (
+    AnswerNeeded,
+    CannotPause,
+    InvalidJob,
+    NotFound,
+    NotHomed,
+    PathRefused,
+    UnknownName,
+    Unreachable,
+    WrongState,
+)
+from maya_un.process.view import JobLine, QueueView, Recovery
+from maya_un.server.asking import Ask
+from maya_un.server.bodies import Again, Moving, Pausing, Recovering
+from maya_un.server.exchange import answer, sent, sent_as_written
+from maya_un.server.numbers import JobNumber
+from maya_un.server.routes import Routes
+from maya_un.server.schemas import CHANGES
+
+_QUEUE = "queue"
+_JOBS = "jobs"
+_CHANGING = (Operation.CHANGE_JOB, Operation.PROPOSE)
+_NO_SUCH = (NotFound, WrongState)
+
+PausingBody = Annotated[Pausing, sent(Pausing, optional=True)]
+RecoveringBody = Annotated[Recovering, sent(Recovering)]
+MovingBody = Annotated[Moving, sent(Moving)]
+AgainBody = Annotated[Again, sent(Again, optional=True)]
+ChangesBody = Annotated[dict[str, Any], sent_as_written(CHANGES)]
+
+
+def add_queue(routes: Routes) -> None:
+    """Add the paths of the queue as a whole."""
+
+    @routes.add("GET", "/v1/queue", Operation.READ, tag=_QUEUE, gives=QueueView)
+    async def queue(ask: Ask) -> Response:
+        """Tell how the queue stands: its mode, what is under way, what waits."""
+        return answer(await ask(_view))
+
+    waits = {"after the step under way": {"when": "after step"}, "now": {"when": "now"}}
+
+    @routes.add(
+        "POST",
+        "/v1/queue/pause",
+        Operation.PAUSE,
+        tag=_QUEUE,
+        gives=QueueView,
+        refuses=(CannotPause,),
+        examples=waits,
+    )
+    async def pause_queue(ask: Ask, body: PausingBody) -> Response:
+        """Begin nothing more."""
+        return answer(await ask(lambda service: service.queue.pause(ask.caller, when=body.when)))
+
+    @routes.add("POST", "/v1/queue/resume", Operation.RESUME, tag=_QUEUE, gives=QueueView, refuses=(AnswerNeeded,))
+    async def resume_queue(ask: Ask) -> Response:
+        """Go on with what waits, and with the step that is held."""
+        return answer(await ask(lambda service: service.queue.resume(ask.caller)))
+
+    @routes.add("POST", "/v1/queue/step", Operation.STEP, tag=_QUEUE, gives=QueueView, refuses=(AnswerNeeded,))
+    async def step_queue(ask: Ask) -> Response:
+        """Do one step and pause."""
+        return answer(await ask(lambda service: service.queue.step(ask.caller)))
+
+    @routes.add("POST", "/v1/queue/clear", Operation.CLEAR, tag=_QUEUE, gives=QueueView)
+    async def clear_queue(ask: Ask) -> Response:
+        """Cancel everything that waits."""
+        return answer(await ask(lambda service: service.queue.clear(ask.caller)))
+
+
+def add_recovery(routes: Routes) -> None:
+    """Add the paths of a job that was under way when this program last ended."""
+
+    @routes.add("GET", "/v1/queue/recovery", Operation.READ, tag=_QUEUE, gives=Recovery, refuses=(NotFound,))
+    async def recovery(ask: Ask) -> Response:
+        """Tell of the interrupted job that waits for a person, and what he may choose."""
+
+        async def found(service: Service) -> Recovery:
+            waiting = service.queue.view().recovery
+            if waiting is None:
+                raise NotFound(what="job", number="that was interrupted")
+            return waiting
+
+        return answer(await ask(found))
+
+    choices = {"again": {"choice": "redo", "holding": False}, "give it up": {"choice": "abort"}}
+
+    @routes.add(
+        "POST",
+        "/v1/queue/recovery",
+        Operation.RESTART,
+        tag=_QUEUE,
+        gives=QueueView,
+        refuses=(NotFound, AnswerNeeded, NotHomed, PathRefused, Unreachable),
+        examples=choices,
+    )
+    async def choose_recovery(ask: Ask, body: RecoveringBody) -> Response:
+        """Say what becomes of the interrupted job."""
+        chosen = ask(
+            lambda service: service.queue.recover(
+                body.choice, holding=body.holding, resume_queue=body.resume_queue, by=ask.caller
+            )
+        )
+        return answer(await chosen)
+
+
+def add_ordering(routes: Routes) -> None:
+    """Add the paths that change one job of the queue."""
+
+    @routes.add(
+        "PATCH",
+        "/v1/jobs/{job}",
+        *_CHANGING,
+        tag=_JOBS,
+        gives=JobLine,
+        refuses=(*_NO_SUCH, InvalidJob, UnknownName),
+        examples={"sooner": {"priority": 10, "notes": "before the visit"}},
+    )
+    async def change_job(ask: Ask, job: JobNumber, changes: ChangesBody) -> Response:
+        """Change a job: how it is queued, or its steps that have not begun."""
+        return answer(await ask(lambda service: service.queue.change(job, changes, ask.caller)))
+
+    @routes.add("POST", "/v1/jobs/{job}/hold", *_CHANGING, tag=_JOBS, gives=JobLine, refuses=_NO_SUCH)
+    async def hold_job(ask: Ask, job: JobNumber) -> Response:
+        """Put a job aside that waits."""
+        return answer(await ask(lambda service: service.queue.hold(job, ask.caller)))
+
+    @routes.add("POST", "/v1/jobs/{job}/release", Operation.APPROVE, tag=_JOBS, gives=JobLine, refuses=_NO_SUCH)
+    async def release_job(ask: Ask, job: JobNumber) -> Response:
+        """Let a held job wait for its turn; for a proposal that is the approval."""
+        return answer(await ask(lambda service: service.queue.release(job, ask.caller)))
+
+    places = {"first of all": {"to": "first"}, "before another": {"before": 7}}
+
+    @routes.add(
+        "POST",
+        "/v1/jobs/{job}/move",
+        Operation.CHANGE_JOB,
+        tag=_JOBS,
+        gives=JobLine,
+        refuses=_NO_SUCH,
+        examples=places,
+    )
+    async def move_job(ask: Ask, job: JobNumber, body: MovingBody) -> Response:
+        """Give a job that waits another place."""
+
+        def moved(service: Service) -> Awaitable[JobLine]:
+            return service.queue.move(job, before=body.before, after=body.after, to=body.to, by=ask.caller)
+
+        return answer(await ask(moved))
+
+    @routes.add(
+        "POST",
+        "/v1/jobs/{job}/again",
+        Operation.SUBMIT,
+        Operation.PROPOSE,
+        tag=_JOBS,
+        gives=JobLine,
+        status=202,
+        refuses=_NO_SUCH,
+        examples={"from the third step": {"from_step": 3}},
+    )
+    async def repeat_job(ask: Ask, job: JobNumber, body: AgainBody) -> Response:
+        """Queue a job that has ended once more, as a new one."""
+        return answer(await ask(lambda service: service.queue.again(job, from_step=body.from_step, by=ask.caller)), 202)
+
+
+async def _view(service: Service) -> QueueView:
+    return service.queue.view()

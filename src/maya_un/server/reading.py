@@ -1,0 +1,51 @@
+"""The paths that only look: status, events, the twin's table."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import Query, Response
+
+from maya_un.api.access.operations import Operation
+from maya_un.api.messages import EventMessage, Status
+from maya_un.api.service import Service
+from maya_un.errors import NotFound
+from maya_un.server.asking import Ask
+from maya_un.server.bodies import Table
+from maya_un.server.bridge import Bridge
+from maya_un.server.exchange import answer
+from maya_un.server.routes import Routes
+
+LONGEST_WAIT = 60.0
+"""Longest wait for a new event [s, real time]."""
+
+_TAG = "looking"
+
+
+def add_reading(routes: Routes, bridge: Bridge) -> None:
+    """Add the paths."""
+
+    @routes.add("GET", "/v1/status", Operation.READ, tag=_TAG, gives=Status)
+    async def status(ask: Ask) -> Response:
+        """Tell the latest state of the robot and of the queue."""
+        return answer(await ask(lambda service: service.status()))
+
+    @routes.add("GET", "/v1/events", Operation.READ, tag=_TAG, gives=list[EventMessage])
+    async def events(
+        ask: Ask,
+        since: Annotated[int, Query(ge=0)] = 0,
+        wait: Annotated[float, Query(ge=0, le=LONGEST_WAIT)] = 0.0,
+    ) -> Response:
+        """Return the events numbered above `since`; without any, wait up to `wait` seconds for one."""
+        return answer([EventMessage.of(event) for event in await bridge.events(since, wait, ask.caller)])
+
+    @routes.add("GET", "/v1/twin", Operation.READ, tag=_TAG, gives=Table, refuses=(NotFound,))
+    async def twin(ask: Ask) -> Response:
+        """Tell where the parts on the twin's table stand, by the mechanics' own record."""
+
+        async def looked_at(_service: Service) -> Table:
+            if bridge.parts is None:
+                raise NotFound(what="twin", number="on a real machine")
+            return Table(dict(bridge.parts()))
+
+        return answer(await ask(looked_at))

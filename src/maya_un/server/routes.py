@@ -1,0 +1,111 @@
+"""How a path is added: with its operations, the kinds of message it takes and gives, and how it may refuse."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from http import HTTPStatus
+from typing import Any, TypeVar, get_type_hints
+
+from fastapi import FastAPI, Request
+from fastapi.params import Depends, Header
+
+from maya_un.api.access.operations import Operation
+from maya_un.errors import MayaError
+from maya_un.server.exchange import Plain, Reader
+
+Handler = TypeVar("Handler", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """What is known of a route: the operations it is for, most powerful first; none for one that is open to everybody.
+
+    `takes` reads its body, `gives` is the kind of its answer, `options` are the names of its query; `refuses` lists
+    errors that it answers besides those that every route has.
+    """
+
+    operations: tuple[Operation, ...]
+    takes: Reader | Plain | None
+    gives: Any
+    media: str
+    status: int
+    refuses: tuple[type[MayaError], ...]
+    examples: dict[str, Any]
+    options: frozenset[str] = field(default_factory=frozenset[str])
+
+
+class Routes:
+    """Adds paths to `app`; every one is in `rules`, by its handler."""
+
+    def __init__(self, app: FastAPI) -> None:
+        self._app = app
+        self.rules: dict[Callable[..., Any], Rule] = {}
+        app.state.rules = self.rules
+
+    def add(
+        self,
+        method: str,
+        path: str,
+        *operations: Operation,
+        tag: str,
+        gives: Any,
+        media: str = "application/json",
+        status: int = HTTPStatus.OK,
+        refuses: tuple[type[MayaError], ...] = (),
+        examples: dict[str, Any] | None = None,
+    ) -> Callable[[Handler], Handler]:
+        """Return the decorator that adds a handler; its name is the operation id of generated clients.
+
+        `examples` are bodies of requests by what they show.
+        """
+
+        def added(handler: Handler) -> Handler:
+            self._app.add_api_route(
+                path,
+                handler,
+                methods=[method],
+                tags=[tag],
+                operation_id=handler.__name__,
+                response_model=None,
+                status_code=status,
+                summary=(inspect.getdoc(handler) or "").split(".")[0].split(";")[0],
+            )
+            reader = _reader_of(handler)
+            known = examples or {}
+            self.rules[handler] = Rule(
+                operations, reader, gives, media, status, refuses, known, _options_of(handler, path)
+            )
+            return handler
+
+        return added
+
+
+def _options_of(handler: Callable[..., Any], path: str = "") -> frozenset[str]:
+    """Return the names that the query of a request may have, those of the functions it depends on included."""
+    found: set[str] = set()
+    hints = get_type_hints(handler, include_extras=True)
+    for name in inspect.signature(handler).parameters:
+        marks = getattr(hints[name], "__metadata__", ())
+        needed = [mark.dependency for mark in marks if isinstance(mark, Depends)]
+        for one in needed:
+            found |= _options_of(one) if inspect.isfunction(one) else frozenset()
+        plain = hints[name] is Request or needed or any(isinstance(mark, Header) for mark in marks)
+        if not plain and f"{{{name}" not in path:
+            found.add(name)
+    return frozenset(found)
+
+
+def _reader_of(handler: Callable[..., Any]) -> Reader | Plain | None:
+    for hint in get_type_hints(handler, include_extras=True).values():
+        for mark in getattr(hint, "__metadata__", ()):
+            if isinstance(mark, Depends) and isinstance(mark.dependency, Reader | Plain):
+                return mark.dependency
+    return None
+
+
+def rule_of(request: Request) -> Rule:
+    """Return the rule of the route that a request goes to."""
+    rules: dict[Callable[..., Any], Rule] = request.app.state.rules
+    return rules[request.scope["endpoint"]]

@@ -1,0 +1,123 @@
+"""JSON Schemas of what is read further in, where a message has more forms than its dataclass can say."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from maya_un.config.zones import ZoneConfig
+from maya_un.process.job import Job
+from maya_un.process.journal.rows import Options
+from maya_un.process.spots import Grid
+
+REFERENCE = "#/components/schemas/{model}"
+
+_NUMBER: dict[str, Any] = {"type": "number"}
+_TEXT: dict[str, Any] = {"type": "string", "minLength": 1, "maxLength": 64}
+
+
+def _numbers(names: str, least: int) -> dict[str, Any]:
+    """Return the schema of an array of so many numbers, or of an object that has them by name."""
+    array = {"type": "array", "items": _NUMBER, "minItems": least, "maxItems": len(names)}
+    by_name = {
+        "type": "object",
+        "properties": dict.fromkeys(names, _NUMBER),
+        "required": list(names[:least]),
+        "additionalProperties": False,
+    }
+    return {"oneOf": [array, by_name]}
+
+
+POINT = {**_numbers("xyz", 2), "description": "x, y and z [m]; z is the cell's grasp height where it is left out"}
+"""A place."""
+
+JOINTS = {**_numbers("abc", 3), "description": "a [rad], b and c [m]"}
+"""Joints."""
+
+
+def _object(properties: dict[str, Any], description: str) -> dict[str, Any]:
+    return {
+        "type": "object",
+        "properties": properties,
+        "required": list(properties),
+        "additionalProperties": False,
+        "description": description,
+    }
+
+
+def _or_name(schema: dict[str, Any]) -> dict[str, Any]:
+    named = {**_TEXT, "description": "a name, or a cell like tray[1,2]"}
+    return {"anyOf": [schema, named]}
+
+
+TASK: dict[str, Any] = {
+    "title": "Task",
+    "description": "One primitive: what a step of a job is, by itself.",
+    "oneOf": [
+        _object({"command": {"enum": ["home", "can_teleop"]}}, "find the switches; tell whether one may drive by hand"),
+        _object(
+            {"command": {"enum": ["pick", "place", "approach", "line"]}, "target": _or_name(POINT)},
+            "fetch or put down a part, go above a place, go there straight",
+        ),
+        _object({"command": {"const": "gripper"}, "open": {"type": "boolean"}}, "open or close the gripper"),
+        _object({"command": {"const": "move"}, "joints": _or_name(JOINTS)}, "go on a straight line in joint space"),
+    ],
+}
+"""One wish."""
+
+
+def _job() -> dict[str, Any]:
+    schema = TypeAdapter(Job).json_schema(ref_template=REFERENCE)
+    steps = schema["$defs"]["Step"]["properties"]
+    for command in ("pick", "place", "approach", "line"):
+        steps[command] = _or_name(POINT)
+    steps["move"] = _or_name(JOINTS)
+    steps["home"] = {"const": True}
+    steps["gripper"] = {"enum": ["open", "close"]}
+    schema["$defs"]["Step"] |= {"minProperties": 1, "maxProperties": 1}
+    for places in ("parts", "places"):
+        schema["properties"][places] |= {"additionalProperties": POINT}
+    schema["properties"]["steps"]["items"]["oneOf"].append({"const": "home"})
+    schema["properties"]["repeat"] |= {"minimum": 1, "maximum": 10_000}
+    schema["description"] = "A job as people write it: named parts and places, pallets, steps, how often."
+    return schema
+
+
+JOB = _job()
+"""A job."""
+
+
+def _changes() -> dict[str, Any]:
+    options = TypeAdapter(Options).json_schema(ref_template=REFERENCE)
+    options["properties"] = {key: one for key, one in options["properties"].items() if key != "held"}
+    options["properties"] = {key: _without_default(one) for key, one in options["properties"].items()}
+    options["properties"]["job"] = {"$ref": REFERENCE.format(model="Job")}
+    options |= {"title": "Changes", "additionalProperties": False, "minProperties": 1}
+    options["description"] = (
+        "What is to change of a job: how it is queued, or, as `job`, its steps that have not begun."
+    )
+    return options
+
+
+def _without_default(schema: dict[str, Any]) -> dict[str, Any]:
+    return {key: one for key, one in schema.items() if key != "default"}
+
+
+CHANGES = _changes()
+"""Changes of a job."""
+
+
+def _zone() -> dict[str, Any]:
+    """Return the schema of a zone; its name is that of the path."""
+    schema = TypeAdapter(ZoneConfig).json_schema(ref_template=REFERENCE)
+    for kind in schema["$defs"].values():
+        kind["required"] = [key for key in kind["required"] if key != "name"]
+    return schema
+
+
+ZONE = _zone()
+"""A zone."""
+
+GRID = TypeAdapter(Grid).json_schema(ref_template=REFERENCE)
+"""A pallet."""
