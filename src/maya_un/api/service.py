@@ -10,9 +10,12 @@ from collections.abc import AsyncIterator, Mapping
 import maya_un
 from maya_un.address import SIM
 from maya_un.api.access.caller import LOCAL, Caller
+from maya_un.api.access.entrance import Entrance
 from maya_un.api.held import PATIENCE, HeldJogs
 from maya_un.api.history import History
+from maya_un.api.leasing import Leasing
 from maya_un.api.messages import HeldJog, JobAccepted, Reach, Status
+from maya_un.api.people import People
 from maya_un.api.queueing import Queueing
 from maya_un.api.teaching import Teaching, at_rest
 from maya_un.api.zoning import drop_zone, put_zone, zones_of
@@ -56,6 +59,7 @@ class Service:
         address: str = SIM,
         speed: float = 1.0,
         book: Book | None = None,
+        entrance: Entrance | None = None,
     ) -> None:
         kept = Book(controller.mechanism) if book is None else book
         self.teaching = Teaching(kept, config.cell.grasp_height, lambda: at_rest(controller))
@@ -68,6 +72,9 @@ class Service:
         self._address = address
         self._speed = speed
         self._held = HeldJogs(controller, PATIENCE * max(1.0, speed))
+        shared = Entrance.alone(controller.events, speed) if entrance is None else entrance
+        self.lease = Leasing(shared, self._held.halt)
+        self.users = People(shared, self.lease.rights_ended)
 
     async def submit(
         self,

@@ -154,7 +154,8 @@ class Lease:
             why = "taken"
         else:
             why = "broken"
-        lender = offer.by if offer is not None and offered else ""
+        lender = before.lender if before is not None and before.name == name else ""
+        lender = offer.by if offer is not None and offered else lender
         new = Holder(name, source, self._now(), note, secrets.token_urlsafe(16), lender=lender)
         self._patience = patience * self._scale
         self._become(new, why)
@@ -319,7 +320,7 @@ class Lease:
         holder = self._holder
         name, source = ("", "") if holder is None else (holder.name, holder.source)
         implicit = holder is not None and holder.implicit
-        self._events.emit(Kind.LEASE, change=why, holder=name, source=source, implicit=implicit, **detail)
+        self._events.emit(Kind.LEASE, 0, change=why, holder=name, source=source, implicit=implicit, **detail)
 
     def _held(self, holder: Holder) -> LeaseHeld:
         return LeaseHeld(holder=holder.name, since=f"{self.held_for:.0f} s")

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from maya_un.api.access.caller import LOCAL, Caller
 from maya_un.api.access.callers import Callers
-from maya_un.api.access.gate import Gate
+from maya_un.api.gate import Gate
 from maya_un.api.access.operations import Operation
 from maya_un.api.service import Service
 from maya_un.events import Event, EventLog
@@ -37,6 +37,7 @@ class Bridge:
         callers: Callers | None = None,
     ) -> None:
         self._loop = loop
+        self._service = service
         self._gate = _unwatched(service) if gate is None else gate
         self._callers = callers
         self.parts = parts
@@ -60,6 +61,10 @@ class Bridge:
             return await self._gate.call(caller, operation, wish)
 
         return await self.within(carried_out)
+
+    async def asked(self, wish: Callable[[Service], Awaitable[T]]) -> T:
+        """Return the answer to a wish that needs no caller, like signing in, past the gate."""
+        return await self.within(lambda: wish(self._service))
 
     async def within(self, work: Callable[[], Awaitable[T]]) -> T:
         """Return what `work` answers in the stack's loop, past the gate: for what no caller asked for."""

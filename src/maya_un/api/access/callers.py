@@ -43,13 +43,13 @@ class Callers:
         calendar: Calendar,
         *,
         speed: float = 1.0,
-        hasher: Hasher | None = None,
+        hasher: Hasher,
         refused: OnRefused = _unheard,
     ) -> None:
         self._register = register
         self._calendar = calendar
         self._scale = max(1.0, speed)
-        self._hasher = hasher or Hasher()
+        self._hasher = hasher
         self._refused = refused
         self._attempts = Attempts(self._scale)
         self._key = secrets.token_bytes(32)

@@ -95,3 +95,17 @@ def require(caller: Caller, operation: Operation) -> None:
     if not allowed(caller.role, operation):
         needed = RULES[operation].role.word
         raise NotAllowed(who=caller.name, role=caller.role.word, operation=operation.value, needed=needed)
+
+
+OWN = frozenset({Operation.CHANGE_JOB, Operation.CANCEL})
+"""What whoever may propose may do to his own jobs as well."""
+
+
+def require_over(caller: Caller, operation: Operation, owner: str) -> None:
+    """Raise `NotAllowed` where `caller` may not do this to a job of `owner`: by his role, or because it is his own.
+
+    Whether the job is in a state for it is another question.
+    """
+    own = operation in OWN and caller.name == owner and allowed(caller.role, Operation.PROPOSE)
+    if not own:
+        require(caller, operation)

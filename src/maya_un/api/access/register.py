@@ -6,6 +6,7 @@ import asyncio
 from dataclasses import replace
 from typing import Protocol
 
+from maya_un.api.access.operations import Operation, allowed
 from maya_un.api.access.store import Change, Store, Token, User
 
 _TO_THE_MINUTE = 16
@@ -46,6 +47,10 @@ class Register:
     def of(self, name: str) -> list[Token]:
         """Return the tokens of a user, oldest first."""
         return [token for token in self.tokens.values() if token.user == name]
+
+    def drivers(self) -> list[str]:
+        """Return the names of the users who could drive, in order."""
+        return sorted(user.name for user in self.users.values() if allowed(user.role, Operation.LEASE))
 
     async def change(self, change: Change) -> None:
         """Change users and tokens; raises `StorageFailed`."""

@@ -1,0 +1,157 @@
+"""The control lease at the door: who may take it, offer it, take it back; what he held moving ends with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import isfinite
+
+from maya_un.api.access.caller import Caller, Role
+from maya_un.api.access.entrance import Entrance
+from maya_un.api.access.operations import Operation, require
+from maya_un.errors import InvalidValue, UnknownName
+from maya_un.process.lease import PATIENCE, Holder
+
+LONGEST = 12 * 3600.0
+"""Longest time for which a lease is taken without being renewed [s]."""
+
+_LONGEST_NOTE = 200
+
+
+@dataclass(frozen=True, slots=True)
+class LeaseView:
+    """Who drives: his name, from where, for how long [s], what he says; "" and 0 where nobody does.
+
+    `implicit` is one who drives for the length of a wish or a job. `expires_in` [s] is None where nothing has to be
+    renewed. `yours` says that it is held by who asks, under the lease that he shows.
+    """
+
+    holder: str
+    source: str
+    since: float
+    note: str
+    implicit: bool
+    expires_in: float | None
+    offered_to: str | None
+    asked_by: str | None
+    yours: bool
+
+
+@dataclass(frozen=True, slots=True)
+class LeaseTaken:
+    """The lease was taken: its `id` is to be shown with every wish, and renewed within `expires_in` [s]."""
+
+    id: str
+    holder: str
+    note: str
+    expires_in: float
+
+
+class Leasing:
+    """Asks and changes the lease of an `entrance`.
+
+    `halt` stops held jogs: it is called whenever somebody else drives, or nobody.
+    """
+
+    def __init__(self, entrance: Entrance, halt: Callable[[], None]) -> None:
+        self._lease = lease = entrance.lease
+        self._register = entrance.register
+        self._halt = halt
+        self._driver = ""
+        self._token = ""
+        lease.on_change.insert(0, self._changed)
+
+    async def view(self, by: Caller) -> LeaseView:
+        """Return who drives now."""
+        lease, holder = self._lease, self._lease.holder
+        nobody = Holder("", "", 0.0)
+        shown = holder or nobody
+        return LeaseView(
+            shown.name,
+            shown.source,
+            lease.held_for,
+            shown.note,
+            shown.implicit,
+            lease.expires_in,
+            lease.offered_to,
+            lease.asked_by,
+            yours=holder is not None and _shows(by, holder),
+        )
+
+    async def take(self, by: Caller, *, note: str = "", patience: float = PATIENCE, force: bool = False) -> LeaseTaken:
+        """Become the driver, for as long as it is renewed within `patience` [s, real time].
+
+        An operator takes it while it is free, a student what an operator offers him. With `force` one's own is taken
+        anew, an operator takes back what was lent, and an administrator takes it from anybody; what the driver before
+        had going ends. Raises `LeaseHeld`, `NotAllowed`, `InvalidValue`.
+        """
+        _require_text(note)
+        if not (isfinite(patience) and 1.0 <= patience <= LONGEST):
+            raise InvalidValue(key="for", value=patience, reason=f"it is 1 s to {LONGEST:.0f} s")
+        holder = self._lease.holder
+        again = force and holder is not None and holder.name == by.name and not holder.implicit
+        if self._lease.offered_to != by.name and not again:
+            require(by, Operation.LEND)
+        if force and holder is not None:
+            self._require_power(by, holder)
+        taken = self._lease.take(by.name, by.source, note=note, patience=patience, force=force)
+        self._token = by.token
+        return LeaseTaken(taken.id, taken.name, taken.note, patience)
+
+    async def renew(self, by: Caller) -> LeaseView:
+        """Say that one is still there; raises `LeaseLost`, `LeaseNeeded`, `LeaseHeld`."""
+        self._lease.renew(by.lease, by.name)
+        return await self.view(by)
+
+    async def release(self, by: Caller) -> LeaseView:
+        """Give it back; raises as `renew`."""
+        self._lease.release(by.lease, by.name)
+        return await self.view(by)
+
+    async def offer(self, to: str, by: Caller) -> LeaseView:
+        """Let `to` take it within a minute: its holder does, or an operator while it is free or lent.
+
+        Raises `UnknownName`, `NotAllowed`, and `LeaseHeld` where it is somebody else's.
+        """
+        require(by, Operation.LEND)
+        holder = self._lease.holder
+        if holder is not None and not holder.implicit and not _shows(by, holder):
+            self._require_power(by, holder)
+        names = self._register.drivers()
+        if to not in names:
+            raise UnknownName(name=to, known=", ".join(names) or "no users")
+        self._lease.offer(to, by.name)
+        return await self.view(by)
+
+    async def ask(self, by: Caller) -> LeaseView:
+        """Let everybody know that one would like to drive."""
+        self._lease.ask(by.name)
+        return await self.view(by)
+
+    def rights_ended(self, token: str, name: str, why: str) -> None:
+        """End the lease that `name` holds, who may not drive any more; with a `token`, where he took it with that."""
+        if not token or token == self._token:
+            self._lease.drop(name, why)
+
+    def _require_power(self, by: Caller, holder: Holder) -> None:
+        """Raise `NotAllowed` where `by` may not take the lease from `holder`."""
+        lent = bool(holder.lender) and by.role >= Role.OPERATOR
+        if holder.name != by.name and not lent:
+            require(by, Operation.BREAK)
+
+    def _changed(self, _why: str) -> None:
+        holder = self._lease.holder
+        driver = "" if holder is None else holder.name
+        if driver != self._driver:
+            self._driver = driver
+            self._token = ""
+            self._halt()
+
+
+def _shows(by: Caller, holder: Holder) -> bool:
+    return holder.name == by.name and bool(by.lease) and holder.id == by.lease
+
+
+def _require_text(note: str) -> None:
+    if len(note) > _LONGEST_NOTE or not note.isprintable():
+        raise InvalidValue(key="note", value=repr(note), reason=f"it is one line of at most {_LONGEST_NOTE} letters")
