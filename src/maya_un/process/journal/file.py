@@ -62,18 +62,20 @@ class Seen:
     """Whether the files still stand where they were opened: what is written to a removed one is lost."""
 
     def __init__(self, path: Path) -> None:
-        self._paths = (path, beside(path, "-wal"))
-        self._known = [_identity(file) for file in self._paths]
+        self._known = {file: _identity(file) for file in (path, beside(path, "-wal"))}
 
     def require(self) -> None:
-        """Raise `FileNotFoundError` where one was moved, removed or replaced."""
-        for file, known in zip(self._paths, self._known, strict=True):
+        """Raise `OSError` where one was moved, removed or replaced."""
+        for file, known in self._known.items():
             if _identity(file) != known:
-                raise FileNotFoundError(2, f"{file} was moved or removed while it was in use")
+                raise OSError(f"{file} was moved or removed while it was in use")
 
 
-def _identity(path: Path) -> tuple[int, int]:
-    found = os.stat(path)  # noqa: PTH116 - before and after every commit
+def _identity(path: Path) -> tuple[int, int] | None:
+    try:
+        found = os.stat(path)  # noqa: PTH116 - twice a commit
+    except OSError:
+        return None
     return found.st_dev, found.st_ino
 
 
