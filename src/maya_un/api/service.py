@@ -73,6 +73,7 @@ class Service:
         self._speed = speed
         self._held = HeldJogs(controller, PATIENCE * max(1.0, speed))
         shared = Entrance.alone(controller.events, speed) if entrance is None else entrance
+        self.entrance = shared
         self.lease = Leasing(shared, self._held.halt)
         self.users = People(shared, self.lease.rights_ended)
 
