@@ -15,7 +15,7 @@ from maya_un.api.service import Service
 from maya_un.errors import MayaError, NotSignedIn, TooManyRequests
 from maya_un.server.bridge import Bridge
 from maya_un.server.crash import written_down
-from maya_un.server.stream_entrance import introduced
+from maya_un.server.stream_entrance import Entrance
 from maya_un.server.stream_hub import Hub
 from maya_un.server.stream_ring import Ring
 from maya_un.server.stream_session import Session, refuse
@@ -64,19 +64,13 @@ class Stream:
             raise TooManyRequests(limit=f"{MOST_CLIENTS} streams", seconds=1, wait=1)
         self._wires.add(wire)
         try:
-            caller = await self._introduced(socket)
+            entrance = Entrance(socket, self._bridge)
+            caller = await _introduced(entrance)
             if caller is not None:
                 async with self._entered() as hub:
-                    await Session(socket, wire, self._bridge, hub, caller, language).converse()
+                    await Session(socket, wire, self._bridge, hub, entrance, caller, language).converse()
         finally:
             self._wires.discard(wire)
-
-    async def _introduced(self, socket: WebSocket) -> Caller | None:
-        try:
-            async with asyncio.timeout(INTRODUCTION):
-                return await introduced(socket, self._bridge)
-        except TimeoutError:
-            raise NotSignedIn(reason=f"nobody said `hello` with a token for {INTRODUCTION:g} s") from None
 
     @asynccontextmanager
     async def _entered(self) -> AsyncIterator[Hub]:
@@ -123,6 +117,14 @@ class Stream:
         if self._hub is not None:
             self._hub.close()
             self._hub = None
+
+
+async def _introduced(entrance: Entrance) -> Caller | None:
+    try:
+        async with asyncio.timeout(INTRODUCTION):
+            return await entrance.introduced()
+    except TimeoutError:
+        raise NotSignedIn(reason=f"nobody said `hello` with a token for {INTRODUCTION:g} s") from None
 
 
 async def _facts(service: Service) -> tuple[Service, int, int, float]:

@@ -5,17 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from starlette.requests import HTTPConnection
 from starlette.websockets import WebSocket
 
 from maya_un.api.access.caller import Caller
-from maya_un.api.access.operations import Operation
-from maya_un.errors import NotSignedIn
+from maya_un.errors import InvalidRequest, NotSignedIn
 from maya_un.server.bridge import Bridge
-from maya_un.server.stream_messages import understood
-from maya_un.server.who import caller_of
-
-_READ = (Operation.READ,)
+from maya_un.server.stream_messages import PROTOCOL, understood
+from maya_un.server.who import is_local, source_of
 
 
 async def received(socket: WebSocket) -> str | bytes | None:
@@ -27,22 +23,41 @@ async def received(socket: WebSocket) -> str | bytes | None:
     return message["bytes"] if text is None else text
 
 
-async def introduced(socket: WebSocket, bridge: Bridge) -> Caller | None:
-    """Return who is there, None where the connection is over; raises `NotSignedIn`, `InvalidRequest`."""
-    try:
-        return await caller_of(socket, bridge, _READ)
-    except NotSignedIn:
-        if "authorization" in socket.headers:
-            raise
-    text = await received(socket)
-    return None if text is None else await by_token(socket, bridge, understood(text))
+class Entrance:
+    """Tells who is at the other end of `socket`; asked anew for every message, since a token may be revoked."""
 
+    def __init__(self, socket: WebSocket, bridge: Bridge) -> None:
+        self._socket = socket
+        self._bridge = bridge
+        self._shown = socket.headers.get("authorization")
 
-async def by_token(socket: WebSocket, bridge: Bridge, message: Mapping[str, Any]) -> Caller:
-    """Return who shows the token of a `hello`; raises `NotSignedIn`."""
-    token = message.get("token")
-    if message["type"] != "hello" or not isinstance(token, str) or not token.isascii():
-        raise NotSignedIn(reason="the first message is not `hello` with a token")
-    others = [pair for pair in socket.scope["headers"] if pair[0] != b"authorization"]
-    shown = (b"authorization", b"Bearer " + token.encode("ascii"))
-    return await caller_of(HTTPConnection({**socket.scope, "headers": [*others, shown]}), bridge, _READ)
+    async def caller(self) -> Caller:
+        """Return who is there; raises `NotSignedIn`, `TooManyRequests`."""
+        source, local = source_of(self._socket), is_local(self._socket)
+        return await self._bridge.caller(self._shown, "", source, loopback=local, stopping=False)
+
+    async def introduced(self) -> Caller | None:
+        """Return who is there, by the request or the first message; None where the connection is over.
+
+        Raises `NotSignedIn`, `TooManyRequests`, `InvalidRequest`.
+        """
+        try:
+            return await self.caller()
+        except NotSignedIn:
+            if self._shown is not None:
+                raise
+        text = await received(self._socket)
+        return None if text is None else await self.meet(understood(text))
+
+    async def meet(self, message: Mapping[str, Any]) -> Caller:
+        """Return who says `hello`, by its token where it shows one; raises as `introduced` does."""
+        if message["type"] != "hello":
+            raise NotSignedIn(reason="the first message is not `hello` with a token")
+        if message.get("protocol", PROTOCOL) != PROTOCOL:
+            raise InvalidRequest(key="protocol", reason=f"this is version {PROTOCOL}")
+        token = message.get("token")
+        if token is not None and not isinstance(token, str):
+            raise InvalidRequest(key="token", reason="it is a text")
+        if token is not None:
+            self._shown = f"Bearer {token}"
+        return await self.caller()

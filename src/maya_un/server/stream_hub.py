@@ -16,6 +16,9 @@ from maya_un.values import State
 HEARTBEAT = 10.0
 """A state that says nothing new is sent again after so long [s]."""
 
+TOLERANCE = 0.1
+"""By so much of its period a state may be early: those that come at just the rate wanted are shown as they come."""
+
 
 class Snapshot(NamedTuple):
     """A state as it goes out: what it says, and its frame."""
@@ -31,7 +34,7 @@ class Pace:
     """
 
     def __init__(self, rate: float, latest: Callable[[], Snapshot | None], want: Callable[[], None]) -> None:
-        self._period = 1.0 / rate
+        self._period = (1.0 - TOLERANCE) / rate
         self._latest = latest
         self._want = want
         self._shown: object = None

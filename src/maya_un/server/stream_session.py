@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 from starlette.websockets import WebSocket
@@ -16,7 +17,7 @@ from maya_un.api.messages import EventMessage
 from maya_un.errors import InvalidRequest, MayaError, StreamLagging
 from maya_un.server.bridge import Bridge
 from maya_un.server.crash import written_down
-from maya_un.server.stream_entrance import by_token, received
+from maya_un.server.stream_entrance import Entrance, received
 from maya_un.server.stream_hub import Hub
 from maya_un.server.stream_messages import (
     PROTOCOL,
@@ -29,6 +30,9 @@ from maya_un.server.stream_messages import (
 from maya_un.server.stream_past import catch_up
 from maya_un.server.stream_reader import Reader
 from maya_un.server.stream_wire import Wire
+
+LOOK_AGAIN = 30.0
+"""A client that says nothing is looked at again after so long: its token may have been revoked [s]."""
 
 _DEFECT = 1011
 """Closing code of a defect of ours (RFC 6455, 7.4.1)."""
@@ -44,9 +48,10 @@ class Session:
     """Converses with `caller` on `socket`, to whom `hub` sends by `wire`."""
 
     def __init__(
-        self, socket: WebSocket, wire: Wire, bridge: Bridge, hub: Hub, caller: Caller, language: str
+        self, socket: WebSocket, wire: Wire, bridge: Bridge, hub: Hub, entrance: Entrance, caller: Caller, language: str
     ) -> None:
         self._socket = socket
+        self._entrance = entrance
         self._wire = wire
         self._bridge = bridge
         self._hub = hub
@@ -60,14 +65,23 @@ class Session:
         """Greet the client and answer what it says, until one side ends."""
         self._greet({})
         try:
-            while (text := await received(self._socket)) is not None:
+            while (text := await self._next()) is not None:
                 await self._wire.writable.wait()  # who does not read is not listened to either
+                self._caller = await self._entrance.caller()
                 await self._hear(text)
         finally:
             self._stop_catching_up()
             self._wire.on_room = None
             self._hub.leave(self._reader)
             await self._let_go()
+
+    async def _next(self) -> str | bytes | None:
+        """Return the next message, None where the connection is over; a silent client is looked at again and again."""
+        while True:
+            with suppress(TimeoutError):
+                async with asyncio.timeout(LOOK_AGAIN):
+                    return await received(self._socket)
+            self._caller = await self._entrance.caller()
 
     async def _hear(self, text: str | bytes) -> None:
         message: dict[str, Any] = {}
@@ -87,10 +101,7 @@ class Session:
 
     async def _meet(self, message: Mapping[str, Any]) -> None:
         """Take the client for whoever it shows the token of, and greet it again."""
-        if message.get("protocol", PROTOCOL) != PROTOCOL:
-            raise InvalidRequest(key="protocol", reason=f"this is version {PROTOCOL}")
-        if message.get("token") is not None:
-            self._caller = await by_token(self._socket, self._bridge, message)
+        self._caller = await self._entrance.meet(message)
         self._greet(message)
 
     def _greet(self, about: Mapping[str, Any]) -> None:
@@ -161,12 +172,13 @@ class Session:
             raise InvalidRequest(key="lease", reason="it is the id that taking the lease answered")
         if not isinstance(bound, bool):
             raise InvalidRequest(key="bound", reason="it is true or false")
-        view = await self._bridge.call(self._caller, Operation.LEASE, lambda service: service.lease.renew(lease))
+        holder = replace(self._caller, lease=lease)
+        view = await self._bridge.call(holder, Operation.LEASE, lambda service: service.lease.renew(holder))
         self._bound = lease if bound else ""
         self._wire.write(plain_frame("renewed", message, expires_in=view.expires_in, bound=bound))
 
     async def _let_go(self) -> None:
         if self._bound:
-            lease, self._bound = self._bound, ""
+            holder = replace(self._caller, lease=self._bound)
             with suppress(MayaError):  # it has ended already
-                await self._bridge.call(self._caller, Operation.LEASE, lambda service: service.lease.release(lease))
+                await self._bridge.call(holder, Operation.LEASE, lambda service: service.lease.release(holder))

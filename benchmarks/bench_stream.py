@@ -1,0 +1,267 @@
+"""What it costs to show the robot to a hundred websocket clients 30 times a second, and how late they see it.
+
+The server is a process of its own: a whole stack on the twin whose states come at 30 Hz, and the stream. Beside it runs
+a bare uvicorn that sends frames of the same size to as many clients, each by the framework's own call. The clients of
+both stay connected, and the two take turns. The cost is CPU time of the server's process, which leaves out what other
+processes of a busy machine take; how late is measured from when a state is published to when a client has read it.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import AsyncIterator, Callable
+from dataclasses import replace
+from statistics import median
+from typing import Any, cast
+
+import uvicorn
+from fastapi import FastAPI, WebSocket
+from harness import Case, Goal, Sample, measure, report
+from starlette.websockets import WebSocketDisconnect
+
+CLIENTS = 100
+RATE = 30.0
+SECONDS = 2.0
+"""How long one sample lasts."""
+
+
+class Beating:
+    """The service of a stack, but with a new state 30 times a second while `going`."""
+
+    def __init__(self, service: Any) -> None:
+        self._service = service
+        self.going = asyncio.Event()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._service, name)
+
+    async def watch(self) -> AsyncIterator[Any]:
+        """Yield states that differ."""
+        state = await anext(self._service.watch())
+        due = time.monotonic()
+        while True:
+            await self.going.wait()
+            due = max(due + 1.0 / RATE, time.monotonic())
+            await asyncio.sleep(due - time.monotonic())
+            state = replace(state, time=time.monotonic(), counts=(state.counts[0] + 1, -1234567, 2234567))
+            yield state
+
+
+async def obey(going: asyncio.Event) -> None:
+    """Do what the lines of the input say: go, stop, or tell the CPU time used [s]; ends with the input."""
+    loop = asyncio.get_running_loop()
+    while line := (await loop.run_in_executor(None, sys.stdin.readline)).strip():
+        if line == "go":
+            going.set()
+        elif line == "stop":
+            going.clear()
+        print(time.process_time(), flush=True)
+
+
+async def serve_ours() -> None:
+    from maya_un.assembly import stack
+    from maya_un.config import Config
+    from maya_un.server.app import create_app
+    from maya_un.server.bridge import Bridge
+    from maya_un.server.thread import bound_socket, served
+
+    async with stack(Config(), live=False) as robot:
+        beating = Beating(robot.service)
+        bridge = Bridge(asyncio.get_running_loop(), cast("Any", beating))
+        with bound_socket(0) as door:
+            app = create_app(bridge)
+            from maya_un.server.stream import add_stream
+            add_stream(app, bridge)
+            async with served(app, door) as url:
+                print(url.rpartition(":")[2], flush=True)
+                await obey(beating.going)
+
+
+async def serve_bare() -> None:
+    """Send what the stream sends, one client after the other, as the framework's manual shows it."""
+    from maya_un.assembly import stack
+    from maya_un.config import Config
+    from maya_un.server.stream_messages import state_frame
+    from maya_un.server.thread import bound_socket
+
+    app, clients, going = FastAPI(), set[WebSocket](), asyncio.Event()
+    async with stack(Config(), live=False) as robot:
+        state = (await robot.service.status()).state
+
+    @app.websocket("/v1/stream")
+    async def _(socket: WebSocket) -> None:
+        await socket.accept()
+        clients.add(socket)
+        try:
+            while True:
+                await socket.receive()
+        except (RuntimeError, WebSocketDisconnect):
+            clients.discard(socket)
+
+    async def beat() -> None:
+        due = time.monotonic()
+        while True:
+            await going.wait()
+            due = max(due + 1.0 / RATE, time.monotonic())
+            await asyncio.sleep(due - time.monotonic())
+            changed = replace(state, time=time.monotonic(), counts=(1, -1234567, 2234567))
+            text = payload(state_frame(1, changed)).decode()
+            for socket in tuple(clients):
+                await socket.send_text(text)
+
+    with bound_socket(0) as door:
+        door.listen()
+        server = uvicorn.Server(uvicorn.Config(app, log_config=None, access_log=False, ws_per_message_deflate=False))
+        serving = asyncio.create_task(server.serve([door]))
+        beating = asyncio.create_task(beat())
+        print(door.getsockname()[1], flush=True)
+        await obey(going)
+        beating.cancel()
+        server.should_exit = True
+        await serving
+
+
+def payload(frame: bytes) -> bytes:
+    """Return the text of one frame of at least 126 and less than 65 536 bytes."""
+    return frame[4:]
+
+
+class Client(asyncio.Protocol):
+    """Reads states and notes how late each of them is [s]; understands frames of a server and nothing else."""
+
+    def __init__(self) -> None:
+        self.late: list[float] = []
+        self.shown = asyncio.Event()
+        self._transport: asyncio.Transport | None = None
+        self._buffer = b""
+        self._open = False
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Ask for the upgrade."""
+        self._transport = cast("asyncio.Transport", transport)
+        self._transport.write(
+            b"GET /v1/stream HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+        )
+
+    def data_received(self, data: bytes) -> None:
+        """Take the frames out of what came."""
+        now = time.monotonic()
+        self._buffer += data
+        if not self._open:
+            _, ended, rest = self._buffer.partition(b"\r\n\r\n")
+            if not ended:
+                return
+            self._open, self._buffer = True, rest
+            wish = json.dumps({"type": "subscribe", "state": {"rate": RATE}}).encode()
+            assert self._transport is not None
+            self._transport.write(bytes((0x81, 0x80 | len(wish))) + bytes(4) + wish)
+            self.shown.set()
+        while len(self._buffer) >= 4:
+            short = self._buffer[1]
+            begin, length = (2, short) if short < 126 else (4, int.from_bytes(self._buffer[2:4], "big"))
+            if len(self._buffer) < begin + length:
+                return
+            self._see(self._buffer[begin : begin + length], now)
+            self._buffer = self._buffer[begin + length :]
+
+    def _see(self, text: bytes, now: float) -> None:
+        if text.startswith(b'{"type":"state"'):
+            begin = text.index(b'"time":') + 7
+            self.late.append(now - float(text[begin : text.index(b",", begin)]))
+
+
+class Server:
+    """A server in a process of its own, with its clients in this one."""
+
+    def __init__(self, kind: str, loop: asyncio.AbstractEventLoop) -> None:
+        self._loop = loop
+        self._process = subprocess.Popen(
+            [sys.executable, __file__, kind], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+        self._port = int(self._said())
+        self.clients: list[Client] = []
+        loop.run_until_complete(self._connect())
+
+    def _said(self) -> str:
+        assert self._process.stdout is not None
+        return self._process.stdout.readline()
+
+    async def _connect(self) -> None:
+        for _ in range(CLIENTS):
+            _, client = await self._loop.create_connection(Client, "127.0.0.1", self._port)
+            await client.shown.wait()
+            self.clients.append(client)
+
+    def tell(self, word: str) -> float:
+        """Have it go, stop or just tell its CPU time [s]."""
+        assert self._process.stdin is not None
+        self._process.stdin.write(f"{word}\n")
+        self._process.stdin.flush()
+        return float(self._said())
+
+    def sample(self) -> tuple[float, float]:
+        """Return CPU seconds a second, and the median of how late states were [s]."""
+        for client in self.clients:
+            client.late.clear()
+        before, began = self.tell("go"), time.monotonic()
+        self._loop.run_until_complete(asyncio.sleep(SECONDS))
+        used, took = self.tell("stop") - before, time.monotonic() - began
+        self._loop.run_until_complete(asyncio.sleep(0.1))
+        late = [one for client in self.clients for one in client.late]
+        expected = CLIENTS * RATE * SECONDS
+        assert len(late) > 0.9 * expected, f"{len(late)} of {expected:.0f} states came"
+        return used / took, median(late)
+
+    def end(self) -> None:
+        """End it."""
+        assert self._process.stdin is not None
+        self._process.stdin.close()
+        self._process.kill()
+        self._process.wait()
+
+
+def both(server: Server) -> tuple[Sample, Sample]:
+    """Return samples of cost and of lateness of the same run."""
+    last: list[tuple[float, float]] = []
+
+    def cost() -> float:
+        last[:] = [server.sample()]
+        return last[0][0]
+
+    return cost, lambda: last[0][1]
+
+
+SERVERS: dict[str, Callable[[], Any]] = {"ours": serve_ours, "bare": serve_bare}
+
+
+def main() -> None:
+    if len(sys.argv) > 1 and sys.argv[1] in SERVERS:
+        asyncio.run(SERVERS[sys.argv[1]]())
+        os._exit(0)  # a thread waits for input
+    loop = asyncio.new_event_loop()
+    bare, ours = Server("bare", loop), Server("ours", loop)
+    bare_cost, bare_late = both(bare)
+    our_cost, our_late = both(ours)
+    figures = measure(
+        [
+            Case("bare uvicorn, CPU a second", bare_cost, "ms"),
+            Case("bare uvicorn, how late", bare_late, "ms"),
+            Case(f"{CLIENTS} clients x {RATE:g} Hz, CPU a second", our_cost, "ms", Goal(100.0)),
+            Case("how late", our_late, "ms", Goal(2.0, to="bare uvicorn, how late")),
+        ],
+        rounds=5,
+        by=median,
+    )
+    bare.end()
+    ours.end()
+    report(figures)
+
+
+if __name__ == "__main__":
+    main()
