@@ -1,5 +1,25 @@
-"""Maya-UN: control software of the robot Maya, on a Galil DMC-41x3 or its virtual twin."""
+"""Maya-UN: control software of the robot Maya, on a Galil DMC-41x3 or its virtual twin.
+
+`maya_un.Client` and `maya_un.AsyncClient` talk to a running Maya, `maya_un.JobBuilder` builds jobs for it. They are
+loaded when they are first asked for: whoever needs them not starts without them.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
 
 __version__ = "0.1.0"
 
 __all__ = ["__version__"]
+
+_CLIENT = ("AsyncClient", "Client", "JobBuilder")
+
+
+def __getattr__(name: str) -> object:
+    if name in _CLIENT:
+        return getattr(import_module("maya_un.client"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_CLIENT})

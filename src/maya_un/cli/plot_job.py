@@ -12,8 +12,8 @@ from maya_un.cli import output
 from maya_un.cli.configure import configuration, taught_places
 from maya_un.cli.settings import Settings
 from maya_un.cli.words import word
+from maya_un.client import pictures
 from maya_un.config import Config
-from maya_un.errors import InvalidJob
 from maya_un.kinematics.workspace import Workspace
 from maya_un.loops import run_virtual
 from maya_un.process.files import load_job
@@ -23,16 +23,11 @@ from maya_un.process.job import Job
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from maya_un.plots.job import Phase
-
 DEFAULT = "maya-job.svg"
 """Where the picture goes when nothing is said, in the current folder."""
 
 SAMPLES = 300
 """Samples drawn of every motion."""
-
-_MANY = 12
-"""With more phases than this a picture names the steps instead."""
 
 _HORIZON = 1e6
 
@@ -84,34 +79,6 @@ async def inspected(job: Job, config: Config, places: Path | None = None) -> tup
 
 
 def figure(name: str, inspection: JobInspection, config: Config, workspace: Workspace) -> Figure:
-    """Return the figure of a job; raises `InvalidJob` where nothing moves."""
-    import numpy as np
-
-    from maya_un.plots.job import job_figure
-
-    motions = inspection.motions
-    if not motions:
-        refusal = inspection.preview.refusal
-        reason = "nothing in it moves the axes" if refusal is None else refusal.notice.message.rstrip(".")
-        raise InvalidJob(key="steps" if refusal is None else refusal.key, reason=reason)
-    time, joints, velocity = (
-        np.concatenate([np.array(getattr(motion, name)) for motion in motions])
-        for name in ("time", "joints", "velocity")
-    )
+    """Return the figure of a job that begins at the homed pose; raises `InvalidJob` where nothing moves."""
     title = f"{name}, {inspection.preview.duration:.1f} s from the homed pose on"
-    return job_figure(time, joints, velocity, phases(inspection), config, workspace, title)
-
-
-def phases(inspection: JobInspection) -> list[Phase]:
-    """Return the stretches to name in a picture: the phases of a job, or its steps where there are many phases."""
-    from maya_un.plots.job import Phase
-
-    bands = [band for band in inspection.bands if band.end > band.start]
-    if len(bands) <= _MANY:
-        return [Phase(band.phase, band.start, band.end) for band in bands]
-    names = {step.index: step.step for step in inspection.preview.steps}
-    ends: dict[int, tuple[float, float]] = {}
-    for band in bands:
-        begun, _ = ends.get(band.step, (band.start, band.end))
-        ends[band.step] = (begun, band.end)
-    return [Phase(names[step], start, end, str(step)) for step, (start, end) in ends.items()]
+    return pictures.figure(title, inspection, config, workspace)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from maya_un.cli.main import main
-from maya_un.cli.plot_job import phases
+from maya_un.client.pictures import phases
 from maya_un.process.inspection import Band, JobInspection
 from maya_un.process.preview import JobPreview, StepPreview
 from tests.conventions.source import ROOT

@@ -1,0 +1,78 @@
+"""`maya_un.AsyncClient`: a running Maya from Python, in an event loop."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any, Self
+
+from maya_un.client import notebook
+from maya_un.client.awaiting import AwaitingDriver
+from maya_un.client.doors import finder, trusted
+from maya_un.client.handle import AsyncJobHandle
+from maya_un.client.jobs import JobLike
+from maya_un.client.lease import AsyncLease
+from maya_un.client.plans import jobs
+from maya_un.client.rooms import AsyncHistory, AsyncPallets, AsyncPoses, AsyncQueue, AsyncZones, Verbs
+from maya_un.client.twin import FAST, TwinProcess
+
+
+class AsyncClient(Verbs, AwaitingDriver):
+    """What `Client` is, for programs that await: every verb returns an awaitable, every stream is iterated `async for`.
+
+    A task that is cancelled while it waits for a primitive stops the robot on its path.
+    """
+
+    def __init__(
+        self, url: str | None = None, *, token: str | None = None, ca: str | os.PathLike[str] | None = None
+    ) -> None:
+        super().__init__(finder(url, token), trusted(ca))
+        self.queue = AsyncQueue(self)
+        self.history = AsyncHistory(self)
+        self.poses = AsyncPoses(self)
+        self.pallets = AsyncPallets(self)
+        self.zones = AsyncZones(self)
+        self.lease = AsyncLease(self)
+        self._twin: TwinProcess | None = None
+        notebook.register()
+
+    @classmethod
+    async def twin(
+        cls,
+        *,
+        speed: float = FAST,
+        seed: int = 0,
+        table: JobLike | None = None,
+        parts: Mapping[str, Sequence[float]] | None = None,
+    ) -> Self:
+        """Start a twin of one's own and return the client of it; as `Client.twin`."""
+        twin = await asyncio.to_thread(TwinProcess, speed=speed, seed=seed, table=table, parts=parts)
+        client = cls(twin.door.url, token="")
+        client._twin = twin
+        return client
+
+    async def submit(self, job: JobLike, **options: Any) -> AsyncJobHandle:
+        """Append a job to the queue, and return what it can be waited for by; `options` as for `Client.submit`."""
+        return AsyncJobHandle(self, (await self.perform(jobs.submit(job, **options))).job)
+
+    async def job(self, number: int) -> AsyncJobHandle:
+        """Return the handle of a job that somebody has submitted; raises `NotFound`."""
+        return AsyncJobHandle(self, await self.perform(jobs.known(number)))
+
+    async def close(self) -> None:
+        """End all connections, and the twin that was started with this client."""
+        await super().close()
+        if self._twin is not None:
+            await asyncio.to_thread(self._twin.close)
+
+    async def __aenter__(self) -> Self:
+        """Use it for a block."""
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        """Close it."""
+        await self.close()
+
+    def __repr__(self) -> str:
+        return f"<Maya at {self.address}>"

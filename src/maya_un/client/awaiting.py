@@ -1,0 +1,126 @@
+"""The driver that awaits: carries plans out with httpx and websockets in the running event loop."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import ssl
+import time
+from collections.abc import AsyncIterator
+from contextlib import AsyncExitStack, suppress
+from typing import Any, TypeVar, cast
+
+import httpx
+from websockets.asyncio.client import ClientConnection, connect
+
+from maya_un.client import codec, trouble
+from maya_un.client.course import Course
+from maya_un.client.doors import Door, Finder
+from maya_un.client.driving import Held
+from maya_un.client.steps import TIMEOUT, Clock, Dial, Hear, Item, Line, Plan, Request, Rest, Say, Source, Step
+from maya_un.client.verb import Awaiting
+from maya_un.errors import ServiceNotRunning
+
+T = TypeVar("T")
+
+
+class AwaitingDriver(Awaiting):
+    """Carries plans out against the service that `find` finds, whose certificate `trust` checks; for one event loop."""
+
+    def __init__(self, find: Finder, trust: ssl.SSLContext) -> None:
+        self._find = find
+        self._trust = trust
+        self._http = httpx.AsyncClient(verify=trust, trust_env=False)
+        self._urgent = httpx.AsyncClient(verify=trust, trust_env=False)
+        self.held = Held()
+
+    @property
+    def address(self) -> str:
+        """Where the service is, as far as it is known."""
+        try:
+            return self._find().url
+        except ServiceNotRunning:
+            return "nowhere: nothing is running"
+
+    async def perform(self, plan: Plan[T]) -> T:
+        """Return what a plan comes to; what interrupts it is thrown into it, so that it can clean up."""
+        course: Course[T] = Course(plan)
+        async with AsyncExitStack() as lines:
+            while (step := course.step) is not None:
+                await self._advance(course, step, lines)
+        return course.result
+
+    async def iterate(self, source: Source[T]) -> AsyncIterator[T]:
+        """Yield the items of a source as they come."""
+        course: Course[None] = Course(source)
+        async with AsyncExitStack() as lines:
+            lines.callback(course.close)
+            while (step := course.step) is not None:
+                if isinstance(step, Item):
+                    yield cast("Item[T]", step).value
+                    course.answered(None)
+                else:
+                    await self._advance(course, step, lines)
+
+    async def close(self) -> None:
+        """End all connections."""
+        await self._http.aclose()
+        await self._urgent.aclose()
+
+    async def _advance(self, course: Course[Any], step: Step | Item[Any], lines: AsyncExitStack) -> None:
+        try:
+            answer = await self._carry_out(step, lines)
+        except BaseException as error:  # noqa: BLE001 - the plan says what becomes of it
+            course.failed(error)
+        else:
+            course.answered(answer)
+
+    async def _carry_out(self, step: Step | Item[Any], lines: AsyncExitStack) -> Any:
+        match step:
+            case Request():
+                return await self._ask(step)
+            case Rest():
+                return await asyncio.sleep(max(0.0, step.seconds))
+            case Clock():
+                return time.monotonic()
+            case Dial():
+                return await self._dial(step.path, lines)
+            case Say() | Hear():
+                return await _conversed(step)
+            case Item():
+                return None
+
+    async def _ask(self, request: Request[T]) -> T:
+        if not request.urgent:
+            self.held.require()
+        url, headers, content = codec.written(request, self._find(), self.held.id)
+        http = self._urgent if request.urgent else self._http
+        with trouble.translated():
+            answer = await http.request(request.method, url, headers=headers, content=content, timeout=request.timeout)
+        return codec.read(request, answer.status_code, answer.headers, answer.content)
+
+    async def _dial(self, path: str, lines: AsyncExitStack) -> Line:
+        await lines.aclose()
+        with trouble.translated():
+            return Line(await lines.enter_async_context(self._connected(self._find(), path)))
+
+    def _connected(self, door: Door, path: str) -> connect:
+        return connect(
+            codec.stream_url(door, path),
+            ssl=self._trust if door.url.startswith("https") else None,
+            additional_headers=codec.identity(door.token),
+            compression=None,
+            proxy=None,
+            open_timeout=TIMEOUT,
+            close_timeout=1.0,
+        )
+
+
+async def _conversed(step: Say | Hear) -> str | bytes | None:
+    socket = cast("ClientConnection", step.line)
+    with trouble.translated(), suppress(TimeoutError):
+        if isinstance(step, Hear):
+            async with asyncio.timeout(0.0 if step.now else None):
+                return await socket.recv()
+        await socket.send(json.dumps(step.message))
+    return None

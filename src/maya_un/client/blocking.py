@@ -1,0 +1,138 @@
+"""The driver that blocks: carries plans out with httpx and websockets, in whatever thread asks."""
+
+from __future__ import annotations
+
+import json
+import ssl
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, suppress
+from typing import Any, TypeVar, cast
+
+import httpx
+from websockets.sync.client import ClientConnection, connect
+
+from maya_un.client import codec, trouble
+from maya_un.client.course import Course
+from maya_un.client.doors import Door, Finder
+from maya_un.client.driving import Held
+from maya_un.client.steps import TIMEOUT, Clock, Dial, Hear, Item, Line, Plan, Request, Rest, Say, Source, Step
+from maya_un.client.verb import Blocking
+from maya_un.errors import ServiceNotAnswering, ServiceNotRunning
+
+T = TypeVar("T")
+
+
+class BlockingDriver(Blocking):
+    """Carries plans out against the service that `find` finds, whose certificate `trust` checks.
+
+    Threads may share it. It works inside a running event loop too, as in a notebook, because it needs none.
+    """
+
+    def __init__(self, find: Finder, trust: ssl.SSLContext, held: Held | None = None) -> None:
+        self._find = find
+        self._trust = trust
+        self._http = httpx.Client(verify=trust, trust_env=False)
+        self._urgent = httpx.Client(verify=trust, trust_env=False)
+        self._closed = threading.Event()
+        self.held = Held() if held is None else held
+
+    @property
+    def address(self) -> str:
+        """Where the service is, as far as it is known."""
+        try:
+            return self._find().url
+        except ServiceNotRunning:
+            return "nowhere: nothing is running"
+
+    def perform(self, plan: Plan[T]) -> T:
+        """Return what a plan comes to; what interrupts it is thrown into it, so that it can clean up."""
+        course: Course[T] = Course(plan)
+        with ExitStack() as lines:
+            while (step := course.step) is not None:
+                self._advance(course, step, lines)
+        return course.result
+
+    def iterate(self, source: Source[T]) -> Iterator[T]:
+        """Yield the items of a source as they come."""
+        course: Course[None] = Course(source)
+        with ExitStack() as lines:
+            lines.callback(course.close)
+            while (step := course.step) is not None:
+                if isinstance(step, Item):
+                    yield cast("Item[T]", step).value
+                    course.answered(None)
+                else:
+                    self._advance(course, step, lines)
+
+    def close(self) -> None:
+        """End all connections; whoever rests is told at once."""
+        self._closed.set()
+        self._http.close()
+        self._urgent.close()
+
+    def _advance(self, course: Course[Any], step: Step | Item[Any], lines: ExitStack) -> None:
+        try:
+            answer = self._carry_out(step, lines)
+        except BaseException as error:  # noqa: BLE001 - the plan says what becomes of it
+            course.failed(error)
+        else:
+            course.answered(answer)
+
+    def _carry_out(self, step: Step | Item[Any], lines: ExitStack) -> Any:
+        match step:
+            case Request():
+                return self._ask(step)
+            case Rest():
+                return self._rest(step.seconds)
+            case Clock():
+                return time.monotonic()
+            case Dial():
+                return self._dial(step.path, lines)
+            case Say() | Hear():
+                return _conversed(step)
+            case Item():
+                return None
+
+    def beside(self) -> BlockingDriver:
+        """Return a driver with connections of its own, that shows the same lease."""
+        return BlockingDriver(self._find, self._trust, self.held)
+
+    def _ask(self, request: Request[T]) -> T:
+        if not request.urgent:
+            self.held.require()
+        url, headers, content = codec.written(request, self._find(), self.held.id)
+        http = self._urgent if request.urgent else self._http
+        with trouble.translated():
+            answer = http.request(request.method, url, headers=headers, content=content, timeout=request.timeout)
+        return codec.read(request, answer.status_code, answer.headers, answer.content)
+
+    def _rest(self, seconds: float) -> None:
+        if self._closed.wait(max(0.0, seconds)):
+            raise ServiceNotAnswering(reason="this client was closed")
+
+    def _dial(self, path: str, lines: ExitStack) -> Line:
+        lines.close()
+        with trouble.translated():
+            return Line(lines.enter_context(self._connected(self._find(), path)))
+
+    def _connected(self, door: Door, path: str) -> ClientConnection:
+        return connect(
+            codec.stream_url(door, path),
+            ssl=self._trust if door.url.startswith("https") else None,
+            additional_headers=codec.identity(door.token),
+            compression=None,
+            proxy=None,
+            open_timeout=TIMEOUT,
+            close_timeout=1.0,
+        )
+
+
+def _conversed(step: Say | Hear) -> str | bytes | None:
+    socket = cast("ClientConnection", step.line)
+    with trouble.translated(), suppress(TimeoutError):
+        if isinstance(step, Hear):
+            return socket.recv(timeout=0.0 if step.now else None)
+        socket.send(json.dumps(step.message))
+    return None

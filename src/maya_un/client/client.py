@@ -1,0 +1,88 @@
+"""`maya_un.Client`: a running Maya from Python, one call after the other."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any, Self
+
+from maya_un.client import notebook
+from maya_un.client.blocking import BlockingDriver
+from maya_un.client.doors import finder, trusted
+from maya_un.client.handle import JobHandle
+from maya_un.client.jobs import JobLike
+from maya_un.client.lease import Lease
+from maya_un.client.plans import jobs
+from maya_un.client.rooms import History, Pallets, Poses, Queue, Verbs, Zones
+from maya_un.client.twin import FAST, TwinProcess
+
+
+class Client(Verbs, BlockingDriver):
+    """A running Maya, twin or robot, over HTTP and websocket. Units are m, rad, s.
+
+    It finds the `maya up` of this user; `url` names another, and `token` is what it asks remote callers for
+    ($MAYA_URL, $MAYA_TOKEN where nothing is said). `ca` is the file with the certificate of a service with one of its
+    own. `queue`, `history`, `poses`, `pallets`, `zones` and `lease` are its rooms. Errors are the leaves of
+    `maya_un.errors` that the robot raised. Nothing is asked before the first call.
+    """
+
+    def __init__(
+        self, url: str | None = None, *, token: str | None = None, ca: str | os.PathLike[str] | None = None
+    ) -> None:
+        super().__init__(finder(url, token), trusted(ca))
+        self.queue = Queue(self)
+        self.history = History(self)
+        self.poses = Poses(self)
+        self.pallets = Pallets(self)
+        self.zones = Zones(self)
+        self.lease = Lease(self)
+        self._twin: TwinProcess | None = None
+        notebook.register()
+
+    @classmethod
+    def twin(
+        cls,
+        *,
+        speed: float = FAST,
+        seed: int = 0,
+        table: JobLike | None = None,
+        parts: Mapping[str, Sequence[float]] | None = None,
+    ) -> Self:
+        """Start a twin of one's own and return the client of it; it ends when this is closed, or this program ends.
+
+        It runs `speed` times as fast as the machine. `table` is a job whose parts stand on its table; or name them:
+        `parts={"cube": (0.5, 1.1)}`. `seed` draws where it powers up. Raises what starting raises.
+        """
+        twin = TwinProcess(speed=speed, seed=seed, table=table, parts=parts)
+        client = cls(twin.door.url, token="")
+        client._twin = twin
+        return client
+
+    def submit(self, job: JobLike, **options: Any) -> JobHandle:
+        """Append a job to the queue, and return what it can be waited for by.
+
+        `options` are priority (-100 to 100), held, depends_on (numbers of jobs), notes, on_failure ("continue" or
+        "pause"), retries, stepwise. However often the connection breaks, it is submitted once.
+        """
+        return JobHandle(self, self.perform(jobs.submit(job, **options)).job)
+
+    def job(self, number: int) -> JobHandle:
+        """Return the handle of a job that somebody has submitted; raises `NotFound`."""
+        return JobHandle(self, self.perform(jobs.known(number)))
+
+    def close(self) -> None:
+        """End all connections, and the twin that was started with this client."""
+        super().close()
+        if self._twin is not None:
+            self._twin.close()
+
+    def __enter__(self) -> Self:
+        """Use it for a block."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close it."""
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<Maya at {self.address}>"

@@ -1,0 +1,124 @@
+"""Requests as bytes, and answers as values: no connection, no waiting."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from functools import cache
+from typing import Any, NamedTuple, TypeVar, cast
+from urllib.parse import urlencode
+
+from pydantic import TypeAdapter, ValidationError
+from pydantic_core import to_json
+
+from maya_un.client.doors import Door
+from maya_un.client.steps import Request, Scalar
+from maya_un.errors import MayaError, ServiceNotAnswering, by_code, from_notice
+
+T = TypeVar("T")
+
+VERSION_HEADER = "Maya"
+"""Every answer of ours has it, so that somebody else at an old port is found out."""
+
+_NOBODY = "somebody else answers in its place"
+
+
+class Written(NamedTuple):
+    """A request as it goes over the wire."""
+
+    url: str
+    headers: dict[str, str]
+    content: bytes
+
+
+def identity(token: str) -> dict[str, str]:
+    """Return the headers of somebody who shows this token, "" for none."""
+    return {"Authorization": f"Bearer {token}"} if token else {}
+
+
+def written(request: Request[Any], door: Door, lease: str) -> Written:
+    """Return a request of somebody who shows this control lease, "" for none."""
+    headers = {"Accept": "application/json", **identity(door.token)}
+    if lease:
+        headers["Maya-Lease"] = lease
+    if request.key:
+        headers["Idempotency-Key"] = request.key
+    content = b""
+    if request.body is not None:
+        headers["Content-Type"] = "application/json"
+        content = to_json(request.body)
+    return Written(door.url + request.path + _query(request.query), headers, content)
+
+
+def _query(query: Mapping[str, Scalar | tuple[Scalar, ...]]) -> str:
+    said: list[tuple[str, str]] = []
+    for key, values in query.items():
+        several = values if isinstance(values, tuple) else (values,)
+        said += [(key, _said(value)) for value in several if value is not None]
+    return "?" + urlencode(said) if said else ""
+
+
+def _said(value: Scalar) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def read(request: Request[T], status: int, headers: Mapping[str, str], content: bytes) -> T:
+    """Return what an answer says.
+
+    Raises the service's own refusal as the error it is, and `ServiceNotAnswering` for the answer of somebody else.
+    """
+    if VERSION_HEADER not in headers:
+        raise ServiceNotAnswering(reason=_NOBODY)
+    if status >= 400:
+        raise _refusal(content)
+    if request.answer is type(None):
+        return cast("T", None)
+    try:
+        return adapter(request.answer).validate_json(content)
+    except ValidationError as error:
+        reason = f"its answer is not understood: {error.errors(include_url=False)[0]['msg']}"
+        raise ServiceNotAnswering(reason=reason) from error
+
+
+def stream_url(door: Door, path: str) -> str:
+    """Return the address of a websocket."""
+    return "ws" + door.url.removeprefix("http") + path
+
+
+def message(text: str | bytes) -> dict[str, Any]:
+    """Return a message of the websocket; raises the error that it is, and `ServiceNotAnswering` for what is none."""
+    try:
+        found: dict[str, Any] = json.loads(text)
+        if found["type"] != "error":
+            return found
+        error = from_notice(int(found["code"]), dict(found["details"]))
+    except (KeyError, TypeError, ValueError) as problem:
+        raise ServiceNotAnswering(reason=f"its message is not understood: {text[:200]!r}") from problem
+    raise error
+
+
+def _refusal(content: bytes) -> MayaError:
+    try:
+        problem: dict[str, Any] = json.loads(content)
+        return from_notice(int(problem["code"]), dict(problem["details"]))
+    except (KeyError, TypeError, ValueError):
+        return ServiceNotAnswering(reason=f"its answer is not understood: {content[:200].decode(errors='replace')}")
+
+
+@cache
+def adapter(kind: type[T]) -> TypeAdapter[T]:
+    """Return what reads values of a kind from JSON."""
+    return TypeAdapter(kind)
+
+
+def as_error(code: int, message: str) -> MayaError:
+    """Return the error of a report, which has its code and its sentence but not its details.
+
+    One that is not known here is `ServiceNotAnswering`, with the sentence as its reason.
+    """
+    leaf = by_code().get(code)
+    if leaf is None:
+        return ServiceNotAnswering(reason=message)
+    error = leaf()
+    error.args = (message,)
+    return error

@@ -1,0 +1,67 @@
+"""Where the service is, and what a client shows there."""
+
+from __future__ import annotations
+
+import os
+import ssl
+from collections.abc import Callable
+from dataclasses import dataclass
+from urllib.parse import urlsplit
+
+from maya_un import runtime
+from maya_un.errors import InvalidValue, ServiceNotRunning
+
+
+@dataclass(frozen=True, slots=True)
+class Door:
+    """The service's address, like "http://127.0.0.1:4133", and the token to show there, "" for none."""
+
+    url: str
+    token: str = ""
+
+
+Finder = Callable[[], Door]
+"""Looks where the service is now; a `maya up` that was started anew may be found at another port."""
+
+
+def finder(url: str | None, token: str | None) -> Finder:
+    """Return what finds the service: at `url`, else $MAYA_URL, else wherever this user's `maya up` runs now.
+
+    The token is `token`, else $MAYA_TOKEN, else none. Raises `InvalidValue` for what is no http or https address; to
+    find raises `ServiceNotRunning`.
+    """
+    named = url or os.environ.get("MAYA_URL")
+    shown = token if token is not None else os.environ.get("MAYA_TOKEN", "")
+    if named:
+        door = Door(_checked(named), shown)
+        return lambda: door
+    return lambda: _running(shown)
+
+
+def _running(token: str) -> Door:
+    found = runtime.find()
+    if found is None:
+        raise ServiceNotRunning
+    return Door(found.url, token)
+
+
+def _checked(url: str) -> str:
+    try:
+        parts = urlsplit(url)
+        usable = parts.scheme in {"http", "https"} and bool(parts.hostname) and parts.port != 0
+    except ValueError:
+        usable = False
+    if not usable:
+        raise InvalidValue(key="url", value=repr(url), reason="it is like http://127.0.0.1:4133")
+    return url.rstrip("/")
+
+
+def trusted(ca: str | os.PathLike[str] | None) -> ssl.SSLContext:
+    """Return what checks the service's certificate: the system's authorities, or those of the file `ca` alone.
+
+    Raises `InvalidValue` for a file that holds none.
+    """
+    try:
+        return ssl.create_default_context(cafile=None if ca is None else os.fspath(ca))
+    except OSError as error:
+        raise InvalidValue(key="ca", value=repr(ca), reason=error.strerror or str(error)) from error

@@ -1,0 +1,114 @@
+"""Jobs as a client takes them: plain data, a file, or one built step by step."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Literal, Self
+
+from maya_un.process.files import load_job
+from maya_un.process.job import Job
+
+Spot = str | Sequence[float]
+"""A place: a name (a part, a place, a cell like "tray[1,2]", a taught pose), or x, y and perhaps z [m]."""
+
+Steps = tuple[Any, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class JobBuilder:
+    """A job built step by step; every method returns a new one, so that a beginning may be used twice.
+
+    `JobBuilder("one cube").part("cube", 0.5, 1.1).home().pick("cube").place([1.1, 0.5])`. Nothing is checked before it
+    is submitted or previewed.
+    """
+
+    name: str = "job"
+    parts: Mapping[str, Sequence[float]] = field(default_factory=dict[str, Sequence[float]])
+    places: Mapping[str, Sequence[float]] = field(default_factory=dict[str, Sequence[float]])
+    pallets: Mapping[str, Mapping[str, Any]] = field(default_factory=dict[str, Mapping[str, Any]])
+    steps: Steps = ()
+    rounds: int = 1
+
+    def part(self, name: str, *at: float) -> Self:
+        """Name a part that stands at x, y and perhaps z [m] at the start."""
+        return replace(self, parts={**self.parts, name: list(at)})
+
+    def spot(self, name: str, *at: float) -> Self:
+        """Name a place at x, y and perhaps z [m]."""
+        return replace(self, places={**self.places, name: list(at)})
+
+    def pallet(self, name: str, corners: Sequence[Spot], rows: int, columns: int, *, full: bool = False) -> Self:
+        """Name a grid of places spanned by its corners; with `full` a part stands on every cell at the start."""
+        grid = {"corners": [_plain(corner) for corner in corners], "rows": rows, "columns": columns, "full": full}
+        return replace(self, pallets={**self.pallets, name: grid})
+
+    def home(self) -> Self:
+        """Find the switches and define the position."""
+        return self.step("home")
+
+    def pick(self, target: Spot) -> Self:
+        """Fetch a part."""
+        return self.step({"pick": _plain(target)})
+
+    def place(self, target: Spot) -> Self:
+        """Put the part that is held down."""
+        return self.step({"place": _plain(target)})
+
+    def approach(self, target: Spot) -> Self:
+        """Go above a place, by the cell's clearance."""
+        return self.step({"approach": _plain(target)})
+
+    def line(self, target: Spot) -> Self:
+        """Go straight to a place."""
+        return self.step({"line": _plain(target)})
+
+    def move(self, goal: Spot) -> Self:
+        """Go to a taught pose, or to joints a, b, c (rad, m, m)."""
+        joints = goal if isinstance(goal, str) else dict(zip("abc", goal, strict=True))
+        return self.step({"move": joints})
+
+    def gripper(self, state: Literal["open", "close"]) -> Self:
+        """Open or close the gripper."""
+        return self.step({"gripper": state})
+
+    def for_each(self, pallet: str, steps: JobBuilder) -> Self:
+        """Do the steps of another builder for every cell of a pallet; in them `tray[each]` is that cell."""
+        return self.step({"for_each": pallet, "do": list(steps.steps)})
+
+    def repeat(self, rounds: int) -> Self:
+        """Do all steps so many times."""
+        return replace(self, rounds=rounds)
+
+    def step(self, step: str | Mapping[str, Any]) -> Self:
+        """Add a step as a job file has it."""
+        return replace(self, steps=(*self.steps, step))
+
+    def body(self) -> dict[str, Any]:
+        """Return the job as plain data, as a job file has it."""
+        named = {"parts": self.parts, "places": self.places, "pallets": self.pallets}
+        filled = {key: dict(value) for key, value in named.items() if value}
+        return {"name": self.name, **filled, "steps": list(self.steps), "repeat": self.rounds}
+
+
+JobLike = Mapping[str, Any] | JobBuilder | Job | str | os.PathLike[str]
+"""A job: plain data as in a job file, one that was built, one that was parsed, or the file."""
+
+
+def body_of(job: JobLike) -> dict[str, Any]:
+    """Return a job as plain data; raises `FileUnreadable` and `InvalidJob` for what a file says."""
+    match job:
+        case JobBuilder():
+            return job.body()
+        case Job():
+            return job.model_dump(mode="json", exclude_none=True, warnings=False)
+        case Mapping():
+            return dict(job)
+        case _:
+            return body_of(load_job(Path(job)))
+
+
+def _plain(spot: Spot) -> str | list[float]:
+    return spot if isinstance(spot, str) else list(spot)

@@ -1,0 +1,146 @@
+"""What moves the robot, slows it or stops it. Units are m, rad, s.
+
+A primitive is waited for: its report is returned when it is done, and why it was not is raised. Ctrl-C, or the end of
+the awaiting task, cancels it, which stops the robot on its path.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Generator, Mapping
+from typing import Any, Literal
+
+from maya_un.client import codec
+from maya_un.client.jobs import Spot
+from maya_un.client.plans.asking import status
+from maya_un.client.plans.jobs import AT_REST, cancel, ended, new_key
+from maya_un.client.plans.patience import persistently
+from maya_un.client.steps import Plan, Request, Step, post
+from maya_un.controller.protocol import Jogged
+from maya_un.errors import InvalidValue, ServiceNotAnswering
+from maya_un.process.report import JobReport
+from maya_un.process.states import TaskState
+from maya_un.values import StopReport
+
+HURRY = 2.0
+"""Longest wait for the answer to a stop [s]; it is told over a connection of its own."""
+
+LONGEST_JOG = 3600.0
+"""Longest wait for a jog [s]."""
+
+_NONE = type(None)
+
+
+def wish(wish: Mapping[str, object], *, timeout: float | None = None) -> Plan[JobReport]:
+    """Carry out one primitive, like {"command": "pick", "target": [0.5, 1.1]}, and return its report.
+
+    Raises why it was refused or ended early, and `TimeoutError` after `timeout` [s, real time], whereupon it goes on.
+    """
+    since = (yield from persistently(status())).last_event
+    request = Request("POST", "/v1/tasks", JobReport, body=dict(wish), key=new_key())
+    number = (yield from persistently(request)).id
+    try:
+        report = yield from ended(number, since, timeout)
+    except (KeyboardInterrupt, asyncio.CancelledError):
+        yield from cancel(number)
+        raise
+    if report.state is not TaskState.DONE:
+        raise codec.as_error(report.code, report.message)
+    return report
+
+
+def home() -> Plan[JobReport]:
+    """Find the switches and define the position."""
+    return (yield from wish({"command": "home"}))
+
+
+def pick(x: Spot | float, y: float | None = None, z: float | None = None) -> Plan[JobReport]:
+    """Fetch the part that stands at a taught place, or at x, y and perhaps z [m]."""
+    return (yield from wish({"command": "pick", "target": spot(x, y, z)}))
+
+
+def place(x: Spot | float, y: float | None = None, z: float | None = None) -> Plan[JobReport]:
+    """Put the part that is held down at a taught place, or at x, y and perhaps z [m]."""
+    return (yield from wish({"command": "place", "target": spot(x, y, z)}))
+
+
+def approach(x: Spot | float, y: float | None = None, z: float | None = None) -> Plan[JobReport]:
+    """Go above a taught place, or above x, y, z [m], by the cell's clearance."""
+    return (yield from wish({"command": "approach", "target": spot(x, y, z)}))
+
+
+def line(x: Spot | float, y: float | None = None, z: float | None = None) -> Plan[JobReport]:
+    """Go straight to a taught place, or to x, y, z [m]; the straight line is all that is looked at."""
+    return (yield from wish({"command": "line", "target": spot(x, y, z)}))
+
+
+def move(a: Spot | float, b: float | None = None, c: float | None = None) -> Plan[JobReport]:
+    """Go to a taught pose, or to joints a (rad), b, c (m), on a straight line in joint space."""
+    return (yield from wish({"command": "move", "joints": spot(a, b, c)}))
+
+
+def gripper(state: Literal["open", "close"]) -> Plan[JobReport]:
+    """Open or close the gripper."""
+    if state not in {"open", "close"}:
+        raise InvalidValue(key="state", value=repr(state), reason="it is 'open' or 'close'")
+    return (yield from wish({"command": "gripper", "open": state == "open"}))
+
+
+def spot(first: Spot | float, second: float | None, third: float | None) -> str | list[float]:
+    """Return a place however it was said: by its name, as numbers, as a sequence of them; raises `InvalidValue`."""
+    rest = [number for number in (second, third) if number is not None]
+    if not isinstance(first, int | float):
+        if rest:
+            raise InvalidValue(key="target", value=repr((first, *rest)), reason="it is a name, or numbers")
+        return first if isinstance(first, str) else [float(number) for number in first]
+    return [float(first), *rest]
+
+
+def jog(axis: str, distance: float, *, speed: float = 1.0, clip: bool = True) -> Request[Jogged]:
+    """Move along an axis (a, b, c; x, y, z, r of the gripper) by `distance` (rad or m); tell how far it went.
+
+    It goes as far as the workspace allows; with `clip` false more than that is refused.
+    """
+    body = {"axis": axis, "distance": distance, "speed": speed, "clip": clip}
+    return Request("POST", "/v1/jog", Jogged, body=body, timeout=LONGEST_JOG)
+
+
+def stop() -> Plan[StopReport]:
+    """Begin to brake at once, and tell how long and how far it takes; the queue is paused where jobs wait in it.
+
+    It goes over a connection of its own, behind nothing, and needs neither role nor lease.
+    """
+    return (yield from _urgently(Request("POST", "/v1/stop", StopReport, timeout=HURRY, urgent=True)))
+
+
+def abort() -> Plan[None]:
+    """Stop without deceleration; the motors may go off, then `recover`."""
+    return (yield from _urgently(Request("POST", "/v1/abort", _NONE, timeout=HURRY, urgent=True)))
+
+
+def _urgently(request: Request[Any]) -> Generator[Step, Any, Any]:
+    """Ask, and once more at once over a new connection where the old one turns out to be broken."""
+    try:
+        return (yield from request)
+    except ServiceNotAnswering:
+        return (yield from request)
+
+
+def pause() -> Request[StopReport]:
+    """Brake on the path and hold all motion until `resume`; tell how long and how far it takes."""
+    return post("/v1/pause", StopReport)
+
+
+def resume() -> Request[None]:
+    """Go on after a pause; raises `NotPaused`."""
+    return post("/v1/resume", _NONE)
+
+
+def speed(ratio: float) -> Request[None]:
+    """Scale the speed of all motion, also of what is under way, by `ratio` (0.01 to 1)."""
+    return post("/v1/speed", _NONE, {"ratio": ratio})
+
+
+def recover() -> Request[None]:
+    """Clear a fault once its cause is gone; moves nothing; raises `NothingToRecover`."""
+    return Request("POST", "/v1/recover", _NONE, timeout=AT_REST)

@@ -1,0 +1,138 @@
+"""What the client's plans ask of whoever carries them out: values, no input or output.
+
+A plan is a generator: it yields steps, is sent their answers, and returns what the verb answers. A driver that blocks
+and one that awaits carry out the same plans, so that nothing about the service is said twice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Generic, NewType, Protocol, TypeVar
+
+T = TypeVar("T")
+T_co = TypeVar("T_co", covariant=True)
+
+TIMEOUT = 10.0
+"""Longest wait for an ordinary answer [s]."""
+
+Scalar = str | int | float | bool | None
+
+
+@dataclass(frozen=True, slots=True)
+class Request(Generic[T]):
+    """One request, and what its answer is read as; a plan of a single step.
+
+    Of `query` what is None is left out. `timeout` [s] is the longest wait for the answer. `key` is the idempotency key:
+    the same one with the same request is the same wish. What is `urgent` goes over a connection of its own, behind
+    nothing.
+    """
+
+    method: str
+    path: str
+    answer: type[T]
+    query: Mapping[str, Scalar | tuple[Scalar, ...]] = field(default_factory=dict[str, Any])
+    body: object = None
+    timeout: float = TIMEOUT
+    key: str = ""
+    urgent: bool = False
+
+    def __iter__(self) -> Generator[Request[T], Any, T]:
+        """Ask, and return the answer."""
+        return (yield self)
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """Let so many seconds of real time pass."""
+
+    seconds: float
+
+    def __iter__(self) -> Generator[Rest, Any, None]:
+        """Rest."""
+        yield self
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """Look at a clock that only goes forth [s, real time]."""
+
+    def __iter__(self) -> Generator[Clock, Any, float]:
+        """Look."""
+        return (yield self)
+
+
+Line = NewType("Line", object)
+"""An open websocket, whatever the driver has for one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Dial:
+    """Open the websocket at `path`; it is closed when the plan is over, or dials again."""
+
+    path: str
+
+    def __iter__(self) -> Generator[Dial, Any, Line]:
+        """Dial."""
+        return (yield self)
+
+
+@dataclass(frozen=True, slots=True)
+class Say:
+    """Send a message over a websocket."""
+
+    line: Line
+    message: Mapping[str, object]
+
+    def __iter__(self) -> Generator[Say, Any, None]:
+        """Say it."""
+        yield self
+
+
+@dataclass(frozen=True, slots=True)
+class Hear:
+    """Wait for the next message of a websocket, with `now` only for one that is there: None where there is none."""
+
+    line: Line
+    now: bool = False
+
+    def __iter__(self) -> Generator[Hear, Any, str | bytes | None]:
+        """Listen."""
+        return (yield self)
+
+
+@dataclass(frozen=True, slots=True)
+class Item(Generic[T]):
+    """Hand a value to whoever iterates over the plan."""
+
+    value: T
+
+
+Step = Request[Any] | Rest | Clock | Dial | Say | Hear
+"""What every driver carries out."""
+
+
+class Plan(Protocol[T_co]):
+    """Steps in order, and what they come to."""
+
+    def __iter__(self) -> Generator[Step, Any, T_co]:
+        """Begin."""
+        ...
+
+
+class Source(Protocol[T]):
+    """Steps in order, and items between them."""
+
+    def __iter__(self) -> Generator[Step | Item[T], Any, None]:
+        """Begin."""
+        ...
+
+
+def get(path: str, answer: type[T], timeout: float = TIMEOUT, **query: Scalar | tuple[Scalar, ...]) -> Request[T]:
+    """Return the request for what stands at `path`."""
+    return Request("GET", path, answer, query, timeout=timeout)
+
+
+def post(path: str, answer: type[T], body: object = None, **query: Scalar | tuple[Scalar, ...]) -> Request[T]:
+    """Return the request that wishes for something."""
+    return Request("POST", path, answer, query, body)
