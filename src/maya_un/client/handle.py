@@ -20,8 +20,6 @@ T = TypeVar("T")
 class Of(Described, Generic[P, T]):
     """A verb about a job, as a method of its handle, which knows the number."""
 
-    __slots__ = ("describe",)
-
     def __init__(self, describe: Callable[Concatenate[int, P], Plan[T]]) -> None:
         super().__init__(describe, given=1)
         self.describe = describe

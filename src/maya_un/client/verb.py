@@ -40,8 +40,6 @@ class Awaiting(ABC):
 class Described:
     """What verbs have in common: their words and their arguments, as help shows them."""
 
-    __slots__ = ("__doc__", "__name__", "__signature__")
-
     def __init__(self, describe: Callable[..., Any], given: int = 0) -> None:
         self.__doc__ = describe.__doc__
         self.__name__ = describe.__name__
@@ -68,8 +66,6 @@ def _signature(describe: Callable[..., Any], given: int) -> inspect.Signature:
 class Verb(Described, Generic[P, T]):
     """A method of a client: on one that blocks it returns the answer, on one that awaits an awaitable of it."""
 
-    __slots__ = ("describe",)
-
     def __init__(self, describe: Callable[P, Plan[T]]) -> None:
         super().__init__(describe)
         self.describe = describe
@@ -87,8 +83,6 @@ class Verb(Described, Generic[P, T]):
 
 class Stream(Described, Generic[P, T]):
     """Like `Verb`, of what is iterated over."""
-
-    __slots__ = ("describe",)
 
     def __init__(self, describe: Callable[P, Source[T]]) -> None:
         super().__init__(describe)
