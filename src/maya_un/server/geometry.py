@@ -1,0 +1,62 @@
+"""The paths that ask about the machine itself: its constants, what it can reach. Nothing moves."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import Query, Response
+
+from maya_un.api.access.operations import Operation
+from maya_un.api.messages import Reach
+from maya_un.api.service import Service
+from maya_un.config import Config
+from maya_un.errors import Unreachable
+from maya_un.server.asking import Ask
+from maya_un.server.exchange import answer
+from maya_un.server.routes import Routes
+from maya_un.values import Joints, Point
+
+_TAG = "looking"
+
+Length = Annotated[float, Query(gt=-1e6, lt=1e6, allow_inf_nan=False, description="m")]
+Angle = Annotated[float, Query(gt=-1e6, lt=1e6, allow_inf_nan=False, description="rad")]
+
+
+def add_geometry(routes: Routes) -> None:
+    """Add the paths."""
+
+    @routes.add("GET", "/v1/config", Operation.READ, tag=_TAG, gives=Config)
+    async def config(ask: Ask) -> Response:
+        """Tell all constants of the machine, with the zones of this run."""
+        return answer(await ask(_in_force))
+
+    @routes.add("GET", "/v1/reach", Operation.READ, tag=_TAG, gives=Reach)
+    async def reach(ask: Ask, x: Length, y: Length, z: Length) -> Response:
+        """Tell whether a point can be reached; if not why, and where the nearest one is that can."""
+
+        async def found(service: Service) -> Reach:
+            return service.reach(Point(x, y, z))
+
+        return answer(await ask(found))
+
+    @routes.add("GET", "/v1/fk", Operation.READ, tag=_TAG, gives=Point, refuses=(Unreachable,))
+    async def fk(ask: Ask, a: Angle, b: Length, c: Length) -> Response:
+        """Tell where joints hold the gripper."""
+
+        async def found(service: Service) -> Point:
+            return service.fk(Joints(a, b, c))
+
+        return answer(await ask(found))
+
+    @routes.add("GET", "/v1/ik", Operation.READ, tag=_TAG, gives=Joints, refuses=(Unreachable,))
+    async def ik(ask: Ask, x: Length, y: Length, z: Length) -> Response:
+        """Tell which joints hold the gripper at a point."""
+
+        async def found(service: Service) -> Joints:
+            return service.ik(Point(x, y, z))
+
+        return answer(await ask(found))
+
+
+async def _in_force(service: Service) -> Config:
+    return service.config().model_copy(update={"zones": tuple(await service.zones())})
