@@ -1,0 +1,115 @@
+"""What clients of the stream may say, and what they are told."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from websockets.frames import Frame, Opcode
+
+from maya_un.api.messages import EventMessage
+from maya_un.errors import InvalidRequest, Unreachable
+from maya_un.server.stream_messages import (
+    Past,
+    content,
+    error_frame,
+    event_frame,
+    plain_frame,
+    queue_frame,
+    state_frame,
+    subscription,
+    understood,
+)
+from tests.streaming import REST
+from tests.unit.server.frames import texts
+
+
+def said(frame: bytes) -> dict[str, Any]:
+    """Return the message of one frame."""
+    (text,) = texts(frame)
+    message: dict[str, Any] = json.loads(text)
+    return message
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        ("[]", "body"),
+        ("{", "body"),
+        ("{}", "type"),
+        ('{"type": "jump"}', "type"),
+        ('{"type": ["ping"]}', "type"),
+        ('{"type": "ping", "state": null}', "state"),
+        (b"\xff\xfe", "body"),
+    ],
+)
+def test_what_is_no_message_is_refused_by_key(text: str | bytes, key: str) -> None:
+    with pytest.raises(InvalidRequest) as refused:
+        understood(text)
+    assert refused.value.details["key"] == key
+
+
+@pytest.mark.parametrize(
+    ("message", "key"),
+    [
+        ({"state": {"rate": 0.05}}, "state.rate"),
+        ({"state": {"rate": 101}}, "state.rate"),
+        ({"state": {"rate": True}}, "state.rate"),
+        ({"state": {"rate": "10"}}, "state.rate"),
+        ({"state": {"hertz": 10}}, "state.hertz"),
+        ({"state": 10}, "state"),
+        ({"events": []}, "events"),
+        ({"events": {"since": -1}}, "events.since"),
+        ({"events": {"since": 1.5}}, "events.since"),
+        ({"events": {"run": 0}}, "events.run"),
+        ({"queue": 1}, "queue"),
+    ],
+)
+def test_a_wrong_wish_is_refused_by_key(message: dict[str, Any], key: str) -> None:
+    with pytest.raises(InvalidRequest) as refused:
+        subscription({"type": "subscribe", **message})
+    assert refused.value.details["key"] == key
+
+
+def test_a_subscription_names_what_it_changes() -> None:
+    wanted = subscription({"type": "subscribe", "state": {"rate": 30}, "events": {"since": 4, "run": 2}})
+    assert (wanted.named, wanted.rate, wanted.past) == ({"state", "events"}, 30.0, Past(4, 2))
+    assert subscription({"type": "subscribe", "state": {}}).rate == 10.0
+    assert subscription({"type": "subscribe", "events": {}}).past == Past(None, None)
+    ended = subscription({"type": "subscribe", "state": None, "events": None, "queue": False})
+    assert (ended.named, ended.rate, ended.past, ended.queue) == ({"state", "events", "queue"}, None, None, False)
+
+
+def test_states_differ_by_what_they_say_not_by_their_time() -> None:
+    assert content(REST) == content(replace(REST, time=9.0))
+    assert content(REST) != content(replace(REST, gripper_closed=True))
+
+
+def test_every_message_says_what_it_is() -> None:
+    event = EventMessage(7, 1.5, "phase", 0, {"name": "down"})
+    assert said(state_frame(3, REST))["state"]["mode"] == "idle"
+    assert said(event_frame(3, event)) == {
+        "type": "event",
+        "run": 3,
+        "event": {"seq": 7, "time": 1.5, "kind": "phase", "code": 0, "detail": {"name": "down"}},
+    }
+    assert said(queue_frame({"mode": "paused"})) == {"type": "queue", "queue": {"mode": "paused"}}
+    assert said(plain_frame("pong", {"type": "ping", "id": 5})) == {"type": "pong", "id": 5}
+
+
+def test_an_error_has_code_words_details_and_the_id_of_what_it_answers() -> None:
+    error = Unreachable(target="(0, 0)", reason="too near", nearest=float("nan"))
+    told = said(error_frame(error, "es", {"id": "a"}))
+    assert told["type"] == "error"
+    assert (told["id"], told["code"], told["message"]) == ("a", 2101, error.text("es"))
+    assert told["details"] == {"target": "(0, 0)", "reason": "too near", "nearest": "nan"}
+
+
+@pytest.mark.parametrize("length", [0, 1, 125, 126, 65_535, 65_536, 200_000])
+def test_frames_are_those_of_the_standard(length: int) -> None:
+    text = "é".encode() * (length // 2) + b"x" * (length % 2)
+    frame = plain_frame("x", filler=text.decode())
+    (payload,) = texts(frame)
+    assert frame == Frame(Opcode.TEXT, payload).serialize(mask=False)
