@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from maya_un.address import SIM
-from maya_un.cli import output, teach_commands, zone_commands
+from maya_un.cli import output, record_commands, teach_commands, zone_commands
 from maya_un.cli.calibrate import commands as calibrate
 from maya_un.cli.dmc_tools import commands as dmc_tools
 from maya_un.cli.help import EVERYWHERE
@@ -312,6 +312,7 @@ def plot_workspace(
 
 teach_commands.register(app, _HOW)
 zone_commands.register(app, _HOW)
+record_commands.register(app, _HOW)
 
 
 @plot.command("job", **_HOW)

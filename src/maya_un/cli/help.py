@@ -32,6 +32,7 @@ Wishes (to the running robot; lengths in m, or 120mm; angles in rad, or 30deg)
 Ask (no robot needed)
   fk A B C        ik X Y Z        reach X Y Z
   poses [remove|rename]   pallets [...]        what has been taught
+  record [list]   record save|show|export      the last minutes before a fault; replay FILE: again, on a twin
   plot workspace [--point X Y Z]               a picture of what can be reached; plot job JOB: of a job
   config show|check|init
   calibrate FILE [--apply]                     fit the constants to measured points (collect gathers them)

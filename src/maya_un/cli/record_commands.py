@@ -1,0 +1,86 @@
+"""The commands about recordings: their arguments and their help."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from maya_un.cli.settings import Settings
+
+Name = Annotated[str, typer.Argument(metavar="FILE", help="a file, or a name that `maya record list` shows")]
+
+
+def register(app: typer.Typer, how: dict[str, Any]) -> None:
+    """Put the commands under `app`; `how` is what all commands have in common."""
+    about = "The flight recorder's recordings. Without a command, list them."
+    group = typer.Typer(add_completion=False, rich_markup_mode=None, help=about)
+    group.callback(invoke_without_command=True, **how)(_unless_named)
+    for name, command in (("list", listed), ("save", save), ("show", show), ("export", export)):
+        group.command(name, **how)(command)
+    app.add_typer(group, name="record")
+    app.command("replay", **how)(replay)
+
+
+def _settings(context: typer.Context) -> Settings:
+    settings = context.obj
+    assert isinstance(settings, Settings)
+    return settings
+
+
+def _unless_named(context: typer.Context) -> int | None:
+    return listed(context) if context.invoked_subcommand is None else None
+
+
+def listed(context: typer.Context) -> int:
+    """List what is kept on this computer, newest first."""
+    from maya_un.cli import record
+
+    return record.listed(_settings(context))
+
+
+def save(context: typer.Context) -> int:
+    """Have the running robot save its last minutes now."""
+    from maya_un.cli import record
+
+    return record.save(_settings(context))
+
+
+def show(context: typer.Context, file: Name) -> int:
+    """Tell why a recording was saved, and what is in it."""
+    from maya_un.cli import record
+
+    return record.show(file, _settings(context))
+
+
+def export(
+    context: typer.Context,
+    file: Name,
+    mcap: Annotated[str | None, typer.Option(metavar="OUT", help="as it is, for Foxglove and others")] = None,
+    csv: Annotated[str | None, typer.Option(metavar="OUT", help="a table of the states")] = None,
+    wire: Annotated[str | None, typer.Option(metavar="OUT", help="a table of the bytes on the wire")] = None,
+) -> int:
+    """Write a recording to files for other programs."""
+    from maya_un.cli import record
+
+    return record.export(file, mcap, csv, wire, _settings(context))
+
+
+def replay(
+    context: typer.Context,
+    file: Name,
+    counts: Annotated[
+        float | None, typer.Option(help="positions may differ so much  [default: 2; 50 of a machine]")
+    ] = None,
+    seconds: Annotated[
+        float | None, typer.Option(help="instants may differ so much  [default: 0.02; 0.1 of a machine]")
+    ] = None,
+    plot: Annotated[str | None, typer.Option(metavar="FILE", help="a picture of both: .svg, .png or .pdf")] = None,
+) -> int:
+    """Say the commands of a recording to a fresh twin, and tell what is another there.
+
+    In virtual time; nothing real moves. Ends with 1 where something differs.
+    """
+    from maya_un.cli import replay as command
+
+    return command.replay(file, command.Options(counts, seconds, plot), _settings(context))

@@ -1,0 +1,46 @@
+"""A recording and its replay: the axes over time, and how far the two are apart."""
+
+from __future__ import annotations
+
+from matplotlib.figure import Figure
+
+from maya_un.kinematics import Floats
+from maya_un.plots.style import BOOM, INK, LINE_B, LINE_C, blank, house_style, quiet_grid
+
+_AXES = (("a", "°", BOOM), ("b", "m", LINE_B), ("c", "m", LINE_C))
+_APART = ("°", "mm", "mm")
+
+
+def replay_figure(
+    recorded: tuple[Floats, Floats],
+    replayed: tuple[Floats, Floats],
+    apart: tuple[Floats, Floats],
+    title: str = "",
+) -> Figure:
+    """Return the figure of a replay.
+
+    `recorded` and `replayed` are times (n,) [s] and positions (n, 3) [°, m, m], `apart` times (n,) and how far the
+    replay is from the recording (n, 3) [°, mm, mm].
+    """
+    with house_style():
+        figure = blank(10.0, 7.0)
+        panels = figure.subplots(3, 2, sharex=True, width_ratios=(2.0, 1.0))
+        for number, (name, unit, colour) in enumerate(_AXES):
+            left, right = panels[number]
+            left.plot(recorded[0], recorded[1][:, number], color=colour, label="recorded")
+            left.plot(
+                replayed[0], replayed[1][:, number], color=INK, linestyle="dashed", linewidth=0.9, label="replayed"
+            )
+            left.set_ylabel(f"{name} [{unit}]")
+            right.plot(apart[0], apart[1][:, number], color=colour)
+            right.set_ylabel(f"{name} [{_APART[number]}]")
+            quiet_grid(left)
+            quiet_grid(right)
+        panels[0][0].set_title("Position", loc="left")
+        panels[0][1].set_title("Replayed minus recorded", loc="left")
+        panels[0][0].legend(loc="best")
+        for axes in panels[-1]:
+            axes.set_xlabel("time [s]")
+        if title:
+            figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold")
+    return figure
