@@ -173,7 +173,7 @@ _WORDS: dict[str, tuple[str, str]] = {
         "No se compara: trabajos, pasos y la cola, que hace este programa y de los que el controlador no sabe nada.",
     ),
     "cannot_machine": (
-        "Not as it was: friction, lag and stiffness of the machine, registers that Maya does not set; they are a twin's.",
+        "Not as it was: its friction, lag and stiffness, and registers that Maya does not set; they are a twin's.",
         "No es como era: fricción, retraso y rigidez de la máquina, registros que Maya no fija; son de un gemelo.",
     ),
     "cannot_place": (
