@@ -13,6 +13,7 @@ MayaError
 │   │   SpeedOnRealMachine 4006 · FileUnreadable 4007 · InvalidCommandLine 4008
 │   │   NotIdentifiable 4009 · NotTaught 4010 · NameTaken 4011 · KeyReused 4012
 │   │   EventsForgotten 4013 · WrongState 4014 · AnswerNeeded 4015 · StreamLagging 4016
+│   │   DependencyFailed 4017
 │   ├── NotSignedIn 4101 · NotAllowed 4102 · LeaseHeld 4103 · LeaseNeeded 4104 · LeaseLost 4105
 │   │   TooManyRequests 4106
 │   └── InvalidConfig 5001 · FileUnwritable 5002 · AddressInUse 5003 · AlreadyRunning 5004
@@ -419,6 +420,12 @@ class StreamLagging(RequestError):
     """A reader of the stream does not keep up with the events."""
 
     code = 4016
+
+
+class DependencyFailed(RequestError):
+    """A job that another depends on ended otherwise than done, so the other is held."""
+
+    code = 4017
 
 
 class NotSignedIn(RequestError):

@@ -80,6 +80,7 @@ SENTENCES: dict[int, str] = {
     4015: "Nobody but a person can know this: {question} Say it with the choice ({options}).",
     4016: "You are {behind} events behind on this stream, so it was closed. Connect again and go on from event {since}, "
     "and read faster.",
+    4017: "Job {number}, on which this one depends, is {state}. Release this one to do it all the same, or cancel it.",
     4101: "This needs a valid token: {reason}. Ask an administrator of the robot for one (`maya user token`).",
     4102: "{who} is {role}, and {operation} needs {needed}. Ask somebody who may.",
     4103: "{holder} drives the robot since {since}. Ask for the lease with `maya lease ask`, or wait; `maya stop` works "

@@ -80,6 +80,7 @@ SENTENCES: dict[int, str] = {
     4015: "Esto solo puede saberlo una persona: {question} Dígalo con la elección ({options}).",
     4016: "Va {behind} eventos por detrás en esta conexión y por eso se cerró. Conecte otra vez, siga desde el evento "
     "{since} y lea más deprisa.",
+    4017: "El trabajo {number}, del que depende este, está {state}. Libere este para hacerlo de todos modos, o cancélelo.",
     4101: "Esto necesita un token válido: {reason}. Pida uno a un administrador del robot (`maya user token`).",
     4102: "{who} es {role}, y {operation} necesita {needed}. Pídalo a quien pueda.",
     4103: "{holder} conduce el robot desde {since}. Pida el mando con `maya lease ask`, o espere; `maya stop` vale para "
