@@ -36,8 +36,8 @@ def _by_index(which: Filter) -> tuple[str, list[object]]:
 
 
 def _by_text(which: Filter) -> tuple[str, list[object]]:
-    """Read the narrow table of words in order, until the page is full."""
-    words = which.text.casefold().split()
+    """Read the narrow table of words in order, until the page is full; the longest word rules most out."""
+    words = sorted(which.text.casefold().split(), key=len, reverse=True)
     alike = " AND ".join("words LIKE ? ESCAPE '\\'" for _ in words)
     conditions, values = _conditions(which, "labels.job", which.states)
     found = f"SELECT {JOB} FROM labels CROSS JOIN jobs ON jobs.id = labels.job WHERE {alike} AND {conditions}"
