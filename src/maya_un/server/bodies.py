@@ -8,6 +8,9 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, Strict, WithJsonSchema
 
+from maya_un.api.access.caller import Role
+from maya_un.api.leasing import LONGEST
+from maya_un.process.lease import PATIENCE
 from maya_un.values import JOG_AXES, Point
 
 _ONLY_THESE = ConfigDict(extra="forbid")
@@ -15,6 +18,12 @@ _ONLY_THESE = ConfigDict(extra="forbid")
 Axis = Literal["a", "b", "c", "x", "y", "z", "r"]
 Share = Annotated[float, Field(gt=0.0, le=1.0, description="share of the full speed")]
 Distance = Annotated[float, Field(gt=-1e9, lt=1e9, description="rad or m", allow_inf_nan=False)]
+
+
+RoleName = Literal["viewer", "student", "operator", "admin"]
+Password = Annotated[str, Field(max_length=256, json_schema_extra={"format": "password"})]
+
+assert set(RoleName.__args__) == {role.word for role in Role}
 
 
 def _one_way(direction: int) -> int:
@@ -113,6 +122,61 @@ class Recovering:
     choice: Literal["resume", "redo", "skip", "abort"]
     holding: bool | None = None
     resume_queue: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Taking:
+    """How the lease is taken: with a note, renewed within `patience` [s], with `force` from whoever holds it."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    note: Annotated[str, Field(max_length=200)] = ""
+    force: bool = False
+    patience: Annotated[float, Field(ge=1.0, le=LONGEST)] = PATIENCE
+
+
+@dataclass(frozen=True, slots=True)
+class Offering:
+    """To whom the lease is offered, by name."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    to: str
+
+
+@dataclass(frozen=True, slots=True)
+class SigningIn:
+    """Who signs in."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    name: Annotated[str, Field(max_length=200)]
+    password: Password
+
+
+@dataclass(frozen=True, slots=True)
+class UserWish:
+    """A user to be added; without a password he signs in by token only."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    name: str
+    role: RoleName
+    password: Password | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class UserChange:
+    """What is to change of a user; an empty password takes it away."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    role: RoleName | None = None
+    password: Password | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class TokenWish:
+    """A token to be made: what it is for, and when it ends (a date in UTC; "" for never)."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    note: Annotated[str, Field(max_length=200)] = ""
+    expires: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,10 +9,11 @@ from typing import TypeVar
 
 from maya_un.api.access.caller import LOCAL, Caller
 from maya_un.api.access.callers import Callers
-from maya_un.api.gate import Gate
 from maya_un.api.access.operations import Operation
+from maya_un.api.gate import Gate
 from maya_un.api.service import Service
 from maya_un.events import Event, EventLog
+from maya_un.process.journal.protocol import Journal
 from maya_un.process.lease import Lease
 from maya_un.values import Point
 
@@ -24,7 +25,7 @@ class Bridge:
 
     Neither loop ever blocks on the other. `callers` tell who asks. Without a gate and callers it is for a service that
     nobody shares: everybody is `LOCAL`, and no audit log is kept. `parts` tells where the twin's parts stand by its own
-    record; a real machine has none.
+    record; a real machine has none. `journal` is what keeps the queue, where it is to be looked at.
     """
 
     def __init__(
@@ -35,12 +36,14 @@ class Bridge:
         *,
         gate: Gate | None = None,
         callers: Callers | None = None,
+        journal: Journal | None = None,
     ) -> None:
         self._loop = loop
         self._service = service
         self._gate = _unwatched(service) if gate is None else gate
         self._callers = callers
         self.parts = parts
+        self.journal = journal
 
     async def caller(
         self, authorization: str | None, lease: str, source: str, *, loopback: bool, stopping: bool

@@ -115,6 +115,7 @@ def add_tasks(routes: Routes) -> None:
         tag=_TAG,
         gives=JobReport,
         status=202,
+        also=(200,),
         refuses=_NOT_TAKEN,
         examples=_TASKS,
     )

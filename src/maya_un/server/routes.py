@@ -22,8 +22,8 @@ Handler = TypeVar("Handler", bound=Callable[..., Any])
 class Rule:
     """What is known of a route: the operations it is for, most powerful first; none for one that is open to everybody.
 
-    `takes` reads its body, `gives` is the kind of its answer, `options` are the names of its query; `refuses` lists
-    errors that it answers besides those that every route has.
+    `takes` reads its body, `gives` is the kind of its answer, with `status` or one of `also`. `options` are the names
+    of its query; `refuses` lists errors that it answers besides those that every route has.
     """
 
     operations: tuple[Operation, ...]
@@ -31,6 +31,7 @@ class Rule:
     gives: Any
     media: str
     status: int
+    also: tuple[int, ...]
     refuses: tuple[type[MayaError], ...]
     examples: dict[str, Any]
     options: frozenset[str] = field(default_factory=frozenset[str])
@@ -44,7 +45,7 @@ class Routes:
         self.rules: dict[Callable[..., Any], Rule] = {}
         app.state.rules = self.rules
 
-    def add(
+    def add(  # noqa: PLR0913 - every fact of a route is a parameter
         self,
         method: str,
         path: str,
@@ -53,6 +54,7 @@ class Routes:
         gives: Any,
         media: str = "application/json",
         status: int = HTTPStatus.OK,
+        also: tuple[int, ...] = (),
         refuses: tuple[type[MayaError], ...] = (),
         examples: dict[str, Any] | None = None,
     ) -> Callable[[Handler], Handler]:
@@ -75,7 +77,7 @@ class Routes:
             reader = _reader_of(handler)
             known = examples or {}
             self.rules[handler] = Rule(
-                operations, reader, gives, media, status, refuses, known, _options_of(handler, path)
+                operations, reader, gives, media, status, also, refuses, known, _options_of(handler, path)
             )
             return handler
 

@@ -109,11 +109,12 @@ CHANGES = _changes()
 
 
 def _zone() -> dict[str, Any]:
-    """Return the schema of a zone; its name is that of the path."""
-    schema = TypeAdapter(ZoneConfig).json_schema(ref_template=REFERENCE)
-    for kind in schema["$defs"].values():
+    """Return the schema of a zone that somebody sends: its name is that of the path."""
+    schema = TypeAdapter(ZoneConfig).json_schema(ref_template=REFERENCE.format(model="{model}Wish"))
+    kinds = {f"{name}Wish": kind for name, kind in schema["$defs"].items()}
+    for kind in kinds.values():
         kind["required"] = [key for key in kind["required"] if key != "name"]
-    return schema
+    return schema | {"$defs": kinds, "title": "ZoneWish"}
 
 
 ZONE = _zone()

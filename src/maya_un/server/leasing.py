@@ -1,0 +1,72 @@
+"""The paths of the control lease: who drives, taking it, keeping it, handing it on."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import Response
+
+from maya_un.api.access.operations import Operation
+from maya_un.api.leasing import LeaseTaken, LeaseView
+from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded, UnknownName
+from maya_un.server.asking import Ask
+from maya_un.server.bodies import Offering, Taking
+from maya_un.server.exchange import answer, sent
+from maya_un.server.routes import Routes
+
+_TAG = "lease"
+_OWN = (LeaseLost, LeaseNeeded, LeaseHeld)
+
+TakingBody = Annotated[Taking, sent(Taking, optional=True)]
+OfferingBody = Annotated[Offering, sent(Offering)]
+
+
+def add_lease(routes: Routes) -> None:
+    """Add the paths."""
+
+    @routes.add("GET", "/v1/lease", Operation.READ, tag=_TAG, gives=LeaseView)
+    async def lease(ask: Ask) -> Response:
+        """Tell who drives the robot."""
+        return answer(await ask(lambda service: service.lease.view(ask.caller)))
+
+    notes = {"with a note": {"note": "aligning the tray"}, "from whoever holds it": {"force": True}}
+
+    @routes.add(
+        "POST",
+        "/v1/lease",
+        Operation.LEND,
+        Operation.LEASE,
+        tag=_TAG,
+        gives=LeaseTaken,
+        refuses=(LeaseHeld,),
+        examples=notes,
+    )
+    async def take_lease(ask: Ask, body: TakingBody) -> Response:
+        """Become the driver; the answer has the id to show as header `Maya-Lease`."""
+        taken = ask(
+            lambda service: service.lease.take(ask.caller, note=body.note, patience=body.patience, force=body.force)
+        )
+        return answer(await taken)
+
+    @routes.add("POST", "/v1/lease/renew", Operation.RENEW, tag=_TAG, gives=LeaseView, refuses=_OWN)
+    async def renew_lease(ask: Ask) -> Response:
+        """Say that one still drives."""
+        return answer(await ask(lambda service: service.lease.renew(ask.caller)))
+
+    @routes.add("DELETE", "/v1/lease", Operation.LEASE, tag=_TAG, gives=LeaseView, refuses=_OWN)
+    async def release_lease(ask: Ask) -> Response:
+        """Give the lease back."""
+        return answer(await ask(lambda service: service.lease.release(ask.caller)))
+
+    offers = {"to a student": {"to": "ana"}}
+    offering = (LeaseHeld, UnknownName)
+
+    @routes.add("POST", "/v1/lease/offer", Operation.LEND, tag=_TAG, gives=LeaseView, refuses=offering, examples=offers)
+    async def offer_lease(ask: Ask, body: OfferingBody) -> Response:
+        """Let somebody take the lease within a minute."""
+        return answer(await ask(lambda service: service.lease.offer(body.to, ask.caller)))
+
+    @routes.add("POST", "/v1/lease/ask", Operation.LEASE, tag=_TAG, gives=LeaseView)
+    async def ask_for_lease(ask: Ask) -> Response:
+        """Let everybody know that one would like to drive."""
+        return answer(await ask(lambda service: service.lease.ask(ask.caller)))

@@ -1,0 +1,199 @@
+"""The OpenAPI document, derived from the routes, their messages and the tree of errors; nothing is said twice."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from http import HTTPStatus
+from typing import Any
+
+from fastapi import FastAPI
+from fastapi.openapi.utils import get_openapi
+from fastapi.routing import APIRoute
+from pydantic import TypeAdapter
+from pydantic.json_schema import JsonSchemaMode
+
+from maya_un.api.access.operations import RULES, Operation
+from maya_un.errors import (
+    InternalError,
+    InvalidRequest,
+    InvalidValue,
+    LeaseHeld,
+    LeaseLost,
+    LeaseNeeded,
+    MayaError,
+    NotAllowed,
+    NotSignedIn,
+    TooManyRequests,
+)
+from maya_un.server.exchange import Plain
+from maya_un.server.guard import UNLIMITED
+from maya_un.server.problems import status_of, title_of
+from maya_un.server.routes import Rule
+from maya_un.server.schemas import REFERENCE
+from maya_un.server.who import LEASE, STOPPING
+
+Json = dict[str, Any]
+
+_ABOUT = """\
+Everything that can be asked of a running Maya. Lengths in m, angles in rad, times in s; points are [x, y, z], joints
+[a, b, c].
+
+While no users are kept, who sits at the machine (loopback) needs no token. Else every request shows one as
+`Authorization: Bearer maya_...`; stop and abort from loopback never need one. What drives the robot shows the control
+lease as `Maya-Lease`. A refusal is `application/problem+json` with one of our codes.
+"""
+_PROBLEM_TYPE = "application/problem+json"
+_PROBLEM: Json = {
+    "title": "Problem",
+    "description": "A refusal: RFC 9457, with our code and what its sentence names.",
+    "type": "object",
+    "required": ["type", "title", "status", "code", "detail", "details"],
+    "properties": {
+        "type": {"type": "string", "examples": ["urn:maya:error:2101"]},
+        "title": {"type": "string"},
+        "status": {"type": "integer"},
+        "code": {"type": "integer"},
+        "detail": {"type": "string", "description": "what happened, why, what to do next"},
+        "details": {"type": "object"},
+    },
+}
+_SECURITY: Json = {
+    "token": {"type": "http", "scheme": "bearer", "description": "`maya user token NAME` makes one."},
+    "lease": {"type": "apiKey", "in": "header", "name": LEASE, "description": "The id that POST /v1/lease answers."},
+}
+_HEADERS: Json = {
+    "Maya": {"description": "Version of the server.", "required": True, "schema": {"type": "string"}},
+    "Maya-Request": {"description": "Name of the request in the log.", "required": True, "schema": {"type": "string"}},
+}
+_BINARY: Json = {"type": "string", "format": "binary"}
+
+
+def document(app: FastAPI) -> Json:
+    """Return the document of an application; the same one every time."""
+    known: Json | None = getattr(app.state, "openapi", None)
+    if known is None:
+        known = app.state.openapi = _Document(app).whole()
+    return known
+
+
+def ruled(app: FastAPI) -> list[tuple[APIRoute, Rule]]:
+    """Return all routes with what is known of them."""
+    rules: Mapping[Callable[..., Any], Rule] = app.state.rules
+    return [(route, rules[route.endpoint]) for route in app.routes if isinstance(route, APIRoute)]
+
+
+def refusals(route: APIRoute, rule: Rule) -> list[type[MayaError]]:
+    """Return every kind of error that a route may answer as `status_of` has it."""
+    kinds: list[type[MayaError]] = [InvalidRequest, *rule.refuses]
+    if rule.operations:
+        kinds += [NotSignedIn, NotAllowed]
+    if route.path not in UNLIMITED:
+        kinds.append(TooManyRequests)
+    if rule.takes is not None or any(one.drives for one in map(RULES.__getitem__, rule.operations)):
+        kinds.append(InvalidValue)
+    if any(RULES[one].drives for one in rule.operations):
+        kinds += [LeaseNeeded, LeaseHeld, LeaseLost]
+    return list(dict.fromkeys(kinds))
+
+
+class _Document:
+    """A document while it is put together."""
+
+    def __init__(self, app: FastAPI) -> None:
+        self._app = app
+        self._ruled = ruled(app)
+        self._schemas: Json = {"Problem": _PROBLEM}
+        self._of = self._described()
+
+    def whole(self) -> Json:
+        """Return all of it."""
+        found = get_openapi(
+            title="Maya-UN", version=self._app.version, description=_ABOUT, routes=[route for route, _ in self._ruled]
+        )
+        for route, rule in self._ruled:
+            for method in route.methods or ():
+                self._fill(found["paths"][route.path_format][method.lower()], route, rule)
+        found["components"] = {"schemas": self._schemas, "securitySchemes": _SECURITY, "headers": _HEADERS}
+        return found
+
+    def _described(self) -> dict[tuple[str, JsonSchemaMode], Json]:
+        """Return the schema of every message by its kind, and keep those that they refer to."""
+        inputs: list[tuple[str, JsonSchemaMode, TypeAdapter[Any]]] = [
+            (str(kind), mode, TypeAdapter(kind)) for _, rule in self._ruled for kind, mode in _messages(rule)
+        ]
+        schemas, shared = TypeAdapter.json_schemas(inputs, ref_template=REFERENCE)
+        self._keep(shared.get("$defs", {}))
+        return {(name, mode): schemas[name, mode] for name, mode, _ in inputs}
+
+    def _keep(self, schemas: Json) -> None:
+        for name, schema in schemas.items():
+            known = self._schemas.setdefault(name, schema)
+            assert known == schema, f"two messages are called {name}"
+
+    def _fill(self, operation: Json, route: APIRoute, rule: Rule) -> None:
+        if rule.takes is not None:
+            operation["requestBody"] = self._request(rule)
+        operation["responses"] = self._answers(rule) | self._problems(route, rule)
+        operation["security"] = _security(rule.operations)
+        operation["x-maya-operations"] = [one.value for one in rule.operations]
+
+    def _request(self, rule: Rule) -> Json:
+        takes = rule.takes
+        assert takes is not None
+        if isinstance(takes, Plain):
+            name = takes.schema["title"]
+            self._keep({name: {key: value for key, value in takes.schema.items() if key != "$defs"}})
+            self._keep(takes.schema.get("$defs", {}))
+            schema, required = {"$ref": REFERENCE.format(model=name)}, True
+        else:
+            forms = [self._of[str(kind), "validation"] for kind in takes.kinds]
+            schema = forms[0] if len(forms) == 1 else {"oneOf": forms}
+            required = not takes.optional
+        content: Json = {"schema": schema}
+        if rule.examples:
+            content["examples"] = {name: {"summary": name, "value": value} for name, value in rule.examples.items()}
+        return {"required": required, "content": {"application/json": content}}
+
+    def _answers(self, rule: Rule) -> Json:
+        schema = _BINARY if rule.gives is bytes else self._of[str(rule.gives), "serialization"]
+        told: Json = {"headers": _headers(), "content": {rule.media.partition(";")[0]: {"schema": schema}}}
+        return {
+            str(int(status)): {"description": HTTPStatus(status).phrase} | told for status in (rule.status, *rule.also)
+        }
+
+    def _problems(self, route: APIRoute, rule: Rule) -> Json:
+        by_status: dict[int, list[type[MayaError]]] = {HTTPStatus.FORBIDDEN: [InvalidRequest]}
+        for kind in refusals(route, rule):
+            by_status.setdefault(int(status_of(kind)), []).append(kind)
+        for status in (HTTPStatus.REQUEST_TIMEOUT, HTTPStatus.REQUEST_ENTITY_TOO_LARGE):
+            by_status[status] = [InvalidRequest]
+        by_status.setdefault(HTTPStatus.INTERNAL_SERVER_ERROR, []).append(InternalError)
+        return {str(int(status)): _problem(kinds) for status, kinds in sorted(by_status.items())}
+
+
+def _messages(rule: Rule) -> Iterable[tuple[Any, JsonSchemaMode]]:
+    if rule.gives is not bytes:
+        yield rule.gives, "serialization"
+    if rule.takes is not None and not isinstance(rule.takes, Plain):
+        for kind in rule.takes.kinds:
+            yield kind, "validation"
+
+
+def _problem(kinds: Iterable[type[MayaError]]) -> Json:
+    of = list(dict.fromkeys(kinds))
+    words = "; ".join(f"{kind.code} {title_of(kind).lower()}" for kind in of)
+    codes: Json = {"properties": {"code": {"enum": [kind.code for kind in of]}}}
+    schema = {"allOf": [{"$ref": REFERENCE.format(model="Problem")}, codes]}
+    return {"description": words, "headers": _headers(), "content": {_PROBLEM_TYPE: {"schema": schema}}}
+
+
+def _headers() -> Json:
+    return {name: {"$ref": f"#/components/headers/{name}"} for name in _HEADERS}
+
+
+def _security(operations: tuple[Operation, ...]) -> list[Json]:
+    if not operations:
+        return []
+    if STOPPING.issuperset(operations):
+        return [{}, {"token": []}]
+    return [{"token": []} | ({"lease": []} if all(RULES[one].drives for one in operations) else {})]

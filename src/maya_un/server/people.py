@@ -1,0 +1,134 @@
+"""The paths of people: who asks, signing in and out, users and their tokens."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import Request, Response
+
+from maya_un.api.access.operations import Operation
+from maya_un.api.people import Me, NewToken, TokenLine, UserLine
+from maya_un.errors import NameTaken, NotFound, NotSignedIn, StorageFailed, TooManyRequests, UnknownName
+from maya_un.server.asking import Ask
+from maya_un.server.bodies import Removed, SigningIn, TokenWish, UserChange, UserWish
+from maya_un.server.bridge import Bridge
+from maya_un.server.exchange import answer, sent
+from maya_un.server.routes import Routes
+from maya_un.server.who import source_of
+
+_ME = "oneself"
+_USERS = "users"
+_OWN = (Operation.USERS, Operation.ME)
+
+SigningInBody = Annotated[SigningIn, sent(SigningIn)]
+UserBody = Annotated[UserWish, sent(UserWish)]
+ChangeBody = Annotated[UserChange, sent(UserChange)]
+TokenBody = Annotated[TokenWish, sent(TokenWish, optional=True)]
+
+
+def add_sessions(routes: Routes, bridge: Bridge) -> None:
+    """Add the paths of whoever asks."""
+
+    @routes.add("GET", "/v1/me", Operation.ME, tag=_ME, gives=Me)
+    async def me(ask: Ask) -> Response:
+        """Tell who asks, as whom this robot sees it."""
+        return answer(await ask(lambda service: service.users.me(ask.caller)))
+
+    @routes.add(
+        "POST",
+        "/v1/session",
+        tag=_ME,
+        gives=NewToken,
+        refuses=(NotSignedIn, TooManyRequests, StorageFailed),
+        examples={"by name and password": {"name": "ana", "password": "correct horse battery"}},
+    )
+    async def sign_in(request: Request, body: SigningInBody) -> Response:
+        """Sign in by name and password; the answer has the token of the session."""
+        source = source_of(request)
+        return answer(await bridge.asked(lambda service: service.users.sign_in(body.name, body.password, source)))
+
+    @routes.add("DELETE", "/v1/session", Operation.ME, tag=_ME, gives=Removed, refuses=(NotFound, StorageFailed))
+    async def sign_out(ask: Ask) -> Response:
+        """Sign out: the token shown is valid no more."""
+        await ask(lambda service: service.users.sign_out(ask.caller))
+        return answer(Removed(ask.caller.token))
+
+
+def add_users(routes: Routes) -> None:
+    """Add the paths of users."""
+
+    @routes.add("GET", "/v1/users", Operation.USERS, tag=_USERS, gives=list[UserLine])
+    async def users(ask: Ask) -> Response:
+        """List all users."""
+        return answer(await ask(lambda service: service.users.list()))
+
+    @routes.add(
+        "POST",
+        "/v1/users",
+        Operation.USERS,
+        tag=_USERS,
+        gives=NewToken,
+        status=201,
+        refuses=(NameTaken, StorageFailed),
+        examples={"a student": {"name": "ana", "role": "student"}},
+    )
+    async def add_user(ask: Ask, body: UserBody) -> Response:
+        """Add a user; the answer has his first token, shown now and never again."""
+        return answer(await ask(lambda service: service.users.add(body.name, body.role, body.password)), 201)
+
+    @routes.add(
+        "PATCH",
+        "/v1/users/{name}",
+        *_OWN,
+        tag=_USERS,
+        gives=UserLine,
+        refuses=(UnknownName, StorageFailed),
+        examples={"another role": {"role": "operator"}, "another password": {"password": "correct horse battery"}},
+    )
+    async def change_user(ask: Ask, name: str, body: ChangeBody) -> Response:
+        """Change a role or a password; everybody may change a password of his own."""
+        changed = ask(lambda service: service.users.change(name, role=body.role, password=body.password, by=ask.caller))
+        return answer(await changed)
+
+    @routes.add(
+        "DELETE",
+        "/v1/users/{name}",
+        Operation.USERS,
+        tag=_USERS,
+        gives=Removed,
+        refuses=(UnknownName, StorageFailed),
+    )
+    async def remove_user(ask: Ask, name: str) -> Response:
+        """Remove a user with all tokens."""
+        await ask(lambda service: service.users.remove(name))
+        return answer(Removed(name))
+
+
+def add_tokens(routes: Routes) -> None:
+    """Add the paths of tokens."""
+
+    @routes.add("GET", "/v1/users/{name}/tokens", *_OWN, tag=_USERS, gives=list[TokenLine], refuses=(UnknownName,))
+    async def tokens(ask: Ask, name: str) -> Response:
+        """List the tokens of a user; never their secrets."""
+        return answer(await ask(lambda service: service.users.tokens(name, ask.caller)))
+
+    @routes.add(
+        "POST",
+        "/v1/users/{name}/tokens",
+        *_OWN,
+        tag=_USERS,
+        gives=NewToken,
+        status=201,
+        refuses=(UnknownName, StorageFailed),
+        examples={"for a term": {"note": "notebook", "expires": "2099-01-31"}},
+    )
+    async def add_token(ask: Ask, name: str, body: TokenBody) -> Response:
+        """Make one more token for a user, shown now and never again."""
+        made = ask(lambda service: service.users.token(name, note=body.note, expires=body.expires, by=ask.caller))
+        return answer(await made, 201)
+
+    @routes.add("DELETE", "/v1/tokens/{token}", *_OWN, tag=_USERS, gives=Removed, refuses=(NotFound, StorageFailed))
+    async def revoke_token(ask: Ask, token: str) -> Response:
+        """Make a token invalid at once."""
+        await ask(lambda service: service.users.revoke(token, ask.caller))
+        return answer(Removed(token))

@@ -1,0 +1,47 @@
+"""Whether the robot can be asked for something: its link, its journal, its queue, its loop."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import dataclass
+
+from maya_un.api.service import Service
+from maya_un.errors import MayaError, NotConnected, ServiceNotAnswering, StorageFailed
+from maya_un.server.bridge import Bridge
+from maya_un.values import Mode, Notice
+
+PATIENCE = 1.0
+"""The robot's loop answers within so long, or it is not ready [s, real time]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Readiness:
+    """Whether wishes can be carried out, and what stands in the way."""
+
+    ready: bool
+    reasons: tuple[Notice, ...]
+
+
+async def readiness(bridge: Bridge, language: str) -> Readiness:
+    """Return how the robot is; answers within `PATIENCE` also where its loop hangs."""
+    found: list[MayaError] = []
+    try:
+        async with asyncio.timeout(PATIENCE):
+            found += await bridge.asked(_obstacles)
+    except TimeoutError:
+        found += [ServiceNotAnswering(reason=f"the robot's loop is busy for more than {PATIENCE:g} s")]
+    failing = failing_of(bridge)
+    if failing:
+        found.append(StorageFailed(reason=failing))
+    reasons = tuple(Notice(error.code, error.text(language)) for error in found)
+    return Readiness(not reasons, reasons)
+
+
+def failing_of(bridge: Bridge) -> str:
+    """Return why the journal cannot be written, "" where it can."""
+    return "" if bridge.journal is None else bridge.journal.failing
+
+
+async def _obstacles(service: Service) -> list[MayaError]:
+    mode = (await service.status()).state.mode
+    return [NotConnected()] if mode is Mode.DISCONNECTED else []
