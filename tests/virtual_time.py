@@ -15,7 +15,7 @@ async def elapse(seconds: float) -> None:
     loop = asyncio.get_running_loop()
     assert isinstance(loop, JumpingLoop), "elapse() is for virtual time"
     over: asyncio.Future[None] = loop.create_future()
-    loop.call_later(seconds, over.set_result, None)
+    loop.call_later(seconds, lambda: over.done() or over.set_result(None))  # it may have been cancelled meanwhile
     await over
 
 

@@ -217,6 +217,8 @@ class Lease:
             self.renew(lease, name)
         else:
             self._join(name, source)
+        if self.offered_to is None:
+            self._offer = None  # it has lapsed, and what begins now does not keep it standing
         drive = Drive(name, lease)
         self._drives.append(drive)
         try:

@@ -129,12 +129,7 @@ class Callers:
 
     async def _fail(self, name: str, source: str) -> None:
         self._refused(name, source)
-        over: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        timer = asyncio.get_running_loop().call_later(FAILURE_COSTS * self._scale, over.set_result, None)
-        try:
-            await over
-        finally:
-            timer.cancel()
+        await asyncio.sleep(FAILURE_COSTS * self._scale)
         raise NotSignedIn(reason="what was shown is wrong, has expired or was revoked")
 
     def _recalled(self, text: str) -> Token | None:
