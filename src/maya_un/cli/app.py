@@ -13,6 +13,7 @@ from maya_un.cli.calibrate import commands as calibrate
 from maya_un.cli.dmc_tools import commands as dmc_tools
 from maya_un.cli.help import EVERYWHERE
 from maya_un.cli.quantities import angle, length, share
+from maya_un.cli.queueing import commands as queueing
 from maya_un.cli.settings import Settings
 from maya_un.errors import InvalidCommandLine, UnknownName
 from maya_un.values import JOG_AXES, Joints, Point
@@ -313,6 +314,7 @@ def plot_workspace(
 teach_commands.register(app, _HOW)
 zone_commands.register(app, _HOW)
 record_commands.register(app, _HOW)
+queueing.register(app, _HOW)
 
 
 @plot.command("job", **_HOW)

@@ -7,6 +7,7 @@ from typing import Any
 from maya_un.cli.client import Client
 from maya_un.cli.display import Display
 from maya_un.cli.narrate import tell
+from maya_un.cli.queueing import waiting
 from maya_un.cli.settings import Settings
 from maya_un.cli.words import word
 
@@ -19,18 +20,24 @@ _ENDED = {"done", "failed", "cancelled"}
 def follow(client: Client, job: int, since: int, display: Display, settings: Settings) -> tuple[dict[str, Any], bool]:
     """Show events numbered above `since` and the motion under way until `job` has ended.
 
-    Returns its report and whether Ctrl-C ended it: then the job is cancelled, which stops the robot on its path.
+    Says what the job waits for where it does not go on. Returns its report and whether Ctrl-C ended it: then the job is
+    cancelled, which stops the robot on its path.
     """
     try:
-        return _to_the_end(client, job, since, display), False
+        return _to_the_end(client, job, since, display, settings.language), False
     except KeyboardInterrupt:
         display.note(word("interrupted", settings.language))
         return client.request("DELETE", f"/v1/jobs/{job}", timeout=60.0), True
 
 
-def _to_the_end(client: Client, job: int, since: int, display: Display) -> dict[str, Any]:
+def _to_the_end(client: Client, job: int, since: int, display: Display, language: str) -> dict[str, Any]:
     report: dict[str, Any] = client.get(f"/v1/jobs/{job}")
+    said = ""
     while report["state"] not in _ENDED:
+        why = waiting.reason(client, report, language)
+        if why and why != said:
+            display.note(why)
+        said = why
         events = client.get(f"/v1/events?since={since}&wait={PATIENCE}")
         for event in events:
             since = event["seq"]

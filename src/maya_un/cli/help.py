@@ -29,6 +29,12 @@ Wishes (to the running robot; lengths in m, or 120mm; angles in rad, or 30deg)
   teach NAME      teach-pallet NAME            keep where the gripper is, keep a grid
   zones [list]    zones add|remove NAME ...    what it keeps out of, for this run
 
+Queue
+  queue           queue pause|resume|step      what is under way and what waits; pause it, let it go on
+  queue recover   queue move|clear|backup ...  what becomes of an interrupted job; put in order, keep
+  job submit FILE job show|cancel|edit ... N   one job, from its submission to its end
+  history [N]                                  what was done: by whom, what was predicted, what it took
+
 Ask (no robot needed)
   fk A B C        ik X Y Z        reach X Y Z
   poses [remove|rename]   pallets [...]        what has been taught

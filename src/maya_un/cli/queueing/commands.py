@@ -1,0 +1,245 @@
+"""The commands about the queue: their arguments and their help."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import typer
+
+from maya_un.cli.settings import Settings
+
+Number = Annotated[int, typer.Argument(metavar="JOB", min=1, help="its number")]
+Other = Annotated[int | None, typer.Argument(metavar="[JOB]", min=1, help="the other, for before and after")]
+JobFile = Annotated[str, typer.Argument(metavar="FILE", help="a YAML or JSON file")]
+Priority = Annotated[int | None, typer.Option(min=-100, max=100, help="the greater goes first  [default: 0]")]
+After = Annotated[list[int] | None, typer.Option("--after", metavar="JOB", help="begins when it is done; repeatable")]
+Notes = Annotated[str | None, typer.Option(metavar="TEXT", help="for people")]
+OnFailure = Annotated[
+    Literal["continue", "pause"] | None, typer.Option(help="what the queue does if it fails  [default: continue]")
+]
+Retries = Annotated[int | None, typer.Option(min=0, max=10, help="of a step that is harmless to repeat  [default: 0]")]
+Stepwise = Annotated[bool | None, typer.Option(help="pause after every step  [default: no-stepwise]")]
+Holding = Annotated[Literal["yes", "no"] | None, typer.Option(help="does the gripper hold a part")]
+
+
+def register(app: typer.Typer, how: dict[str, Any]) -> None:
+    """Put the commands under `app`; `how` is what all commands have in common."""
+    about = "The queue: what is under way, what waits. Without a command, show it."
+    queue = typer.Typer(add_completion=False, rich_markup_mode=None, help=about)
+    queue.callback(invoke_without_command=True, **how)(_shown)
+    for command in (pause, resume, step, clear, move, recover, backup, restore, export):
+        queue.command(**how)(command)
+    job = typer.Typer(add_completion=False, rich_markup_mode=None, help="One job, from its submission to its end.")
+    for command in (submit, show, cancel, hold, release, again, edit, notes):
+        job.command(**how)(command)
+    app.add_typer(queue, name="queue")
+    app.add_typer(job, name="job")
+    app.command(**how)(history)
+
+
+def _settings(context: typer.Context) -> Settings:
+    settings = context.obj
+    assert isinstance(settings, Settings)
+    return settings
+
+
+def _shown(context: typer.Context) -> int | None:
+    if context.invoked_subcommand is not None:
+        return None
+    from maya_un.cli.queueing import queue
+
+    return queue.show(_settings(context))
+
+
+def pause(
+    context: typer.Context,
+    now: Annotated[bool, typer.Option("--now", help="brake on the path, and hold the step under way too")] = False,
+) -> int:
+    """Begin nothing more after the step under way."""
+    from maya_un.cli.queueing import queue
+
+    return queue.pause(_settings(context), now=now)
+
+
+def resume(context: typer.Context) -> int:
+    """Go on with what waits, and with the step that is held."""
+    from maya_un.cli.queueing import queue
+
+    return queue.resume(_settings(context))
+
+
+def step(context: typer.Context) -> int:
+    """Do one step, then pause."""
+    from maya_un.cli.queueing import queue
+
+    return queue.step(_settings(context))
+
+
+def clear(context: typer.Context) -> int:
+    """Cancel everything that waits; what is under way goes on."""
+    from maya_un.cli.queueing import queue
+
+    return queue.clear(_settings(context))
+
+
+def move(
+    context: typer.Context,
+    job: Number,
+    where: Annotated[Literal["first", "last", "before", "after"], typer.Argument(help="of those that wait")],
+    other: Other = None,
+) -> int:
+    """Put a job that waits somewhere else: first, last, before another, after another."""
+    from maya_un.cli.queueing import queue
+
+    return queue.move(job, where, other, _settings(context))
+
+
+def recover(
+    context: typer.Context,
+    choice: Annotated[
+        Literal["resume", "redo", "skip", "abort"] | None,
+        typer.Argument(help="what becomes of the interrupted job; asked for on a terminal"),
+    ] = None,
+    holding: Holding = None,
+    pause: Annotated[bool, typer.Option("--pause", help="leave the queue paused")] = False,
+) -> int:
+    """Say what becomes of the job that was under way when the robot's program ended.
+
+    redo does its step again, skip leaves that out, resume does what is safe, abort ends the job. Nothing moves before.
+    """
+    from maya_un.cli.queueing import recovering
+
+    holds = None if holding is None else holding == "yes"
+    return recovering.recover(choice, holds, _settings(context), pause=pause)
+
+
+def backup(context: typer.Context, file: Annotated[str, typer.Argument(metavar="FILE", help="to be written")]) -> int:
+    """Copy the queue and its history, also while the robot runs."""
+    from maya_un.cli.queueing import keeping
+
+    return keeping.backup(file, _settings(context))
+
+
+def restore(context: typer.Context, file: Annotated[str, typer.Argument(metavar="FILE", help="a backup")]) -> int:
+    """Put a backup in the place of the queue and its history, which are kept aside; end `maya up` before."""
+    from maya_un.cli.queueing import keeping
+
+    return keeping.restore(file, _settings(context))
+
+
+def export(
+    context: typer.Context, file: Annotated[str, typer.Argument(metavar="FILE", help="ends in .csv or .jsonl")]
+) -> int:
+    """Write all jobs that are kept as a table, or with all their steps as JSON, one a line."""
+    from maya_un.cli.queueing import keeping
+
+    return keeping.export(file, _settings(context))
+
+
+def submit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
+    context: typer.Context,
+    file: JobFile,
+    priority: Priority = None,
+    held: Annotated[bool, typer.Option("--held", help="waits for somebody to release it")] = False,
+    after: After = None,
+    notes: Notes = None,
+    on_failure: OnFailure = None,
+    retries: Retries = None,
+    stepwise: Stepwise = None,
+    wait: Annotated[bool, typer.Option("--wait", help="follow it to its end; Ctrl-C cancels it")] = False,
+) -> int:
+    """Append a job to the queue of the running robot."""
+    from maya_un.cli.queueing import jobs
+
+    depends_on = None if after is None else tuple(after)
+    options = jobs.Options(priority, held or None, depends_on, notes, on_failure, retries, stepwise)
+    return jobs.submit(file, options, _settings(context), wait=wait)
+
+
+def show(context: typer.Context, job: Number) -> int:
+    """Tell all that is known of a job, step by step, also of one long ended."""
+    from maya_un.cli.queueing import jobs
+
+    return jobs.show(job, _settings(context))
+
+
+def cancel(context: typer.Context, job: Number) -> int:
+    """End a job early, or decline a proposal; one that runs stops on its path."""
+    from maya_un.cli.queueing import jobs
+
+    return jobs.cancel(job, _settings(context))
+
+
+def hold(context: typer.Context, job: Number) -> int:
+    """Put a job aside that waits."""
+    from maya_un.cli.queueing import jobs
+
+    return jobs.hold(job, _settings(context))
+
+
+def release(context: typer.Context, job: Number) -> int:
+    """Let a job wait for its turn that was held; approves a proposal."""
+    from maya_un.cli.queueing import jobs
+
+    return jobs.release(job, _settings(context))
+
+
+def again(
+    context: typer.Context,
+    job: Number,
+    from_step: Annotated[
+        int | None, typer.Option("--from", metavar="STEP", min=1, help="default: the first not done")
+    ] = None,
+) -> int:
+    """Queue a job that has ended once more, as a new one."""
+    from maya_un.cli.queueing import jobs
+
+    return jobs.again(job, from_step, _settings(context))
+
+
+def edit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
+    context: typer.Context,
+    job: Number,
+    file: Annotated[str | None, typer.Option("--file", metavar="FILE", help="takes its place")] = None,
+    priority: Priority = None,
+    after: After = None,
+    notes: Notes = None,
+    on_failure: OnFailure = None,
+    retries: Retries = None,
+    stepwise: Stepwise = None,
+) -> int:
+    """Change a job that has not begun; of a paused one, the steps that have not.
+
+    Without options it is opened in $EDITOR.
+    """
+    from maya_un.cli.queueing import jobs
+
+    depends_on = None if after is None else tuple(after)
+    options = jobs.Options(priority, None, depends_on, notes, on_failure, retries, stepwise)
+    return jobs.edit(job, options, file, _settings(context))
+
+
+def notes(
+    context: typer.Context, job: Number, text: Annotated[str, typer.Argument(metavar="TEXT", help="for people")]
+) -> int:
+    """Write something to a job that waits."""
+    from maya_un.cli.queueing import jobs
+
+    return jobs.notes(job, text, _settings(context))
+
+
+def history(
+    context: typer.Context,
+    count: Annotated[int, typer.Argument(metavar="[N]", min=1, max=100_000, help="how many, the newest first")] = 20,
+    owner: Annotated[str | None, typer.Option(metavar="NAME", help="of whom")] = None,
+    state: Annotated[
+        list[Literal["queued", "held", "running", "paused", "interrupted", "done", "failed", "cancelled"]] | None,
+        typer.Option(help="in which state; repeatable"),
+    ] = None,
+    text: Annotated[str | None, typer.Option(metavar="WORDS", help="in their name or notes")] = None,
+    as_csv: Annotated[bool, typer.Option("--csv", help="as CSV, dates in UTC, durations in s")] = False,
+) -> int:
+    """List what was done: by whom, from where, what was predicted and what it took."""
+    from maya_un.cli.queueing import history as command
+
+    return command.history(command.Wanted(count, owner, state or (), text), _settings(context), as_csv=as_csv)

@@ -1,0 +1,68 @@
+"""`maya history`: what was done, by whom, from where, how long it took."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+from urllib.parse import urlencode
+
+from maya_un.cli import output
+from maya_un.cli.client import Client
+from maya_un.cli.queueing import text
+from maya_un.cli.queueing.words import word
+from maya_un.cli.settings import Settings
+from maya_un.errors import InvalidCommandLine
+
+USUAL = 20
+"""So many jobs are listed where nothing is said."""
+
+_PAGE = 1000
+
+
+class Wanted(NamedTuple):
+    """How many jobs, and which; None where nothing is said."""
+
+    number: int = USUAL
+    owner: str | None = None
+    states: Sequence[str] = ()
+    text: str | None = None
+
+
+def history(wanted: Wanted, settings: Settings, *, as_csv: bool) -> int:
+    """Print the last jobs, newest first, as a table, with `as_csv` as CSV; raises `InvalidCommandLine`."""
+    if as_csv and settings.json:
+        raise InvalidCommandLine(reason="--csv and --json are two ways of one answer", command="maya history")
+    jobs = _found(Client.find(), wanted)
+    if as_csv:
+        output.say(_csv(jobs).rstrip("\n"))
+        return output.DONE
+    shown = text.past(jobs, settings.language) if jobs else word("no_history", settings.language)
+    return output.answer({"jobs": jobs}, shown, settings)
+
+
+def _found(client: Client, wanted: Wanted) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = []
+    while len(found) < wanted.number:
+        below = found[-1]["id"] if found else None
+        page = client.get(f"/v1/jobs?{_query(wanted, below, min(_PAGE, wanted.number - len(found)))}")
+        found += page
+        if not page:
+            break
+    return found
+
+
+def _query(wanted: Wanted, below: int | None, limit: int) -> str:
+    asked = {"owner": wanted.owner, "text": wanted.text, "below": below, "limit": limit, "state": list(wanted.states)}
+    return urlencode({key: value for key, value in asked.items() if value not in (None, [])}, doseq=True)
+
+
+def _csv(jobs: Sequence[Mapping[str, Any]]) -> str:
+    written = io.StringIO()
+    columns = list(jobs[0]) if jobs else ["id"]
+    writer = csv.DictWriter(written, columns, lineterminator="\n")
+    writer.writeheader()
+    for job in jobs:
+        writer.writerow({**job, "depends_on": " ".join(str(number) for number in job["depends_on"])})
+    return written.getvalue()

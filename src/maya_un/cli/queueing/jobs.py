@@ -1,0 +1,158 @@
+"""`maya job`: one job, from its submission to its end."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+from urllib.parse import urlencode
+
+from maya_un.cli import output
+from maya_un.cli.client import Client
+from maya_un.cli.display import chosen
+from maya_un.cli.follow import follow
+from maya_un.cli.queueing import text, times
+from maya_un.cli.queueing.words import word
+from maya_un.cli.report import as_data, as_text
+from maya_un.cli.settings import Settings
+from maya_un.errors import FileUnwritable
+from maya_un.process.files import load_job
+
+AT_REST = 120.0
+"""Longest wait for a job that is cancelled to come to rest [s]."""
+
+
+class Options(NamedTuple):
+    """How a job is to be queued, or what of that is to change; None where nothing was said."""
+
+    priority: int | None = None
+    held: bool | None = None
+    depends_on: tuple[int, ...] | None = None
+    notes: str | None = None
+    on_failure: str | None = None
+    retries: int | None = None
+    stepwise: bool | None = None
+
+    def said(self) -> dict[str, Any]:
+        """Return what was said."""
+        return {key: value for key, value in self._asdict().items() if value is not None}
+
+
+def submit(file: str, options: Options, settings: Settings, *, wait: bool) -> int:
+    """Append the job of a file to the queue; with `wait` follow it to its end. Return the exit code."""
+    job = load_job(Path(file))
+    client = Client.find()
+    since = client.get("/v1/status")["last_event"]
+    body = job.model_dump(mode="json", exclude_none=True, warnings=False)
+    query = urlencode({key: _plain(value) for key, value in options.said().items()}, doseq=True)
+    accepted = client.post(f"/v1/jobs?{query}" if query else "/v1/jobs", body)
+    if not wait:
+        return output.answer(accepted, word("accepted", settings.language, **accepted), settings)
+    with chosen(settings) as display:
+        display.note(word("accepted", settings.language, **accepted))
+        report, interrupted = follow(client, accepted["id"], since, display, settings)
+    _print(report, settings)
+    return output.INTERRUPTED if interrupted else output.concluded(report, settings)
+
+
+def _plain(value: object) -> object:
+    return str(value).lower() if isinstance(value, bool) else value
+
+
+def show(job: int, settings: Settings) -> int:
+    """Print what is known of a job, step by step, also of one long ended."""
+    client = Client.find()
+    report = client.get(f"/v1/jobs/{job}")
+    if settings.json:
+        output.emit(report)
+        return output.DONE
+    line = client.get(f"/v1/jobs?above={job - 1}&below={job + 1}")
+    _print(report, settings)
+    for facts in line:
+        output.say("\n" + word("asked_by", settings.language, **_dated(facts)))
+        if facts["notes"]:
+            output.say(facts["notes"])
+    return output.DONE
+
+
+def _print(report: Mapping[str, Any], settings: Settings) -> None:
+    if settings.json:
+        output.emit(report)
+    else:
+        output.say(as_text(as_data(report, None), settings.language))
+
+
+def _dated(line: Mapping[str, Any]) -> dict[str, Any]:
+    return {**line, **{key: times.clock(line[key]) or "–" for key in ("submitted", "began", "ended")}}
+
+
+def cancel(job: int, settings: Settings) -> int:
+    """End a job early; one that runs stops on its path."""
+    report = Client.find().request("DELETE", f"/v1/jobs/{job}", timeout=AT_REST)
+    return output.answer(report, _became(report, settings.language), settings)
+
+
+def hold(job: int, settings: Settings) -> int:
+    """Put a job aside that waits."""
+    return _line(Client.find().post(f"/v1/jobs/{job}/hold"), settings)
+
+
+def release(job: int, settings: Settings) -> int:
+    """Let a job wait for its turn that was held; for a proposal that is the approval."""
+    return _line(Client.find().post(f"/v1/jobs/{job}/release"), settings)
+
+
+def again(job: int, from_step: int | None, settings: Settings) -> int:
+    """Queue a job that has ended once more, from a step on."""
+    body = {} if from_step is None else {"from_step": from_step}
+    line = Client.find().post(f"/v1/jobs/{job}/again", body)
+    words = word("again", settings.language, old=job, **{**line, "state": text.state(line, settings.language)})
+    return output.answer(line, words, settings)
+
+
+def notes(job: int, said: str, settings: Settings) -> int:
+    """Write something to a job that waits."""
+    return _line(Client.find().request("PATCH", f"/v1/jobs/{job}", {"notes": said}), settings)
+
+
+def edit(job: int, options: Options, file: str | None, settings: Settings) -> int:
+    """Change how a job is queued, or replace it by that of a file; where nothing is said, open it in an editor."""
+    client = Client.find()
+    changes = options.said()
+    if file is not None:
+        changes["job"] = load_job(Path(file)).model_dump(mode="json", exclude_none=True, warnings=False)
+    if not changes:
+        changes = _edited(client.get(f"/v1/jobs/{job}/body"), job)
+    if not changes:
+        return output.answer({"changed": False}, word("unchanged", settings.language), settings)
+    return _line(client.request("PATCH", f"/v1/jobs/{job}", changes), settings)
+
+
+def _edited(body: Mapping[str, Any], job: int) -> dict[str, Any]:
+    """Return the job as somebody leaves it in his editor ($VISUAL, $EDITOR, vi), nothing where he changes nothing."""
+    import yaml
+
+    written = yaml.safe_dump(dict(body), sort_keys=False, allow_unicode=True, default_flow_style=None)
+    with tempfile.TemporaryDirectory(prefix="maya-") as folder:
+        path = Path(folder) / f"job-{job}.yaml"
+        path.write_text(written, encoding="utf-8")
+        editor = os.environ.get("VISUAL") or os.environ.get("EDITOR") or "vi"
+        try:
+            subprocess.run([*shlex.split(editor), str(path)], check=True)
+        except (OSError, subprocess.CalledProcessError) as error:
+            raise FileUnwritable(path=path, reason=f"{editor} failed: {error}") from error
+        if path.read_text(encoding="utf-8") == written:
+            return {}
+        return {"job": load_job(path).model_dump(mode="json", exclude_none=True, warnings=False)}
+
+
+def _line(line: Mapping[str, Any], settings: Settings) -> int:
+    return output.answer(line, _became(line, settings.language), settings)
+
+
+def _became(line: Mapping[str, Any], language: str) -> str:
+    return word("became", language, id=line["id"], name=line["name"], state=word(f"state_{line['state']}", language))

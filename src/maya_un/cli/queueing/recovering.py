@@ -1,0 +1,59 @@
+"""`maya queue recover`: a person says what becomes of the job that was interrupted."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from maya_un.cli import output
+from maya_un.cli.client import Client
+from maya_un.cli.queueing import text
+from maya_un.cli.queueing.words import word
+from maya_un.cli.settings import Settings
+from maya_un.errors import InvalidCommandLine
+
+_COMMAND = "maya queue recover"
+_ANSWERS = ("yes", "no")
+
+
+def recover(choice: str | None, holding: bool | None, settings: Settings, *, pause: bool) -> int:
+    """Say what becomes of the interrupted job; what is not said is asked for where somebody sits at a terminal.
+
+    With `pause` the queue stays paused. Raises `InvalidCommandLine` where nobody can be asked, `AnswerNeeded`.
+    """
+    client = Client.find()
+    offer = client.get("/v1/queue")["recovery"]
+    if offer is None:
+        return output.answer({"recovery": None}, word("nothing_interrupted", settings.language), settings)
+    asks = sys.stdin.isatty() and not settings.json
+    if choice is None:
+        if not asks:
+            raise InvalidCommandLine(reason="CHOICE is missing", command=_COMMAND)
+        output.say(text.recovery(offer, settings.language))
+        choice = _asked("ask_choice", [one["name"] for one in offer["choices"]], settings.language)
+    if holding is None and asks and _needs_answer(offer, choice):
+        holding = _asked("ask_holding", _ANSWERS, settings.language) == "yes"
+    body: dict[str, object] = {"choice": choice, "resume_queue": not pause}
+    if holding is not None:
+        body["holding"] = holding
+    view = client.post("/v1/queue/recovery", body, timeout=120.0)
+    return output.answer(view, text.mode(view, settings.language), settings)
+
+
+def _needs_answer(offer: Mapping[str, Any], choice: str) -> bool:
+    return any(one["name"] == choice and one["needs_answer"] for one in offer["choices"])
+
+
+def _asked(question: str, answers: Sequence[str], language: str) -> str:
+    """Return one of the answers, said whole or by its first letters; raises `InvalidCommandLine` at the input's end."""
+    choices = ", ".join(answers)
+    while True:
+        try:
+            said = input(word(question, language, choices=choices)).strip().lower()
+        except EOFError:
+            raise InvalidCommandLine(reason="nobody chose", command=_COMMAND) from None
+        meant = [answer for answer in answers if said and answer.startswith(said)]
+        if said in answers or len(meant) == 1:
+            return said if said in answers else meant[0]
+        output.say(word("ask_again", language, choices=choices))

@@ -1,0 +1,147 @@
+"""What `maya queue`, `maya job` and `maya history` say, in every language."""
+
+from __future__ import annotations
+
+_WORDS: dict[str, tuple[str, str]] = {
+    "queue_running": ("The queue is running.", "La cola está en marcha."),
+    "queue_pausing": (
+        "The queue pauses after the step under way ({reason}).",
+        "La cola se pausa tras el paso en curso ({reason}).",
+    ),
+    "queue_paused": (
+        "The queue is paused since {since} ({reason}). `maya queue resume` lets it go on.",
+        "La cola está en pausa desde las {since} ({reason}). `maya queue resume` la continúa.",
+    ),
+    "because_asked": ("{by} asked for it", "lo pidió {by}"),
+    "because_step": ("step mode", "modo paso a paso"),
+    "because_stop": ("somebody said stop: {by}", "alguien dijo parar: {by}"),
+    "because_fault": ("a fault", "un fallo"),
+    "because_restart": ("this program was started anew", "el programa se inició de nuevo"),
+    "because_driver": ("the driver was heard of no more", "no se supo más del conductor"),
+    "because_storage": ("nothing can be written down", "no se puede escribir nada"),
+    "because_failure": ("a job failed", "un trabajo falló"),
+    "nothing_waits": ("Nothing waits.", "Nada espera."),
+    "under_way": ("under way: {phase}, {percent:.0f} %", "en curso: {phase}, {percent:.0f} %"),
+    "counted": ("{count} {state}", "{count} {state}"),
+    "more_wait": ("{count} more wait.", "{count} más esperan."),
+    "finish_at": ("All of it will have ended at {clock}.", "Todo habrá terminado a las {clock}."),
+    "number": ("job", "trabajo"),
+    "name": ("name", "nombre"),
+    "state": ("state", "estado"),
+    "steps": ("steps", "pasos"),
+    "ends_in": ("ends in", "termina en"),
+    "at": ("at", "a las"),
+    "owner": ("owner", "dueño"),
+    "priority": ("prio", "prio"),
+    "notes": ("notes", "notas"),
+    "predicted": ("predicted", "previsto"),
+    "took": ("took", "duró"),
+    "submitted": ("submitted", "enviado"),
+    "source": ("from", "desde"),
+    "proposal": ("{state}, proposal", "{state}, propuesta"),
+    "after_jobs": ("after {jobs}", "después de {jobs}"),
+    "state_queued": ("queued", "en cola"),
+    "state_held": ("held", "retenido"),
+    "state_running": ("running", "en marcha"),
+    "state_paused": ("paused", "en pausa"),
+    "state_interrupted": ("interrupted", "interrumpido"),
+    "state_done": ("done", "hecho"),
+    "state_failed": ("failed", "fallido"),
+    "state_cancelled": ("cancelled", "cancelado"),
+    "state_skipped": ("skipped", "omitido"),
+    "interrupted": (
+        "Job {job}, {name}, was interrupted in step {index}, {step} ({phase}), on {since}.",
+        "El trabajo {job}, {name}, se interrumpió en el paso {index}, {step} ({phase}), el {since}.",
+    ),
+    "interrupted_between": (
+        "Job {job}, {name}, was interrupted between two steps, on {since}.",
+        "El trabajo {job}, {name}, se interrumpió entre dos pasos, el {since}.",
+    ),
+    "begun": ("begun", "comenzado"),
+    "gripper_open": ("The gripper is open.", "La pinza está abierta."),
+    "gripper_unknown": (
+        "The gripper is closed; whether it holds a part only a person can see.",
+        "La pinza está cerrada; si sujeta una pieza solo lo ve una persona.",
+    ),
+    "gripper_holds": ("The gripper holds a part.", "La pinza sujeta una pieza."),
+    "robot_at": ("The robot is at {place}.", "El robot está en {place}."),
+    "robot_unknown": ("The robot is not homed.", "El robot no tiene homing."),
+    "choose": (
+        "Nothing moves before somebody chooses: maya queue recover CHOICE",
+        "Nada se mueve antes de que alguien elija: maya queue recover ELECCIÓN",
+    ),
+    "choice_resume": (
+        "go on in the safe way: what was done is not done again",
+        "continuar del modo seguro: lo hecho no se repite",
+    ),
+    "choice_redo": ("do the interrupted step again, then the rest", "repetir el paso interrumpido, luego el resto"),
+    "choice_skip": ("leave the interrupted step out, do the rest", "omitir el paso interrumpido, hacer el resto"),
+    "choice_abort": ("end the job as cancelled", "terminar el trabajo como cancelado"),
+    "with_holding": ("{meaning} (with --holding yes|no)", "{meaning} (con --holding yes|no)"),
+    "ask_choice": ("What becomes of it ({choices})? ", "¿Qué se hace con él ({choices})? "),
+    "ask_holding": ("Does the gripper hold a part (yes, no)? ", "¿La pinza sujeta una pieza (yes, no)? "),
+    "ask_again": ("One of: {choices}", "Uno de: {choices}"),
+    "nothing_interrupted": ("Nothing was interrupted.", "Nada se interrumpió."),
+    "cleared": ("{count} jobs were cancelled.", "Se cancelaron {count} trabajos."),
+    "accepted": ("Job {id}, {name}: {steps} steps.", "Trabajo {id}, {name}: {steps} pasos."),
+    "became": ("Job {id}, {name}: {state}.", "Trabajo {id}, {name}: {state}."),
+    "placed": (
+        "Job {id}, {name}: number {position} of those that wait.",
+        "Trabajo {id}, {name}: número {position} en espera.",
+    ),
+    "again": (
+        "Job {id}, {name}: {state}; it is job {old} again.",
+        "Trabajo {id}, {name}: {state}; es el trabajo {old} otra vez.",
+    ),
+    "asked_by": (
+        "asked for by {owner} ({source}) on {submitted}, began {began}, ended {ended}",
+        "pedido por {owner} ({source}) el {submitted}, comenzó {began}, terminó {ended}",
+    ),
+    "no_history": ("Nothing has been done yet.", "Todavía no se ha hecho nada."),
+    "backed_up": (
+        "{path}: {jobs} jobs, {unfinished} of them unfinished, {size} kB.",
+        "{path}: {jobs} trabajos, {unfinished} sin terminar, {size} kB.",
+    ),
+    "restored": (
+        "{path}: {jobs} jobs, {unfinished} of them unfinished. What stood there is kept: {aside}",
+        "{path}: {jobs} trabajos, {unfinished} sin terminar. Lo que había se conserva: {aside}",
+    ),
+    "kept_nothing": ("nothing", "nada"),
+    "exported": ("{path}: {jobs} jobs.", "{path}: {jobs} trabajos."),
+    "unchanged": ("Nothing was changed.", "No se cambió nada."),
+    "waits_paused": (
+        "Job {id} waits: the queue is paused ({reason}). `maya queue resume` lets it go on.",
+        "El trabajo {id} espera: la cola está en pausa ({reason}). `maya queue resume` la continúa.",
+    ),
+    "waits_interrupted": (
+        "Job {id} waits: job {other} was interrupted; say what becomes of it with `maya queue recover`.",
+        "El trabajo {id} espera: el trabajo {other} se interrumpió; decida con `maya queue recover`.",
+    ),
+    "waits_held": (
+        "Job {id} is held. `maya job release {id}` lets it wait for its turn.",
+        "El trabajo {id} está retenido. `maya job release {id}` lo deja esperar su turno.",
+    ),
+    "waits_proposal": (
+        "Job {id} is a proposal. An operator approves it with `maya job release {id}`.",
+        "El trabajo {id} es una propuesta. Un operador la aprueba con `maya job release {id}`.",
+    ),
+    "waits_lease": (
+        "Job {id} waits: {holder} drives the robot since {since:.0f} s.",
+        "El trabajo {id} espera: {holder} conduce el robot desde hace {since:.0f} s.",
+    ),
+    "waits_turn": (
+        "Job {id} waits for its turn, number {position}.",
+        "El trabajo {id} espera su turno, número {position}.",
+    ),
+}
+
+
+def word(key: str, language: str, **details: object) -> str:
+    """Return the words of `key` in `language`, with their details filled in."""
+    english, spanish = _WORDS[key]
+    return (spanish if language == "es" else english).format(**details)
+
+
+def known(key: str) -> bool:
+    """Tell whether there are words for `key`."""
+    return key in _WORDS
