@@ -233,8 +233,8 @@ def history(
     count: Annotated[int, typer.Argument(metavar="[N]", min=1, max=100_000, help="how many, the newest first")] = 20,
     owner: Annotated[str | None, typer.Option(metavar="NAME", help="of whom")] = None,
     state: Annotated[
-        list[Literal["queued", "held", "running", "paused", "interrupted", "done", "failed", "cancelled"]] | None,
-        typer.Option(help="in which state; repeatable"),
+        list[str] | None,
+        typer.Option(metavar="STATE", help="queued, held, running, paused, interrupted, done, failed or cancelled"),
     ] = None,
     text: Annotated[str | None, typer.Option(metavar="WORDS", help="in their name or notes")] = None,
     as_csv: Annotated[bool, typer.Option("--csv", help="as CSV, dates in UTC, durations in s")] = False,
