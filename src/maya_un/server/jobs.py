@@ -74,6 +74,11 @@ def add_jobs(routes: Routes) -> None:
         """Tell how one job stands, step by step."""
         return answer(await ask(lambda service: service.job(job)))
 
+    @routes.add("GET", "/v1/jobs/{job}/body", Operation.READ, tag=_TAG, gives=dict[str, Any], refuses=(NotFound,))
+    async def body(ask: Ask, job: JobNumber) -> Response:
+        """Tell how a job was written, or the wish that it is."""
+        return answer(await ask(lambda service: service.history.body(job)))
+
     @routes.add(
         "DELETE",
         "/v1/jobs/{job}",
