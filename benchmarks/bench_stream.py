@@ -74,10 +74,7 @@ async def serve_ours() -> None:
         beating = Beating(robot.service)
         bridge = Bridge(asyncio.get_running_loop(), cast("Any", beating))
         with bound_socket(0) as door:
-            app = create_app(bridge)
-            from maya_un.server.stream import add_stream
-            add_stream(app, bridge)
-            async with served(app, door) as url:
+            async with served(create_app(bridge), door) as url:
                 print(url.rpartition(":")[2], flush=True)
                 await obey(beating.going)
 

@@ -3,13 +3,29 @@
 from __future__ import annotations
 
 import asyncio
+import json
+import socket
 from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, replace
 from typing import Any, cast
+from urllib.parse import urlsplit
 
+from fastapi import FastAPI
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.client import ClientProtocol
+from websockets.frames import Frame, Opcode
+from websockets.protocol import State as Phase
+from websockets.uri import parse_uri
+
+from maya_un.api.access.callers import Callers
 from maya_un.api.messages import EventMessage
 from maya_un.api.service import Service
 from maya_un.events import Event, EventLog, Kind
+from maya_un.server.bridge import Bridge
+from maya_un.server.stream import add_stream
+from maya_un.server.stream_ring import MOST_EVENTS
+from maya_un.server.thread import bound_socket, served
 from maya_un.values import Mode, State
 
 REST = State(
@@ -116,3 +132,122 @@ class Watched:
         """Return past events."""
         assert run == self.run
         return [EventMessage.of(event) for event in self.log.since(max(above, self.forgotten))[:limit]]
+
+
+@asynccontextmanager
+async def streamed(
+    watched: Watched, *, callers: Callers | None = None, most_behind: int = MOST_EVENTS
+) -> AsyncIterator[str]:
+    """Serve the stream of a service that lives in the running loop; yields its address."""
+    bridge = Bridge(asyncio.get_running_loop(), watched.service, callers=callers)
+    app = FastAPI()
+    add_stream(app, bridge, most_behind)
+    with bound_socket(0) as door:
+        async with served(app, door) as url:
+            yield f"{url.replace('http', 'ws', 1)}/v1/stream"
+
+
+class Client:
+    """One that reads the stream as programs do."""
+
+    def __init__(self, connection: ClientConnection) -> None:
+        self.connection = connection
+        self.got: list[dict[str, Any]] = []
+
+    async def say(self, kind: str, **message: object) -> None:
+        """Send a message."""
+        await self.connection.send(json.dumps({"type": kind, **message}))
+
+    async def hear(self) -> dict[str, Any]:
+        """Return the next message."""
+        self.got.append(json.loads(await self.connection.recv()))
+        return self.got[-1]
+
+    async def until(self, kind: str) -> dict[str, Any]:
+        """Return the next message of a kind."""
+        while (message := await self.hear())["type"] != kind:
+            pass
+        return message
+
+    async def ask(self, kind: str, **message: object) -> dict[str, Any]:
+        """Send a message and return its answer: the next one with its id."""
+        number = len(self.got) + 1
+        await self.say(kind, id=number, **message)
+        while (answer := await self.hear()).get("id") != number:
+            pass
+        return answer
+
+    async def events_to(self, last: int) -> list[int]:
+        """Read on to the event of this number and return those of all events so far."""
+        while last not in (numbers := self.numbers):
+            await self.hear()
+        return numbers
+
+    @property
+    def numbers(self) -> list[int]:
+        """Numbers of the events so far."""
+        return [message["event"]["seq"] for message in self.got if message["type"] == "event"]
+
+
+@asynccontextmanager
+async def connected(url: str, **headers: str) -> AsyncIterator[Client]:
+    """Be a client that was greeted, or refused, for the length of the block."""
+    async with connect(url, compression=None, additional_headers=headers, proxy=None) as connection:
+        client = Client(connection)
+        await client.hear()
+        yield client
+
+
+class Sluggard:
+    """A client that reads only when told to, on a socket of its own with a small buffer."""
+
+    def __init__(self, url: str) -> None:
+        place = urlsplit(url)
+        assert place.hostname is not None
+        self._socket = socket.socket()
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        self._socket.settimeout(20.0)
+        self._socket.connect((place.hostname, place.port))
+        self._protocol = ClientProtocol(parse_uri(url), max_size=None)
+        self._protocol.send_request(self._protocol.connect())
+        self._flush()
+        while self._protocol.state is Phase.CONNECTING:
+            self._protocol.receive_data(self._socket.recv(1))
+
+    def say(self, **message: object) -> None:
+        """Send a message."""
+        self._protocol.send_text(json.dumps(message).encode())
+        self._flush()
+
+    def read(self, most: int = 4096) -> list[dict[str, Any]]:
+        """Read at most so many bytes and return the messages that have become whole; raises `EOFError` at the end."""
+        try:
+            data = self._socket.recv(most)
+        except ConnectionError:
+            data = b""
+        if not data:
+            raise EOFError
+        self._protocol.receive_data(data)
+        frames = [event for event in self._protocol.events_received() if isinstance(event, Frame)]
+        return [json.loads(bytes(frame.data)) for frame in frames if frame.opcode is Opcode.TEXT]
+
+    def read_on(self) -> list[dict[str, Any]]:
+        """Read to the end of the connection and return all that comes."""
+        found: list[dict[str, Any]] = []
+        with suppress(EOFError):
+            while True:
+                found += self.read(65_536)
+        return found
+
+    @property
+    def close_code(self) -> int | None:
+        """The code with which the server closed, None where it did not say so."""
+        return None if self._protocol.close_rcvd is None else self._protocol.close_rcvd.code
+
+    def close(self) -> None:
+        """Go away."""
+        self._socket.close()
+
+    def _flush(self) -> None:
+        for data in self._protocol.data_to_send():
+            self._socket.sendall(data)

@@ -9,15 +9,15 @@ from contextlib import asynccontextmanager
 from fastapi import FastAPI
 from starlette.websockets import WebSocket
 
-from maya_un.api.access.caller import LOCAL, Caller
-from maya_un.api.access.operations import Operation
+from maya_un.api.access.caller import Caller
 from maya_un.api.service import Service
 from maya_un.errors import MayaError, NotSignedIn, TooManyRequests
 from maya_un.server.bridge import Bridge
 from maya_un.server.crash import written_down
+from maya_un.server.language import language_of
 from maya_un.server.stream_entrance import Entrance
 from maya_un.server.stream_hub import Hub
-from maya_un.server.stream_ring import Ring
+from maya_un.server.stream_ring import MOST_EVENTS, Ring
 from maya_un.server.stream_session import Session, refuse
 from maya_un.server.stream_tap import Batch, Tap
 from maya_un.server.stream_wire import WIRE, Wire
@@ -29,17 +29,18 @@ INTRODUCTION = 10.0
 """How long a client may take to say who it is [s]."""
 
 
-def add_stream(app: FastAPI, bridge: Bridge) -> None:
-    """Add /v1/stream; only for a server whose websockets are a `Wire`."""
-    stream = Stream(bridge)
+def add_stream(app: FastAPI, bridge: Bridge, most_behind: int = MOST_EVENTS) -> None:
+    """Add /v1/stream, for a server whose websockets are a `Wire`; readers may be `most_behind` events behind."""
+    stream = Stream(bridge, most_behind)
     app.add_api_websocket_route("/v1/stream", stream.serve)
 
 
 class Stream:
     """All clients of the stream; what they share lives from the first to the last."""
 
-    def __init__(self, bridge: Bridge) -> None:
+    def __init__(self, bridge: Bridge, most_behind: int) -> None:
         self._bridge = bridge
+        self._most_behind = most_behind
         self._opening = asyncio.Lock()
         self._hub: Hub | None = None
         self._tapping: asyncio.Task[None] | None = None
@@ -50,7 +51,7 @@ class Stream:
         """Serve one client from its handshake to its end."""
         wire = socket.scope["extensions"][WIRE]
         assert isinstance(wire, Wire)
-        language = "es" if socket.headers.get("accept-language", "").startswith("es") else "en"
+        language = language_of(socket.headers)
         await socket.accept()
         try:
             await self._serve(socket, wire, language)
@@ -87,15 +88,15 @@ class Stream:
 
     async def _open(self) -> Hub:
         """Begin to take from the service."""
-        service, run, last, speed = await self._bridge.call(LOCAL, Operation.READ, _facts)
-        hub = Hub(run, Ring(last))
+        service, run, last, speed = await self._bridge.asked(_facts)
+        hub = Hub(run, Ring(last, self._most_behind))
         loop = asyncio.get_running_loop()
 
         async def view() -> object:
             return service.queue.view()
 
         def hand_over(batch: Batch) -> None:
-            loop.call_soon_threadsafe(hub.take, batch)
+            loop.call_soon_threadsafe(self._take, hub, batch)
 
         tap = Tap(service, view, hand_over, speed)
         hub.open(tap)
@@ -103,12 +104,21 @@ class Stream:
         self._tapping.add_done_callback(self._tapped)
         return hub
 
+    def _take(self, hub: Hub, batch: Batch) -> None:
+        try:
+            hub.take(batch)
+        except Exception as defect:  # noqa: BLE001 - nobody else is told
+            self._fail(defect)
+
     def _tapped(self, done: asyncio.Task[None]) -> None:
-        """Write down why the tap ended by itself, and end all connections: they would wait for ever."""
         if not done.cancelled() and (defect := done.exception()) is not None:
-            crash = written_down(defect)
-            for wire in tuple(self._wires):
-                refuse(wire, crash, "en")
+            self._fail(defect)
+
+    def _fail(self, defect: BaseException) -> None:
+        """Write a defect down and end all connections: they would wait for ever, or miss something."""
+        crash = written_down(defect)
+        for wire in tuple(self._wires):
+            refuse(wire, crash, "en")
 
     def _close(self) -> None:
         if self._tapping is not None:

@@ -10,7 +10,7 @@ from starlette.websockets import WebSocket
 from maya_un.api.access.caller import Caller
 from maya_un.errors import InvalidRequest, NotSignedIn
 from maya_un.server.bridge import Bridge
-from maya_un.server.stream_messages import PROTOCOL, understood
+from maya_un.server.stream_messages import PROTOCOL, decoded, kind_of
 from maya_un.server.who import is_local, source_of
 
 
@@ -47,11 +47,11 @@ class Entrance:
             if self._shown is not None:
                 raise
         text = await received(self._socket)
-        return None if text is None else await self.meet(understood(text))
+        return None if text is None else await self.meet(decoded(text))
 
     async def meet(self, message: Mapping[str, Any]) -> Caller:
         """Return who says `hello`, by its token where it shows one; raises as `introduced` does."""
-        if message["type"] != "hello":
+        if kind_of(message) != "hello":
             raise NotSignedIn(reason="the first message is not `hello` with a token")
         if message.get("protocol", PROTOCOL) != PROTOCOL:
             raise InvalidRequest(key="protocol", reason=f"this is version {PROTOCOL}")

@@ -51,16 +51,20 @@ class Subscription:
     queue: bool = False
 
 
-def understood(text: str | bytes) -> dict[str, Any]:
-    """Return a client's message; raises `InvalidRequest` for what is none, or has a key that it cannot have."""
-    message = decode_object(text.encode() if isinstance(text, str) else text)
+def decoded(text: str | bytes) -> dict[str, Any]:
+    """Return the object that a client sent; raises `InvalidRequest`."""
+    return decode_object(text.encode() if isinstance(text, str) else text)
+
+
+def kind_of(message: Mapping[str, Any]) -> str:
+    """Return what a client's message is; raises `InvalidRequest` for what is none, or has a key that it cannot have."""
     kind = message.get("type")
     if not isinstance(kind, str) or kind not in _KEYS:
         raise InvalidRequest(key="type", reason=f"it is one of {', '.join(_KEYS)}")
     for key in message:
         if key not in _KEYS[kind] | {"type", "id"}:
             raise InvalidRequest(key=key, reason=f"a message of type {kind} has no such key")
-    return message
+    return kind
 
 
 def subscription(message: Mapping[str, Any]) -> Subscription:

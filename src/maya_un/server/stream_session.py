@@ -22,10 +22,11 @@ from maya_un.server.stream_hub import Hub
 from maya_un.server.stream_messages import (
     PROTOCOL,
     Past,
+    decoded,
     error_frame,
+    kind_of,
     plain_frame,
     subscription,
-    understood,
 )
 from maya_un.server.stream_past import catch_up
 from maya_un.server.stream_reader import Reader
@@ -86,8 +87,8 @@ class Session:
     async def _hear(self, text: str | bytes) -> None:
         message: dict[str, Any] = {}
         try:
-            message = understood(text)
-            match message["type"]:
+            message = decoded(text)
+            match kind_of(message):
                 case "hello":
                     await self._meet(message)
                 case "subscribe":

@@ -14,13 +14,14 @@ from maya_un.errors import InvalidRequest, Unreachable
 from maya_un.server.stream_messages import (
     Past,
     content,
+    decoded,
     error_frame,
     event_frame,
+    kind_of,
     plain_frame,
     queue_frame,
     state_frame,
     subscription,
-    understood,
 )
 from tests.streaming import REST
 from tests.unit.server.frames import texts
@@ -47,7 +48,7 @@ def said(frame: bytes) -> dict[str, Any]:
 )
 def test_what_is_no_message_is_refused_by_key(text: str | bytes, key: str) -> None:
     with pytest.raises(InvalidRequest) as refused:
-        understood(text)
+        kind_of(decoded(text))
     assert refused.value.details["key"] == key
 
 

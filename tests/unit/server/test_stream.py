@@ -1,0 +1,229 @@
+"""The stream as clients meet it, on real sockets: so these tests run in real loops."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Awaitable, Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+from websockets.exceptions import ConnectionClosed
+
+from maya_un import __version__
+from maya_un.loops import ScaledLoop, run
+from maya_un.server.stream_wire import LONGEST_MESSAGE
+from tests.streaming import Client, Watched, connected, streamed
+
+Story = Callable[[Watched, Client], Awaitable[None]]
+
+
+def told(story: Story, *, before: int = 0, run_number: int = 1, speed: float = 1.0) -> None:
+    """Have one client live through `story` at a service that had so many events before."""
+
+    async def main() -> None:
+        watched = Watched(run_number, speed)
+        watched.happen(before)
+        async with streamed(watched) as url, connected(url) as client:
+            await story(watched, client)
+
+    run(main(), partial(ScaledLoop, speed) if speed != 1.0 else None)
+
+
+def test_a_client_is_greeted_with_versions_run_last_event_and_who_it_is() -> None:
+    async def story(_: Watched, client: Client) -> None:
+        assert client.got == [
+            {
+                "type": "hello",
+                "version": __version__,
+                "protocol": 1,
+                "run": 4,
+                "last_event": 3,
+                "who": {"name": "local", "role": "admin"},
+            }
+        ]
+
+    told(story, before=3, run_number=4)
+
+
+def test_what_is_not_understood_is_answered_and_the_client_stays() -> None:
+    async def story(_: Watched, client: Client) -> None:
+        for text in ("[]", "{", '{"type": "dance", "id": 7}', '{"type": "subscribe", "state": {"rate": 1000}}'):
+            await client.connection.send(text)
+            answer = await client.hear()
+            assert (answer["type"], answer["code"]) == ("error", 4005)
+        assert (await client.ask("ping"))["type"] == "pong"
+
+    told(story)
+
+
+def test_an_error_is_in_the_language_of_the_request() -> None:
+    async def main() -> None:
+        async with streamed(Watched()) as url, connected(url, **{"Accept-Language": "es"}) as client:
+            assert (await client.ask("dance"))["message"].startswith("La petición se rechaza")
+
+    run(main())
+
+
+def test_a_message_that_is_too_long_ends_the_connection() -> None:
+    async def story(_: Watched, client: Client) -> None:
+        await client.connection.send("x" * (LONGEST_MESSAGE + 1))
+        with pytest.raises(ConnectionClosed):
+            await client.until("nothing")
+        assert client.connection.close_code == 1009
+
+    told(story)
+
+
+@pytest.mark.parametrize("speed", [1.0, 100.0])
+def test_states_events_and_the_queue_come_as_they_are_subscribed_to(speed: float) -> None:
+    async def story(watched: Watched, client: Client) -> None:
+        await client.ask("subscribe", state={"rate": 50}, events={"since": 0}, queue=True)
+        assert (await client.until("state"))["state"]["counts"] == [0, 0, 0]
+        shown = watched.count()
+        while (await client.until("state"))["state"]["counts"][0] != shown:
+            pass
+        watched.happen(3, name="down")
+        assert await client.events_to(5) == [1, 2, 3, 4, 5]
+        assert "queue" in {message["type"] for message in client.got}
+
+    told(story, before=2, speed=speed)
+
+
+def test_events_are_without_a_gap_from_the_past_into_the_present() -> None:
+    async def story(watched: Watched, client: Client) -> None:
+        await client.say("subscribe", events={"since": 17})
+        for _ in range(300):
+            watched.happen()
+            await asyncio.sleep(0)
+        assert await client.events_to(2300) == list(range(18, 2301))
+
+    told(story, before=2000)
+
+
+def test_without_a_number_events_are_those_from_now_on() -> None:
+    async def story(watched: Watched, client: Client) -> None:
+        await client.ask("subscribe", events={})
+        watched.happen()
+        assert await client.events_to(6) == [6]
+
+    told(story, before=5)
+
+
+def test_events_can_be_ended_and_begun_again_behind_any_number() -> None:
+    async def story(watched: Watched, client: Client) -> None:
+        await client.ask("subscribe", events={"since": 3})
+        await client.events_to(5)
+        await client.ask("subscribe", events=None)
+        watched.happen(2)
+        await client.ask("subscribe", events={"since": 1})
+        assert await client.events_to(7) == [4, 5, 2, 3, 4, 5, 6, 7]
+
+    told(story, before=5)
+
+
+def test_a_number_that_is_not_there_yet_is_refused() -> None:
+    async def story(_: Watched, client: Client) -> None:
+        answer = await client.ask("subscribe", events={"since": 6})
+        assert (answer["code"], answer["details"]["key"]) == (4005, "events.since")
+
+    told(story, before=5)
+
+
+def test_events_that_are_forgotten_are_told_as_such() -> None:
+    async def story(watched: Watched, client: Client) -> None:
+        watched.forgotten = 3
+        await client.say("subscribe", events={"since": 1})
+        answer = await client.until("error")
+        assert (answer["code"], answer["details"]) == (4013, {"since": 1, "oldest": 4})
+        await client.ask("subscribe", events={"since": 3})
+        assert await client.events_to(5) == [4, 5]
+
+    told(story, before=5)
+
+
+def test_a_client_of_another_run_is_told_and_gets_everything_of_this_one() -> None:
+    async def story(watched: Watched, client: Client) -> None:
+        await client.ask("subscribe", events={"since": 900, "run": 1})
+        assert await client.until("restart") == {"type": "restart", "run": 2}
+        watched.happen()
+        assert await client.events_to(4) == [1, 2, 3, 4]
+
+    told(story, before=3, run_number=2)
+
+
+def test_many_clients_come_and_go_and_the_service_is_looked_at_only_while_there_are_any() -> None:
+    async def main() -> None:
+        watched = Watched()
+        before = asyncio.all_tasks()
+        async with streamed(watched) as url:
+            for round_ in range(3):
+                async with connected(url) as one, connected(url) as other:
+                    for client in (one, other):
+                        assert client.got[0]["last_event"] == round_ * 2
+                        await client.ask("subscribe", events={}, state={"rate": 10})
+                    watched.happen(2)
+                    for client in (one, other):
+                        assert await client.events_to(round_ * 2 + 2) == [round_ * 2 + 1, round_ * 2 + 2]
+        for task in asyncio.all_tasks() - before:
+            with pytest.raises(asyncio.CancelledError):
+                await task
+
+    run(main())
+
+
+@pytest.mark.parametrize("view", [{"mode": object()}, None])
+def test_a_service_that_fails_ends_its_clients_with_a_code(
+    view: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MAYA_STATE_DIR", str(tmp_path))
+
+    async def story(watched: Watched, client: Client) -> None:
+        if view is None:
+            watched.view = None  # type: ignore[assignment,method-assign]
+        else:
+            watched.shown = {"mode": object()}
+        await client.say("subscribe", queue=True)
+        with pytest.raises(ConnectionClosed):
+            await client.until("nothing")
+        assert (client.got[-1]["type"], client.got[-1]["code"]) == ("error", 5999)
+        assert client.connection.close_code == 1011
+
+    told(story)
+    assert "Traceback" in next(tmp_path.rglob("maya.log")).read_text(encoding="utf-8")
+
+
+def test_the_end_of_the_server_is_told_to_its_clients(capfd: pytest.CaptureFixture[str]) -> None:
+    async def main() -> int | None:
+        watched = Watched()
+        async with streamed(watched) as url:
+            connecting = connected(url)
+            client = await connecting.__aenter__()
+            await client.ask("subscribe", state={"rate": 10}, events={}, queue=True)
+        with pytest.raises(ConnectionClosed):
+            await client.until("nothing")
+        await connecting.__aexit__(None, None, None)
+        return client.connection.close_code
+
+    assert run(main()) == 1012
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_flood_of_messages_is_answered_in_order() -> None:
+    async def story(_: Watched, client: Client) -> None:
+        for number in range(2000):
+            await client.say("ping", id=number)
+        answers: list[Any] = [(await client.until("pong"))["id"] for _ in range(2000)]
+        assert answers == list(range(2000))
+
+    told(story)
+
+
+def test_a_message_in_bytes_is_a_message() -> None:
+    async def story(_: Watched, client: Client) -> None:
+        await client.connection.send(json.dumps({"type": "ping"}).encode())
+        assert (await client.hear())["type"] == "pong"
+
+    told(story)
