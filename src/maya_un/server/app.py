@@ -37,12 +37,13 @@ def create_app(bridge: Bridge, edge: Edge | None = None, metrics: Metrics | None
     """
     app = FastAPI(title="Maya-UN", version=__version__, docs_url=None, redoc_url=None, openapi_url=None)
     app.state.bridge = bridge
-    app.add_middleware(Guard, edge=edge or Edge())
+    counted = metrics or Metrics()
+    app.add_middleware(Guard, edge=edge or Edge(), metrics=counted)
     app.add_exception_handler(MayaError, problems.on_maya_error)
     app.add_exception_handler(RequestValidationError, problems.on_validation_error)
     app.add_exception_handler(HTTPException, problems.on_http_error)
     routes = Routes(app)
-    add_system(routes, app, bridge, metrics or Metrics())
+    add_system(routes, app, bridge, counted)
     add_reading(routes, bridge)
     add_geometry(routes)
     add_jobs(routes)

@@ -19,11 +19,12 @@ T = TypeVar("T")
 
 
 class Asking:
-    """Asks the service on behalf of `caller` for what the route is for."""
+    """Asks the service on behalf of `caller` for what the route is for; `subject` says in the audit log about what."""
 
-    def __init__(self, bridge: Bridge, caller: Caller, operations: tuple[Operation, ...]) -> None:
+    def __init__(self, bridge: Bridge, caller: Caller, operations: tuple[Operation, ...], subject: str) -> None:
         self._bridge = bridge
         self._operations = operations
+        self._subject = subject
         self.caller = caller
 
     async def __call__(self, wish: Callable[[Service], Awaitable[T]], *operations: Operation) -> T:
@@ -34,14 +35,21 @@ class Asking:
         """
         of = operations or self._operations
         chosen = next((one for one in of if allowed(self.caller.role, one)), of[-1])
-        return await self._bridge.call(self.caller, chosen, wish)
+        return await self._bridge.call(self.caller, chosen, wish, self._subject)
 
 
 async def _asking(request: Request) -> Asking:
     rule = rule_of(request)
     _refuse_unknown(request, rule)
     bridge: Bridge = request.app.state.bridge
-    return Asking(bridge, await caller_of(request, bridge, rule.operations), rule.operations)
+    caller = await caller_of(request, bridge, rule.operations)
+    request.state.who = caller.name
+    return Asking(bridge, caller, rule.operations, _subject(request))
+
+
+def _subject(request: Request) -> str:
+    """Return what a request is about, where its path names it: "job 17"."""
+    return " ".join(f"{kind} {name}" for kind, name in request.path_params.items())
 
 
 def _refuse_unknown(request: Request, rule: Rule) -> None:

@@ -54,14 +54,16 @@ class Bridge:
             return replace(LOCAL, lease=lease)
         return await self.within(lambda: callers.resolve(authorization, lease, source, loopback, stopping=stopping))
 
-    async def call(self, caller: Caller, operation: Operation, wish: Callable[[Service], Awaitable[T]]) -> T:
+    async def call(
+        self, caller: Caller, operation: Operation, wish: Callable[[Service], Awaitable[T]], subject: str = ""
+    ) -> T:
         """Return the answer to `wish` of `caller`, carried out in the stack's loop; raises what it and the gate raise.
 
-        Cancelling the caller cancels the wish.
+        `subject` says in the audit log what it is about. Cancelling the caller cancels the wish.
         """
 
         async def carried_out() -> T:
-            return await self._gate.call(caller, operation, wish)
+            return await self._gate.call(caller, operation, wish, subject)
 
         return await self.within(carried_out)
 

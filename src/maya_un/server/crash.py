@@ -2,21 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import traceback
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from maya_un.errors import InternalError
+from maya_un.server.log import log_path, note_defect
 
 if TYPE_CHECKING:
     from asyncio import AbstractEventLoop
-
-
-def log_path() -> Path:
-    """Return the log's place: $XDG_STATE_HOME/maya/maya.log, else under ~/.local/state."""
-    state = os.environ.get("XDG_STATE_HOME")
-    return (Path(state) if state else Path.home() / ".local" / "state") / "maya" / "maya.log"
 
 
 def keep_quiet(loop: AbstractEventLoop) -> None:
@@ -29,13 +21,9 @@ def _unawaited(context: dict[str, Any]) -> None:
 
 
 def written_down(error: BaseException) -> InternalError:
-    """Append `error` with its traceback to the log and return it as an `InternalError` that names the log."""
+    """Write `error` with its traceback to the log and return it as an `InternalError` that names the log."""
     summary = f"{type(error).__name__}: {error}"
-    place = log_path()
-    try:
-        place.parent.mkdir(parents=True, exist_ok=True)
-        with place.open("a", encoding="utf-8", errors="backslashreplace") as log:
-            log.write("".join(traceback.format_exception(error)) + "\n")
-    except OSError as refusal:
-        return InternalError(reason=f"{summary}; the log {place} cannot be written: {refusal.strerror}")
-    return InternalError(reason=f"{summary}; log: {place}")
+    refusal = note_defect(error)
+    if refusal:
+        return InternalError(reason=f"{summary}; the log {log_path()} cannot be written: {refusal}")
+    return InternalError(reason=f"{summary}; log: {log_path()}")

@@ -14,10 +14,12 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from maya_un import __version__
 from maya_un.errors import InvalidRequest, MayaError, TooManyRequests
+from maya_un.server.account import Account
 from maya_un.server.crash import written_down
 from maya_un.server.edge import Edge
 from maya_un.server.language import language_of
 from maya_un.server.limits import Buckets
+from maya_un.server.metrics import Metrics
 from maya_un.server.problems import problem
 from maya_un.server.who import is_local, source_of
 
@@ -48,9 +50,10 @@ class Guard:
     Every answer tells by the header `Maya` that it is ours, and by `Maya-Request` how the log names it.
     """
 
-    def __init__(self, app: ASGIApp, edge: Edge) -> None:
+    def __init__(self, app: ASGIApp, edge: Edge, metrics: Metrics) -> None:
         self._app = app
         self._edge = edge
+        self._metrics = metrics
         self._near, self._far = Buckets(edge.near), Buckets(edge.far)
         self._names = (f"{secrets.token_hex(3)}-{number}" for number in itertools.count(1))
 
@@ -61,6 +64,8 @@ class Guard:
             return
         name = next(self._names)
         scope.setdefault("state", {})["request"] = name
+        if scope["type"] == "http":
+            send = Account(scope, self._metrics).watching(send)
         connection = HTTPConnection(scope)
         local = is_local(connection)
         stranger = self._edge.refusal(connection.headers, local=local)
@@ -101,7 +106,7 @@ class Guard:
             await problem(too_long, language, HTTPStatus.REQUEST_ENTITY_TOO_LARGE)(scope, receive, send)
             return
         if scope["method"] == "HEAD":
-            scope, send = {**scope, "method": "GET"}, _bodiless(send)
+            scope["method"], send = "GET", _bodiless(send)
         await self._answer(scope, _replayed(body, receive), send)
 
     async def _answer(self, scope: Scope, receive: Receive, send: Send) -> None:

@@ -90,6 +90,7 @@ def title_of(kind: type[MayaError]) -> str:
 async def on_maya_error(request: Request, error: Exception) -> Response:
     """Answer an error of the house."""
     assert isinstance(error, MayaError)
+    request.state.code = error.code
     return problem(error, language_of(request.headers))
 
 

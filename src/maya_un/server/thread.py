@@ -3,29 +3,35 @@
 from __future__ import annotations
 
 import asyncio
-import logging
 import socket
 import threading
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from functools import partial
+from typing import Any
 
 import uvicorn
 from fastapi import FastAPI
-from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from maya_un.errors import AddressInUse, InvalidRequest
-from maya_un.server.crash import written_down
-from maya_un.server.problems import problem
+from maya_un.server.doors import LOOPBACK, Door, bound_socket
+from maya_un.server.log import hand_over
+from maya_un.server.protocol import BoundedProtocol, Places
 from maya_un.server.stream_wire import Wire
 
-LOOPBACK = "127.0.0.1"
+__all__ = ["LOOPBACK", "bound_socket", "served"]
+
+HANDSHAKE = 5.0
+"""How long a TLS handshake may take [s]."""
+
+_STARTED = 10.0
 
 
 class _Server(uvicorn.Server):
     """Says when it listens, and lets the main thread keep the signals."""
 
-    def __init__(self, config: uvicorn.Config) -> None:
-        super().__init__(config)
+    def __init__(self, app: FastAPI, door: Door) -> None:
+        super().__init__(_configured(app, door))
+        self.door = door
         self.listening = threading.Event()
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
@@ -34,70 +40,59 @@ class _Server(uvicorn.Server):
         self.listening.set()
 
 
-class _Protocol(H11Protocol):
-    """Answers what is not HTTP with our code, too."""
+class _Loop(asyncio.SelectorEventLoop):
+    """An ordinary loop, in which a TLS handshake that does not go on ends soon."""
 
-    def send_400_response(self, msg: str) -> None:
-        """Refuse bytes that are no request."""
-        refusal = InvalidRequest(key="request", reason="it is not HTTP as the standard has it")
-        super().send_400_response(bytes(problem(refusal, status=400).body).decode("ascii"))
-
-
-class _ToLog(logging.Handler):
-    """Hands what the server complains of to our log; without a handler it would go to the screen."""
-
-    def emit(self, record: logging.LogRecord) -> None:
-        """Write a defect down; a request that was cut short at the end is none."""
-        defect = record.exc_info[1] if record.exc_info else None
-        if isinstance(defect, Exception):
-            written_down(defect)
+    async def create_server(self, *args: Any, **options: Any) -> asyncio.Server:
+        """Begin to listen."""
+        if options.get("ssl") is not None:
+            options.setdefault("ssl_handshake_timeout", HANDSHAKE)
+        return await super().create_server(*args, **options)
 
 
-def _keep_quiet() -> None:
-    log = logging.getLogger("uvicorn.error")
-    log.propagate = False
-    if not log.handlers:
-        log.addHandler(_ToLog())
-
-
-def bound_socket(port: int) -> socket.socket:
-    """Return a listening place on loopback (`port` 0: any free one); raises `AddressInUse`."""
-    door = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    door.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    try:
-        door.bind((LOOPBACK, port))
-    except OSError as error:
-        door.close()
-        raise AddressInUse(address=f"{LOOPBACK}:{port}") from error
-    return door
-
-
-@asynccontextmanager
-async def served(app: FastAPI, door: socket.socket) -> AsyncIterator[str]:
-    """Serve `app` at `door` while the block runs; yields its URL.
-
-    The calling loop goes on while the thread starts and ends.
-    """
-    _keep_quiet()
-    config = uvicorn.Config(
+def _configured(app: FastAPI, door: Door) -> uvicorn.Config:
+    tls = door.tls
+    return uvicorn.Config(
         app,
-        http=_Protocol,
+        http=partial(BoundedProtocol, Places(door.most, door.most_each)),  # type: ignore[arg-type]
         ws=Wire,
         log_config=None,
         access_log=False,
         lifespan="off",
         timeout_graceful_shutdown=1,
-        loop="asyncio",
+        proxy_headers=False,
+        server_header=False,
+        ssl_context_factory=None if tls is None else lambda _config, _default: tls,
     )
-    server = _Server(config)
-    thread = threading.Thread(target=server.run, args=([door],), name="maya-http", daemon=True)
+
+
+def _run(servers: list[_Server]) -> None:
+    async def all_of_them() -> None:
+        await asyncio.gather(*(server.serve(sockets=[server.door.socket]) for server in servers))
+
+    with asyncio.Runner(loop_factory=_Loop) as runner:
+        runner.run(all_of_them())
+
+
+@asynccontextmanager
+async def served(app: FastAPI, near: socket.socket, *far: Door) -> AsyncIterator[str]:
+    """Serve `app` at `near`, on loopback, and at doors to other machines, while the block runs; yields its URL.
+
+    The calling loop goes on while the thread starts and ends.
+    """
+    hand_over("uvicorn.error")
+    servers = [_Server(app, door) for door in (Door(near), *far)]
+    url = servers[0].door.url
+    thread = threading.Thread(target=_run, args=(servers,), name="maya-http", daemon=True)
     loop = asyncio.get_running_loop()
-    port = door.getsockname()[1]
     thread.start()
     try:
-        await loop.run_in_executor(None, server.listening.wait, 10.0)
-        yield f"http://{LOOPBACK}:{port}"
+        for server in servers:
+            await loop.run_in_executor(None, server.listening.wait, _STARTED)
+        yield url
     finally:
-        server.should_exit = True
+        for server in servers:
+            server.should_exit = True
         await loop.run_in_executor(None, thread.join)
-        door.close()
+        for server in servers:
+            server.door.socket.close()

@@ -1,0 +1,119 @@
+"""One connection of the server: how many there may be, how long a request may take to be said, and what is no HTTP."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter
+from http import HTTPStatus
+from typing import Any
+
+import h11
+from uvicorn.config import Config
+from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.server import ServerState
+
+from maya_un import __version__
+from maya_un.errors import InvalidRequest
+from maya_un.server.problems import problem
+
+HEAD_PATIENCE = 10.0
+"""How long the head of a request may take to arrive [s, real time]."""
+
+
+class Places:
+    """The connections that a door has left; `most` in all, `most_each` of one address."""
+
+    def __init__(self, most: int, most_each: int) -> None:
+        self._most = most
+        self._most_each = most_each
+        self._taken: Counter[str] = Counter()
+
+    def take(self, address: str) -> bool:
+        """Take a place; tell whether there was one."""
+        if self._taken.total() >= self._most or self._taken[address] >= self._most_each:
+            return False
+        self._taken[address] += 1
+        return True
+
+    def give_back(self, address: str) -> None:
+        """Give a place back."""
+        self._taken[address] -= 1
+        if not self._taken[address]:
+            del self._taken[address]
+
+
+class BoundedProtocol(H11Protocol):
+    """Takes a place while it lasts, and is cut where a request does not come to its point."""
+
+    def __init__(
+        self,
+        places: Places,
+        config: Config,
+        server_state: ServerState,
+        app_state: dict[str, Any],
+        _loop: asyncio.AbstractEventLoop | None = None,
+    ) -> None:
+        super().__init__(config, server_state, app_state, _loop)
+        self._places = places
+        self._place: str | None = None
+        self._late: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Take a place, or end at once where none is left."""
+        super().connection_made(transport)
+        address = self.client[0] if self.client else ""
+        if not self._places.take(address):
+            transport.abort()
+            return
+        self._place = address
+        self._await_head()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Give the place back."""
+        self._leave()
+        super().connection_lost(exc)
+
+    def data_received(self, data: bytes) -> None:
+        """Read on; a request that has begun must come to its point soon."""
+        if self._late is None and self.conn.their_state is h11.IDLE:
+            self._await_head()
+        super().data_received(data)
+        if self.conn.their_state is not h11.IDLE:
+            self._head_came()
+
+    def handle_websocket_upgrade(self, event: h11.Request) -> None:
+        """Give the place back: how many read the stream is bounded there."""
+        self._leave()
+        super().handle_websocket_upgrade(event)
+
+    def send_400_response(self, msg: str) -> None:
+        """Refuse bytes that are no request, with our code, too."""
+        refusal = InvalidRequest(key="request", reason="it is not HTTP as the standard has it")
+        body = bytes(problem(refusal, status=HTTPStatus.BAD_REQUEST).body)
+        headers = [
+            (b"content-type", b"application/problem+json"),
+            (b"content-length", str(len(body)).encode()),
+            (b"maya", __version__.encode()),
+            (b"connection", b"close"),
+        ]
+        for part in (
+            h11.Response(status_code=HTTPStatus.BAD_REQUEST, headers=headers, reason=b"Bad Request"),
+            h11.Data(data=body),
+            h11.EndOfMessage(),
+        ):
+            self.transport.write(self.conn.send(part) or b"")
+        self.transport.close()
+
+    def _await_head(self) -> None:
+        self._late = self.loop.call_later(HEAD_PATIENCE, self.transport.abort)
+
+    def _head_came(self) -> None:
+        if self._late is not None:
+            self._late.cancel()
+            self._late = None
+
+    def _leave(self) -> None:
+        self._head_came()
+        if self._place is not None:
+            self._places.give_back(self._place)
+            self._place = None
