@@ -11,14 +11,12 @@ from maya_un.cli.settings import Settings
 Number = Annotated[int, typer.Argument(metavar="JOB", min=1, help="its number")]
 Other = Annotated[int | None, typer.Argument(metavar="[JOB]", min=1, help="the other, for before and after")]
 JobFile = Annotated[str, typer.Argument(metavar="FILE", help="a YAML or JSON file")]
-Priority = Annotated[int | None, typer.Option(min=-100, max=100, help="the greater goes first  [default: 0]")]
+Priority = Annotated[int | None, typer.Option(min=-100, max=100, help="the greater goes first")]
 After = Annotated[list[int] | None, typer.Option("--after", metavar="JOB", help="begins when it is done; repeatable")]
 Notes = Annotated[str | None, typer.Option(metavar="TEXT", help="for people")]
-OnFailure = Annotated[
-    Literal["continue", "pause"] | None, typer.Option(help="what the queue does if it fails  [default: continue]")
-]
-Retries = Annotated[int | None, typer.Option(min=0, max=10, help="of a step that is harmless to repeat  [default: 0]")]
-Stepwise = Annotated[bool | None, typer.Option(help="pause after every step  [default: no-stepwise]")]
+OnFailure = Annotated[Literal["continue", "pause"] | None, typer.Option(help="what the queue does if it fails")]
+Retries = Annotated[int | None, typer.Option(min=0, max=10, help="of a step that is harmless to repeat")]
+Stepwise = Annotated[bool | None, typer.Option(help="pause after every step")]
 Holding = Annotated[Literal["yes", "no"] | None, typer.Option(help="does the gripper hold a part")]
 
 
