@@ -8,8 +8,9 @@ from http.client import HTTPConnection, HTTPException, HTTPResponse
 from typing import Any, cast
 from urllib.parse import urlsplit
 
+from maya_un import credentials
 from maya_un.cli import runtime
-from maya_un.errors import MayaError, ServiceNotAnswering, ServiceNotRunning, from_notice
+from maya_un.errors import LeaseLost, MayaError, ServiceNotAnswering, ServiceNotRunning, from_notice
 
 
 class Client:
@@ -24,6 +25,7 @@ class Client:
             self.host, self.port = address.hostname or "127.0.0.1", address.port or 80
         except ValueError:
             raise ServiceNotRunning from None  # nobody can listen there
+        self._url = url
         self._timeout = timeout
 
     @classmethod
@@ -55,14 +57,18 @@ class Client:
         """Return the decoded answer.
 
         Raises `ServiceNotRunning` where nobody listens, `ServiceNotAnswering` without an answer in time, and the
-        service's own refusal as the error it is.
+        service's own refusal as the error it is. A lease of the shell that has ended is forgotten.
         """
         connection = HTTPConnection(self.host, self.port, timeout=self._timeout if timeout is None else timeout)
         try:
             payload = None if body is None else json.dumps(body)
-            connection.request(method, path, payload, {"Content-Type": "application/json"})
+            shown = {"Content-Type": "application/json", **credentials.headers(self._url)}
+            connection.request(method, path, payload, shown)
             response = connection.getresponse()
             return _decode(response, response.read())
+        except LeaseLost:
+            credentials.forget()
+            raise
         except ConnectionRefusedError:
             raise ServiceNotRunning from None
         except (OSError, HTTPException, ValueError) as error:

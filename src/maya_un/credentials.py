@@ -1,0 +1,84 @@
+"""What a client on this machine shows by itself: the token of its user, and the control lease taken in the shell.
+
+The token is $MAYA_TOKEN, else the line in the file at `token_file`; the lease stands in a runtime file. A file that is
+somebody else's, or that others can read, is not used. Imports nothing heavy, because `maya stop` needs it, and raises
+nothing: whoever shows nothing is told so by the service.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+from maya_un import runtime
+
+TOKEN = "MAYA_TOKEN"
+"""The variable that holds a token."""
+
+LEASE_FILE = "lease.json"
+"""The runtime file of the lease that was taken in the shell."""
+
+_MOST_BYTES = 4096
+
+
+class Held(NamedTuple):
+    """A lease that was taken in the shell, at the service `url`."""
+
+    id: str
+    url: str
+
+
+def token_file() -> Path:
+    """Return where the user's token is kept: $MAYA_TOKEN_FILE, else `maya/token` where configurations are kept."""
+    named = os.environ.get("MAYA_TOKEN_FILE")
+    if named:
+        return Path(named)
+    base = os.environ.get("XDG_CONFIG_HOME")
+    return (Path(base) if base else Path.home() / ".config") / "maya" / "token"
+
+
+def token() -> str:
+    """Return the token to show, "" where there is none."""
+    named = os.environ.get(TOKEN)
+    if named is not None:
+        return _plain(named)
+    try:
+        place = token_file()
+        found = place.stat()
+        ours = found.st_uid == os.getuid() and stat.S_ISREG(found.st_mode) and not found.st_mode & 0o077
+        return _plain(place.read_text(encoding="ascii")) if ours and found.st_size <= _MOST_BYTES else ""
+    except (OSError, ValueError, RuntimeError):  # the last where there is no home
+        return ""
+
+
+def held() -> Held | None:
+    """Return the lease that was taken in the shell, None where there is none."""
+    found = runtime.read(runtime.folder() / LEASE_FILE)
+    try:
+        return Held(_plain(str(found["id"])), str(found["url"]))
+    except (KeyError, TypeError):
+        return None
+
+
+def forget() -> None:
+    """Forget the lease that was taken in the shell: it has ended."""
+    with suppress(OSError):
+        (runtime.folder() / LEASE_FILE).unlink()
+
+
+def headers(url: str) -> dict[str, str]:
+    """Return what every request to the service at `url` carries: who asks, and the lease that he holds there."""
+    shown, lease = token(), held()
+    carried = {"Authorization": f"Bearer {shown}"} if shown else {}
+    if lease is not None and lease.url == url and lease.id:
+        carried["Maya-Lease"] = lease.id
+    return carried
+
+
+def _plain(text: str) -> str:
+    """Return what can stand in a header, "" for anything else."""
+    line = text.strip()
+    return line if line.isascii() and line.isprintable() else ""
