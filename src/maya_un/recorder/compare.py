@@ -6,6 +6,7 @@ from collections import defaultdict, deque
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, zip_longest
+from math import inf
 from typing import NamedTuple
 
 from maya_un.galil.framing import Record
@@ -125,27 +126,32 @@ def _texts(pairs: Sequence[Pair], tolerances: Tolerances) -> Iterator[Difference
 
 
 def _records(pairs: Sequence[Pair], tolerances: Tolerances, gap: float) -> Iterator[Difference]:
-    """Yield stretches of data records that differ; what is the same a record earlier or later is no difference."""
-    recorded = [(one, other) for one, other in pairs if isinstance(one.reply, Record)]
-    counts, seconds = tolerances
+    """Yield stretches of data records that differ; that something came a record earlier or later is no difference."""
+    asked = [(one, other) for one, other in pairs if isinstance(one.reply, Record)]
     first: Difference | None = None
-    for number, (one, other) in enumerate(recorded):
-        how = difference("QR", one.reply, None if other is None else other.reply, counts, seconds)
-        if how:
-            near = recorded[max(0, number - 1) : number + 2]
-            for _, beside in near:
-                if beside is not None and not difference("QR", one.reply, beside.reply, counts, seconds + gap):
-                    how = ""
-        if not how:
-            if first is not None:
-                yield first
-            first = None
-        elif first is None:
-            first = Difference(one.time, one.link, "data record", how)
-        else:
+    for number, (one, other) in enumerate(asked):
+        how = difference("QR", one.reply, None if other is None else other.reply, *tolerances)
+        beside = [other for _, other in asked[max(0, number - 1) : number + 2]]
+        if how and not _shifted(one, other, beside, tolerances, gap):
+            first = Difference(one.time, one.link, "data record", how, 0) if first is None else first
             first = first._replace(times=first.times + 1)
+        elif first is not None:
+            yield first
+            first = None
     if first is not None:
         yield first
+
+
+def _shifted(
+    one: Exchange, other: Exchange | None, beside: Sequence[Exchange | None], tolerances: Tolerances, gap: float
+) -> bool:
+    """Tell whether a record differs in more than positions, and is like one just before or behind its like."""
+    if other is None or not difference("QR", one.reply, other.reply, inf):
+        return False
+    counts, seconds = tolerances
+    return any(
+        near is not None and not difference("QR", one.reply, near.reply, counts, seconds + gap) for near in beside
+    )
 
 
 def _happened(kind: str, recorded: Sequence[Fact], replayed: Sequence[Fact], seconds: float) -> Iterator[Difference]:

@@ -58,7 +58,7 @@ def write(recording: Recording, file: IO[bytes]) -> None:
 
 def read(path: Path) -> Recording:
     """Return the recording in a file; raises `FileUnreadable` for what is none, or damaged."""
-    return _reading(path, _recording)
+    return _reading(path, read_from)
 
 
 def read_header(path: Path) -> Header:
@@ -141,7 +141,8 @@ def _header(file: IO[bytes]) -> Header:
     raise ValueError(f"it holds no {METADATA}")
 
 
-def _recording(file: IO[bytes]) -> Recording:
+def read_from(file: IO[bytes]) -> Recording:
+    """Return the recording that an open file holds; what is none raises whatever the library does."""
     header = _header(file)
     file.seek(0)
     states: list[State] = []

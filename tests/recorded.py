@@ -1,0 +1,86 @@
+"""A controller floor on a twin, with the flight recorder beside it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from maya_un.config import Config, RecorderConfig, Units
+from maya_un.controller.controller import GalilController
+from maya_un.galil.transport import Transport
+from maya_un.recorder.header import Origin, TwinSource
+from maya_un.recorder.recorder import Recorder
+from maya_un.recorder.store import Store
+from maya_un.values import Joints
+from maya_un.virtual.machine import VirtualDmc
+from maya_un.virtual.maya.mechanics import MayaMechanics
+from maya_un.virtual.maya.start import Start
+from maya_un.virtual.maya.truth import Truth
+from maya_un.virtual.wire.server import VirtualController
+
+HERE = Joints(0.3, 1.5, 1.3)
+"""Where the robot stands, homed, when a test begins."""
+
+UTC = 1_795_289_120_339_000_000
+"""What the clock of the tests says: 2026-11-21T19:25:20.339Z, in ns."""
+
+
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """A homed robot, its twin, and the recorder."""
+
+    controller: GalilController
+    virtual: VirtualController
+    recorder: Recorder
+
+
+@asynccontextmanager
+async def recorded(
+    folder: Path | None = None,
+    *,
+    settings: RecorderConfig | None = None,
+    known: bool = True,
+    config: Config | None = None,
+) -> AsyncIterator[Recorded]:
+    """Give a homed robot that is recorded; with a `folder` recordings are saved there.
+
+    Unless its twin is `known`, the recording takes it for a machine.
+    """
+    chosen = Config() if config is None else config
+    truth, start = Truth(), Start(*HERE)
+    born = asyncio.get_running_loop().time()
+    virtual = VirtualController(VirtualDmc(MayaMechanics(truth, start)))
+    source = TwinSource(0, asdict(truth), (start.a, start.b, start.c), {}, born) if known else None
+    origin = Origin.of(chosen, "sim" if known else "10.0.0.5:23", twin=source)
+    store = None if folder is None else Store(folder, 50, 500_000_000)
+    recorder = Recorder(settings or RecorderConfig(), origin, store, lambda: UTC)
+
+    async def dial() -> Transport:
+        return recorder.recorded(virtual.loopback())
+
+    controller = GalilController(dial, "twin", chosen)
+    try:
+        async with recorder.watching(controller):
+            await _mark(await dial(), Units.of(chosen).to_counts(HERE))
+            await controller.open()
+            await controller.skip_home()
+            try:
+                yield Recorded(controller, virtual, recorder)
+            finally:
+                await controller.close()
+    finally:
+        await virtual.close()
+
+
+async def _mark(transport: Transport, counts: tuple[int, int, int]) -> None:
+    """Leave the mark of a homing, over a recorded connection, so that a replay has it too."""
+    a, b, c = counts
+    commands = [f"DP {a},{b},{c}", "mayaendb=2260000", "mayaendc=2300000", "ZAA=7", "mayahome=7", "SB1"]
+    transport.write("".join(f"{command}\r" for command in commands).encode())
+    heard = b""
+    while heard.count(b":") < len(commands):
+        heard += await transport.read()
+    await transport.close()

@@ -1,0 +1,202 @@
+"""The recorder beside a robot: it hears everything, and saves it when something goes wrong, once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from maya_un.config import RecorderConfig
+from maya_un.errors import FileUnwritable, InternalError
+from maya_un.events import Event, Kind
+from maya_un.galil.transport import datagram_pair
+from maya_un.recorder import mcap_file, recorder
+from maya_un.recorder.recording import Recording
+from maya_un.recorder.store import Kept, Store
+from maya_un.testing import faults
+from maya_un.values import Joints
+from tests.recorded import HERE, UTC, Recorded, recorded
+from tests.virtual_time import elapse
+
+THERE = Joints(0.4, 1.45, 1.35)
+
+
+def saved(robot: Recorded) -> list[Kept]:
+    assert robot.recorder.store is not None
+    return robot.recorder.store.list()
+
+
+def read(robot: Recorded, kept: Kept) -> Recording:
+    assert robot.recorder.store is not None
+    return mcap_file.read(robot.recorder.store.path(kept.name))
+
+
+def told(robot: Recorded) -> list[Event]:
+    return [event for event in robot.controller.events.since(0) if event.kind is Kind.RECORDING]
+
+
+async def test_states_events_and_the_wire_are_kept_as_they_come() -> None:
+    async with recorded() as robot:
+        await robot.controller.move(THERE)
+        await elapse(1.0)
+        taken = robot.recorder.taken("asked")
+        events = robot.controller.events.since(0)
+    assert list(taken.events) == events
+    assert taken.states[-1].joints is not None
+    assert taken.states[-1].joints == pytest.approx(THERE, abs=1e-5)
+    moving = [state for state in taken.states if state.moving]
+    assert len(moving) > 20
+    said = b"".join(piece.data for piece in taken.wire if piece.side == "client")
+    assert b"BGS\r" in said
+    assert said.startswith(b"DP ")
+    opens = [piece.link for piece in taken.wire if piece.event == "open"]
+    assert opens == [1, 2]
+    assert taken.header.complete
+    assert taken.header.firmware == "DMC4133 Rev 1.3k"
+    assert taken.header.utc == UTC
+
+
+async def test_asked_for_it_is_saved_and_told(tmp_path: Path) -> None:
+    async with recorded(tmp_path) as robot:
+        await elapse(1.0)
+        kept = await robot.recorder.save()
+        assert saved(robot) == [kept]
+        (event,) = told(robot)
+        assert kept is not None
+        assert event.detail == {"reason": "asked", "name": kept.name, "bytes": kept.bytes}
+        taken = read(robot, kept)
+    assert taken.header.cause == recorder.NOBODY
+    assert taken.states
+    assert taken.wire
+
+
+async def test_a_fault_is_saved_once_with_the_seconds_after_it(tmp_path: Path) -> None:
+    async with recorded(tmp_path) as robot:
+        await elapse(20.0)
+        with faults.abort_input(robot.virtual):
+            await elapse(1.0)
+            at = robot.controller.events.since(0)[-1].time
+            assert saved(robot) == []
+            await elapse(30.0)
+        (kept,) = saved(robot)
+        taken = read(robot, kept)
+    fault = next(event for event in taken.events if event.code)
+    assert kept.reason == fault.kind.value
+    assert (taken.header.cause.seq, taken.header.cause.code) == (fault.seq, fault.code)
+    assert taken.header.cause.message
+    assert taken.span[0] <= at - 10.0
+    assert taken.header.saved == pytest.approx(at + 5.0, abs=0.01)
+    assert taken.states[-1].time > at + 4.5
+    assert taken.states[-1].fault is not None
+
+
+async def test_faults_that_follow_each_other_are_one_recording(tmp_path: Path) -> None:
+    async with recorded(tmp_path) as robot:
+        for number in range(4):
+            robot.controller.events.emit(Kind.FAULT, 2305, message=f"{number}")
+            await elapse(4.0)
+        await elapse(60.0)
+        (kept,) = saved(robot)
+        assert read(robot, kept).header.cause.message == "0"
+        robot.controller.events.emit(Kind.FAULT, 2305, message="late")
+        await elapse(6.0)
+        assert len(saved(robot)) == 2
+
+
+async def test_an_endless_row_of_faults_is_saved_all_the_same(tmp_path: Path) -> None:
+    async with recorded(tmp_path) as robot:
+        for _ in range(40):
+            robot.controller.events.emit(Kind.FAULT, 2305, message="again")
+            await elapse(1.0)
+        assert len(saved(robot)) == 1
+        assert told(robot)[0].time < 31.0
+
+
+async def test_what_is_no_error_is_not_saved(tmp_path: Path) -> None:
+    async with recorded(tmp_path) as robot:
+        await robot.controller.stop()
+        robot.controller.events.emit(Kind.JOB, 2102, name="refused")
+        await elapse(30.0)
+    assert saved(robot) == []
+
+
+async def test_a_fault_at_the_very_end_is_saved_without_waiting(tmp_path: Path) -> None:
+    async with recorded(tmp_path) as robot:
+        robot.controller.events.emit(Kind.ESTOP, 2303, message="pressed")
+    (kept,) = saved(robot)
+    assert kept.reason == "estop"
+
+
+async def test_a_defect_that_ends_the_program_is_saved(tmp_path: Path) -> None:
+    with pytest.raises(ZeroDivisionError):
+        async with recorded(tmp_path):
+            await elapse(3.0)
+            raise ZeroDivisionError("of ours")
+    store = Store(tmp_path, 50, 500_000_000)
+    (kept,) = store.list()
+    assert kept.reason == "crash"
+    cause = mcap_file.read(store.path(kept.name)).header.cause
+    assert (cause.kind, cause.message) == ("ZeroDivisionError", "of ours")
+
+
+async def test_a_refusal_that_ends_the_program_is_no_crash(tmp_path: Path) -> None:
+    with pytest.raises(InternalError):
+        async with recorded(tmp_path):
+            raise InternalError(reason="told already")
+    assert Store(tmp_path, 50, 500_000_000).list() == []
+
+
+async def test_without_a_folder_nothing_is_saved() -> None:
+    async with recorded() as robot:
+        assert await robot.recorder.save() is None
+        robot.controller.events.emit(Kind.FAULT, 2305, message="…")
+        await elapse(30.0)
+        assert told(robot) == []
+
+
+async def test_a_disk_that_takes_nothing_is_told_and_harms_nobody(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    async with recorded(tmp_path / "file" / "recordings") as robot:
+        robot.controller.events.emit(Kind.FAULT, 2305, message="…")
+        await elapse(6.0)
+        (event,) = told(robot)
+        assert event.code == FileUnwritable.code
+        with pytest.raises(FileUnwritable):
+            await robot.recorder.save()
+        await robot.controller.move(THERE)
+
+
+async def test_however_long_ago_the_controller_was_configured_that_is_kept(tmp_path: Path) -> None:
+    async with recorded(tmp_path, settings=RecorderConfig(seconds=20.0)) as robot:
+        await elapse(300.0)
+        kept = await robot.recorder.save()
+        assert kept is not None
+        taken = read(robot, kept)
+    assert not taken.header.complete
+    begin, end = taken.span
+    assert 20.0 <= end - begin <= 21.0
+    opening = [piece for piece in taken.wire if piece.time < taken.header.whole]
+    said = b"".join(piece.data for piece in opening if piece.side == "client")
+    assert b"_SPA" in said or b"SPA=" in said
+    assert b"DL" in said
+    assert max(piece.time for piece in opening) <= taken.header.opening
+    assert all(state.time >= taken.header.whole for state in taken.states)
+
+
+async def test_datagrams_are_kept_under_negative_numbers() -> None:
+    async with recorded() as robot:
+        host, controller = datagram_pair()
+        way = robot.recorder.recorded_datagrams(host)
+        controller.write(b"\x87record")
+        assert await way.read() == b"\x87record"
+        await way.close()
+        pieces = [piece for piece in robot.recorder.taken("asked").wire if piece.link < 0]
+    assert [piece.data or piece.event for piece in pieces] == ["open", b"\x87record", "end"]
+    assert HERE.b == 1.5
+
+
+async def test_what_a_killed_process_left_is_removed_at_the_next_start(tmp_path: Path) -> None:
+    draft = tmp_path / "2026-11-21T19-25-20Z-limit.mcap.part"
+    draft.write_bytes(b"half")
+    async with recorded(tmp_path):
+        assert not draft.exists()

@@ -1,0 +1,99 @@
+"""A recorded transport is the one it wraps, and everything that passes is written down as it was."""
+
+from __future__ import annotations
+
+import pytest
+
+from maya_un.errors import LinkLost
+from maya_un.galil.transcript import Side
+from maya_un.galil.transport import datagram_pair, loopback_pair
+from maya_un.recorder.wire import RecordedDatagrams, RecordedTransport
+
+
+class Book:
+    """Keeps what it is told."""
+
+    def __init__(self) -> None:
+        self.pieces: list[tuple[int, Side, bytes, str]] = []
+
+    def __call__(self, link: int, side: Side, data: bytes, event: str = "") -> None:
+        self.pieces.append((link, side, data, event))
+
+
+async def test_bytes_of_both_sides_and_the_end_are_written_down() -> None:
+    book = Book()
+    host, controller = loopback_pair("10.0.0.5:23")
+    transport = RecordedTransport(host, book, 3)
+    assert transport.peer == "10.0.0.5:23"
+    transport.write(b"TP\r")
+    assert await controller.read() == b"TP\r"
+    controller.write(b" 1\r\n:")
+    assert await transport.read() == b" 1\r\n:"
+    await transport.close()
+    await transport.close()
+    assert await controller.read() == b""
+    assert book.pieces == [
+        (3, "client", b"", "open"),
+        (3, "client", b"TP\r", ""),
+        (3, "controller", b" 1\r\n:", ""),
+        (3, "client", b"", "end"),
+    ]
+
+
+async def test_an_end_of_the_other_side_is_told_once_and_as_its_own() -> None:
+    book = Book()
+    host, controller = loopback_pair()
+    transport = RecordedTransport(host, book, 1)
+    await controller.close()
+    assert await transport.read() == b""
+    await transport.close()
+    assert book.pieces[1:] == [(1, "controller", b"", "end")]
+
+
+class Broken:
+    """A transport whose cable is pulled."""
+
+    peer = "broken"
+
+    async def read(self) -> bytes:
+        raise LinkLost(address=self.peer, reason="pulled")
+
+    def write(self, data: bytes) -> None:
+        raise LinkLost(address=self.peer, reason="pulled")
+
+    async def close(self) -> None:
+        return
+
+
+async def test_what_a_broken_link_raises_passes_and_what_was_said_stays() -> None:
+    book = Book()
+    transport = RecordedTransport(Broken(), book, 1)
+    with pytest.raises(LinkLost):
+        await transport.read()
+    with pytest.raises(LinkLost):
+        transport.write(b"ST\r")
+    assert book.pieces[1:] == [(1, "controller", b"", "end"), (1, "client", b"ST\r", "")]
+
+
+async def test_datagrams_are_written_down_read_or_delivered() -> None:
+    book = Book()
+    host, controller = datagram_pair("10.0.0.5:60007")
+    way = RecordedDatagrams(host, book, -2)
+    assert way.peer == "10.0.0.5:60007"
+    way.write(b"WH\r")
+    assert await controller.read() == b"WH\r"
+    controller.write(b"IHB\r\n:")
+    assert await way.read() == b"IHB\r\n:"
+    taken: list[bytes] = []
+    way.deliver(taken.append)
+    controller.write(b"\x87record")
+    assert taken == [b"\x87record"]
+    await way.close()
+    assert [(side, data, event) for _, side, data, event in book.pieces] == [
+        ("client", b"", "open"),
+        ("client", b"WH\r", ""),
+        ("controller", b"IHB\r\n:", ""),
+        ("controller", b"\x87record", ""),
+        ("client", b"", "end"),
+    ]
+    assert {link for link, *_ in book.pieces} == {-2}
