@@ -106,7 +106,7 @@ class People:
         Raises `InvalidValue`, `StorageFailed`.
         """
         chosen = Role.of(role)
-        _check_name(name)
+        checked_name(name)
         hashed = "" if password is None else await self._password(password)
         async with self._register.turn:
             if name in self._register.users:
@@ -272,10 +272,12 @@ class People:
         )
 
 
-def _check_name(name: str) -> None:
+def checked_name(name: str) -> str:
+    """Return what a user can be called; raises `InvalidValue` for anything else."""
     if _NAME.fullmatch(name) is None or name in RESERVED:
         reason = "it has up to 32 of a to z, 0 to 9, . _ and -, begins with a letter, and is not kept for ourselves"
         raise InvalidValue(key="name", value=repr(name), reason=reason)
+    return name
 
 
 def _check_note(note: str) -> None:

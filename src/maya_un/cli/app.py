@@ -9,6 +9,7 @@ import typer
 
 from maya_un.address import SIM
 from maya_un.cli import output, record_commands, teach_commands, zone_commands
+from maya_un.cli.access import commands as access
 from maya_un.cli.calibrate import commands as calibrate
 from maya_un.cli.dmc_tools import commands as dmc_tools
 from maya_un.cli.help import EVERYWHERE
@@ -315,6 +316,7 @@ teach_commands.register(app, _HOW)
 zone_commands.register(app, _HOW)
 record_commands.register(app, _HOW)
 queueing.register(app, _HOW)
+access.register(app, _HOW)
 
 
 @plot.command("job", **_HOW)

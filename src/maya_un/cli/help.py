@@ -35,6 +35,10 @@ Queue
   job submit FILE job show|cancel|edit ... N   one job, from its submission to its end
   history [N]                                  what was done: by whom, what was predicted, what it took
 
+People
+  lease           lease take|release|ask       who drives; drive, until Ctrl-C; lease offer NAME hands it on
+  user            user add|list|token ...      as whom the robot sees you; who may what
+
 Ask (no robot needed)
   fk A B C        ik X Y Z        reach X Y Z
   poses [remove|rename]   pallets [...]        what has been taught

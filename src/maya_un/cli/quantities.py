@@ -11,6 +11,7 @@ from maya_un.errors import InvalidValue, SpeedOnRealMachine
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµ°%]*)")
 _LENGTHS = {"": 1.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6}
 _ANGLES = {"": 1.0, "rad": 1.0, "mrad": 1e-3, "deg": pi / 180.0, "°": pi / 180.0}
+_DURATIONS = {"": 1.0, "s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
 _SHARES = {"": 1.0, "%": 0.01}
 FASTEST = 1000.0
 """Largest factor of the twin's clock."""
@@ -29,6 +30,11 @@ def angle(text: str, key: str) -> float:
 def share(text: str, key: str) -> float:
     """Return a share, 1 for all; raises `InvalidValue` naming `key`."""
     return _quantity(text, key, _SHARES, "a share is a number, or with % behind it")
+
+
+def duration(text: str, key: str) -> float:
+    """Return a duration [s]; raises `InvalidValue` naming `key`."""
+    return _quantity(text, key, _DURATIONS, "a duration is a number in s, or with s, min, h or d behind it")
 
 
 def _quantity(text: str, key: str, units: dict[str, float], rule: str) -> float:

@@ -14,3 +14,5 @@ def own_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     monkeypatch.delenv("MAYA_CONFIG", raising=False)
     monkeypatch.delenv("MAYA_LANG", raising=False)
+    monkeypatch.delenv("MAYA_TOKEN", raising=False)
+    monkeypatch.delenv("MAYA_TOKEN_FILE", raising=False)

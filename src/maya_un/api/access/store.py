@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Protocol, TypeVar
 
 from maya_un.api.access.caller import Role
-from maya_un.errors import StorageDamaged, StorageFailed, StorageTooNew
+from maya_un.errors import StorageTooNew
+from maya_un.process.journal import faults
 
 T = TypeVar("T")
 
@@ -121,13 +122,13 @@ class FileStore:
     async def load(self) -> tuple[list[User], list[Token]]:
         """Return all there are; makes the tables where they are missing.
 
-        Raises `StorageFailed`, `StorageDamaged` and `StorageTooNew`.
+        Raises `FileUnwritable`, `StorageDamaged` and `StorageTooNew`.
         """
-        return await self._beside(lambda: loaded(self._opened()))
+        return await self._beside(self._load)
 
     async def apply(self, change: Change) -> None:
         """Keep a change durably; raises `StorageFailed`."""
-        await self._beside(lambda: applied(self._opened(), change))
+        await self._beside(lambda: self._apply(change))
 
     async def close(self) -> None:
         """Close the connection."""
@@ -141,28 +142,26 @@ class FileStore:
 
         async def done() -> T:
             async with self._turn:
-                return await asyncio.get_running_loop().run_in_executor(None, self._said, work)
+                return await asyncio.get_running_loop().run_in_executor(None, work)
 
         return await asyncio.shield(asyncio.ensure_future(done()))
 
-    def _said(self, work: Callable[[], T]) -> T:
+    def _load(self) -> tuple[list[User], list[Token]]:
         try:
-            return work()
-        except sqlite3.Error as error:
-            raise complaint(error, self._path) from error
+            return loaded(self._opened())
+        except (sqlite3.Error, OSError) as error:
+            raise faults.at_opening(error, self._path) from error
+
+    def _apply(self, change: Change) -> None:
+        try:
+            applied(self._opened(), change)
+        except (sqlite3.Error, OSError) as error:
+            raise faults.at_writing(error) from error
 
     def _opened(self) -> sqlite3.Connection:
         if self._connection is None:
             self._connection = connected(self._path)
         return self._connection
-
-
-def complaint(error: sqlite3.Error, path: Path) -> StorageFailed | StorageDamaged:
-    """Return our error for what SQLite says of the file at `path`."""
-    name = getattr(error, "sqlite_errorname", "")
-    if name.startswith(("SQLITE_CORRUPT", "SQLITE_NOTADB")):
-        return StorageDamaged(path=path, reason=str(error))
-    return StorageFailed(reason=str(error))
 
 
 def connected(path: Path) -> sqlite3.Connection:

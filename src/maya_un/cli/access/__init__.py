@@ -1,0 +1,1 @@
+"""`maya lease` and `maya user`: who drives, and who may what."""

@@ -1,0 +1,186 @@
+"""The commands about who drives and who may what: their arguments and their help."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import typer
+
+from maya_un.cli.quantities import duration
+from maya_un.cli.settings import Settings
+from maya_un.errors import InvalidCommandLine
+
+Name = Annotated[str, typer.Argument(metavar="NAME", help="letters, digits, . _ and -")]
+MaybeName = Annotated[str | None, typer.Argument(metavar="[NAME]", help="default: yourself")]
+Role = Annotated[Literal["viewer", "student", "operator", "admin"], typer.Option(help="what he may")]
+Note = Annotated[str, typer.Option(metavar="TEXT", help="for people")]
+Lasts = Annotated[str | None, typer.Option("--for", metavar="TIME", help="in s, or like 10min, 8h, 30d")]
+
+
+def register(app: typer.Typer, how: dict[str, Any]) -> None:
+    """Put the commands under `app`; `how` is what all commands have in common."""
+    about = "Who drives the robot. Without a command, tell it."
+    lease = typer.Typer(add_completion=False, rich_markup_mode=None, help=about)
+    lease.callback(invoke_without_command=True, **how)(_driver)
+    for command in (take, release, offer, ask):
+        lease.command(**how)(command)
+    app.add_typer(lease, name="lease")
+    about = "Who may what. Without a command, tell as whom the robot sees you."
+    user = typer.Typer(add_completion=False, rich_markup_mode=None, help=about)
+    user.callback(invoke_without_command=True, **how)(_me)
+    for command in (add, role, password, remove, token, tokens, revoke, reset):
+        user.command(**how)(command)
+    user.command("list", **how)(listed)
+    app.add_typer(user, name="user")
+
+
+def _settings(context: typer.Context) -> Settings:
+    settings = context.obj
+    assert isinstance(settings, Settings)
+    return settings
+
+
+def _driver(context: typer.Context) -> int | None:
+    if context.invoked_subcommand is not None:
+        return None
+    from maya_un.cli.access import lease
+
+    return lease.show(_settings(context))
+
+
+def take(
+    context: typer.Context,
+    note: Note = "",
+    force: Annotated[bool, typer.Option("--force", help="from whoever drives, where you may")] = False,
+    lasts: Lasts = None,
+) -> int:
+    """Drive, until Ctrl-C or until this terminal is heard of no more.
+
+    With --for this ends at once, and you drive for so long without being heard of. All your commands on this machine
+    show the lease.
+    """
+    from maya_un.cli.access import lease
+
+    patience = None if lasts is None else duration(lasts, "--for")
+    return lease.take(note, patience, _settings(context), force=force)
+
+
+def release(context: typer.Context) -> int:
+    """Give the lease back."""
+    from maya_un.cli.access import lease
+
+    return lease.release(_settings(context))
+
+
+def offer(context: typer.Context, name: Name) -> int:
+    """Let somebody take the lease within a minute."""
+    from maya_un.cli.access import lease
+
+    return lease.offer(name, _settings(context))
+
+
+def ask(context: typer.Context) -> int:
+    """Let everybody know that you would like to drive."""
+    from maya_un.cli.access import lease
+
+    return lease.ask(_settings(context))
+
+
+def _me(context: typer.Context) -> int | None:
+    if context.invoked_subcommand is not None:
+        return None
+    from maya_un.cli.access import users
+
+    return users.me(_settings(context))
+
+
+def add(
+    context: typer.Context,
+    name: Name,
+    role: Role = "student",
+    password: Annotated[bool, typer.Option("--password", help="ask for one, to sign in with")] = False,
+) -> int:
+    """Add a user and show the first token; the first user of all is an admin."""
+    from maya_un.cli.access import users
+
+    return users.add(name, role, _settings(context), with_password=password)
+
+
+def listed(context: typer.Context) -> int:
+    """List all users."""
+    from maya_un.cli.access import users
+
+    return users.listed(_settings(context))
+
+
+def role(
+    context: typer.Context,
+    name: Name,
+    role: Annotated[Literal["viewer", "student", "operator", "admin"], typer.Argument(metavar="ROLE")],
+) -> int:
+    """Give a user another role: viewer, student, operator or admin."""
+    from maya_un.cli.access import users
+
+    return users.change_role(name, role, _settings(context))
+
+
+def password(
+    context: typer.Context,
+    name: MaybeName = None,
+    none: Annotated[bool, typer.Option("--none", help="take it away")] = False,
+) -> int:
+    """Change a password; all sessions of that user end."""
+    from maya_un.cli.access import users
+
+    return users.change_password(name, _settings(context), none=none)
+
+
+def remove(context: typer.Context, name: Name) -> int:
+    """Remove a user with all tokens."""
+    from maya_un.cli.access import users
+
+    return users.remove(name, _settings(context))
+
+
+def token(
+    context: typer.Context,
+    name: MaybeName = None,
+    note: Note = "",
+    expires: Annotated[str, typer.Option(metavar="DATE", help="in UTC: 2027-01-31 or 2027-01-31T12:00:00Z")] = "",
+    lasts: Lasts = None,
+) -> int:
+    """Make one more token and show it."""
+    from maya_un.cli.access import users
+
+    return users.make_token(
+        name, note, expires, None if lasts is None else duration(lasts, "--for"), _settings(context)
+    )
+
+
+def tokens(context: typer.Context, name: MaybeName = None) -> int:
+    """List tokens: what for, since when, until when, when they were last used."""
+    from maya_un.cli.access import users
+
+    return users.tokens(name, _settings(context))
+
+
+def revoke(
+    context: typer.Context, token: Annotated[str, typer.Argument(metavar="TOKEN", help="its id, or all of it")]
+) -> int:
+    """Make a token invalid at once."""
+    from maya_un.cli.access import users
+
+    return users.revoke(token, _settings(context))
+
+
+def reset(
+    context: typer.Context,
+    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="is an admin then, with a new token")] = None,
+    forget: Annotated[bool, typer.Option("--all", help="forget all users and tokens")] = False,
+) -> int:
+    """Get in again where the admin's token is lost, at the machine, while `maya up` does not run."""
+    from maya_un.cli.access import resetting
+
+    if (name is None) is not forget:
+        raise InvalidCommandLine(reason="it is NAME, or --all", command="maya user reset")
+    return resetting.forget(_settings(context)) if name is None else resetting.reset(name, _settings(context))

@@ -1,0 +1,146 @@
+"""`maya lease`: who drives, taking the lease and handing it on.
+
+What is taken is kept for all commands of this user. Without `--for` the command itself is the heartbeat: it renews the
+lease as long as it runs, so that a closed terminal or a lost connection gives the robot free.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from typing import Any
+
+from maya_un import credentials
+from maya_un.cli import output
+from maya_un.cli.access import files
+from maya_un.cli.access.words import word
+from maya_un.cli.client import Client
+from maya_un.cli.settings import Settings
+from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded, MayaError, ServiceNotAnswering
+
+HEARTBEAT = 2.0
+"""How often the lease is renewed [s]: a fifth of its patience, so that a few lost answers cost nothing."""
+
+_LINE = "\r\x1b[K"
+_UNITS = (("d", 86400.0), ("h", 3600.0), ("min", 60.0))
+
+
+def show(settings: Settings) -> int:
+    """Tell who drives; raises `ServiceNotRunning`."""
+    view = Client.find().get("/v1/lease")
+    return output.answer(view, _described(view, settings.language), settings)
+
+
+def take(note: str, patience: float | None, settings: Settings, *, force: bool) -> int:
+    """Become the driver: for `patience` [s] without being heard of, without one for as long as this runs.
+
+    Raises `LeaseHeld`, `NotAllowed`, and `LeaseLost` once somebody else has taken it.
+    """
+    client = Client.find()
+    body = {"note": note, "force": force} | ({} if patience is None else {"patience": patience})
+    taken = client.post("/v1/lease", body)
+    files.keep_lease(taken["id"], client.url)
+    shown = {key: value for key, value in taken.items() if key != "id"}
+    if patience is not None:
+        text = word("taken_for", settings.language, expires=_lasts(patience))
+        return output.answer(shown, text, settings)
+    output.answer(shown, word("taken", settings.language), settings)
+    with _ended_like_by_hand():
+        return _drive(client, taken["id"], settings)
+
+
+def release(settings: Settings) -> int:
+    """Give the lease back; raises `LeaseNeeded` and its kin where none is held."""
+    view = Client.find().request("DELETE", "/v1/lease")
+    credentials.forget()
+    return output.answer(view, word("released", settings.language), settings)
+
+
+def offer(name: str, settings: Settings) -> int:
+    """Let `name` take the lease within a minute; raises `UnknownName`, `NotAllowed`, `LeaseHeld`."""
+    view = Client.find().post("/v1/lease/offer", {"to": name})
+    return output.answer(view, word("offering", settings.language, **view), settings)
+
+
+def ask(settings: Settings) -> int:
+    """Let everybody know that one would like to drive."""
+    view = Client.find().post("/v1/lease/ask")
+    return output.answer(view, word("asking" if view["holder"] else "asking_all", settings.language, **view), settings)
+
+
+def _drive(client: Client, lease: str, settings: Settings) -> int:
+    """Renew the lease until Ctrl-C, and give it back then."""
+    wait, left = threading.Event(), 0.0
+    try:
+        while True:
+            try:
+                view = client.post("/v1/lease/renew", timeout=HEARTBEAT)
+                left = view["expires_in"] or 0.0
+                _tell(_state(view, settings.language), settings)
+            except ServiceNotAnswering:
+                left = max(0.0, left - 2 * HEARTBEAT)
+                _tell(word("unheard", settings.language, expires=_lasts(left)), settings)
+            wait.wait(HEARTBEAT)
+    except KeyboardInterrupt:
+        _tell("", settings)
+        with suppress(MayaError):
+            client.request("DELETE", "/v1/lease")
+        if not settings.json:
+            output.say(word("released", settings.language))
+        return output.DONE
+    except (LeaseLost, LeaseHeld, LeaseNeeded):
+        _tell("", settings)
+        raise
+    finally:
+        held = credentials.held()
+        if held is not None and held.id == lease:
+            credentials.forget()
+
+
+@contextmanager
+def _ended_like_by_hand() -> Iterator[None]:
+    """Have SIGTERM and a closed terminal end the block as Ctrl-C does."""
+    before = {kind: signal.signal(kind, signal.default_int_handler) for kind in (signal.SIGTERM, signal.SIGHUP)}
+    try:
+        yield
+    finally:
+        for kind, handler in before.items():
+            signal.signal(kind, handler)
+
+
+def _tell(line: str, settings: Settings) -> None:
+    """Show how it stands in one line of a terminal, in the place of the one before."""
+    if not settings.json and sys.stdout.isatty():
+        print(f"{_LINE}{line}", end="", flush=True)
+
+
+def _state(view: Mapping[str, Any], language: str) -> str:
+    parts = [word("driving", language, since=_lasts(view["since"])), *_others(view, language)]
+    return " · ".join(parts)
+
+
+def _described(view: Mapping[str, Any], language: str) -> str:
+    if not view["holder"]:
+        return "\n".join([word("nobody", language), *_others(view, language)])
+    note = f": {view['note']}" if view["note"] else ""
+    key = "implicit" if view["implicit"] else "drives"
+    lines = [word(key, language, **{**view, "since": _lasts(view["since"]), "note": note})]
+    if view["yours"]:
+        lines.append(word("yours", language))
+    if view["expires_in"] is not None:
+        lines.append(word("expires", language, expires=_lasts(view["expires_in"])))
+    return "\n".join([*lines, *_others(view, language)])
+
+
+def _others(view: Mapping[str, Any], language: str) -> list[str]:
+    keys = {"offered_to": "offered", "asked_by": "asked"}
+    return [word(key, language, **view) for name, key in keys.items() if view[name]]
+
+
+def _lasts(seconds: float) -> str:
+    """Return a duration in the largest unit that it fills."""
+    unit, size = next(((unit, size) for unit, size in _UNITS if seconds >= 2 * size), ("s", 1.0))
+    return f"{seconds / size:.0f} {unit}"

@@ -1,0 +1,66 @@
+"""`maya user reset`: how the owner of the file gets in again when the administrator's token is lost.
+
+Whoever may write the file of the queue could change it in any other way too, so this asks for nothing else. The service
+is down meanwhile: it holds the file's lock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from maya_un.api.access import tokens
+from maya_un.api.access.caller import Role
+from maya_un.api.access.hashing import Hasher
+from maya_un.api.access.store import Change, FileStore, Token, User
+from maya_un.api.people import checked_name
+from maya_un.cli import output
+from maya_un.cli.access import files
+from maya_un.cli.access.words import word
+from maya_un.cli.settings import Settings
+from maya_un.config.state import state_folder
+from maya_un.loops import run
+from maya_un.process.journal import file
+from maya_un.server.dates import now
+
+
+def reset(name: str, settings: Settings) -> int:
+    """Make `name` an administrator with a new token, beside whatever users there are; raises as `_in_file`."""
+    checked_name(name)
+    shown = tokens.new()
+    run(_in_file(lambda users, kept: _administrator(name, shown, users, kept)))
+    place = files.keep_token(shown.text)
+    made = {"user": name, "role": Role.ADMIN.word, "token": shown.text, "id": shown.id}
+    text = f"{word('added', settings.language, **made)}\n{word('secret', settings.language, **made, file=place)}"
+    return output.answer({**made, "kept": True}, text, settings)
+
+
+def forget(settings: Settings) -> int:
+    """Forget all users and tokens; raises as `_in_file`."""
+    run(_in_file(lambda users, _: Change(without_users=tuple(user.name for user in users))))
+    return output.answer({"users": []}, word("forgotten", settings.language), settings)
+
+
+async def _in_file(change_of: Callable[[Sequence[User], Sequence[Token]], Change]) -> None:
+    """Change users and tokens in the file of the queue; raises `StorageInUse`, `StorageDamaged` and their kin."""
+    path = state_folder() / file.NAME
+    path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+    lock = file.Lock(path)
+    try:
+        file.open_for_writing(path).close()
+        store = FileStore(path)
+        try:
+            await store.apply(change_of(*await store.load()))
+        finally:
+            await store.close()
+    finally:
+        lock.release()
+
+
+def _administrator(name: str, shown: tokens.Shown, users: Sequence[User], kept: Sequence[Token]) -> Change:
+    """Return what makes `name` an administrator with this token and no other one; a password stays."""
+    today = now()
+    before = next((user for user in users if user.name == name), User(name, Role.ADMIN, today))
+    token = Token(shown.id, name, Hasher().hash_now(shown.secret), "reset", today)
+    lost = tuple(one.id for one in kept if one.user == name)
+    return Change(users=(replace(before, role=Role.ADMIN),), tokens=(token,), without_tokens=lost)

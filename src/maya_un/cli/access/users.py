@@ -1,0 +1,169 @@
+"""`maya user`: who may what. Secrets are shown once, and asked for without being shown."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime, timedelta
+from getpass import getpass
+from typing import Any
+from urllib.parse import quote
+
+from maya_un import credentials
+from maya_un.cli import output
+from maya_un.cli.access import files
+from maya_un.cli.access.words import word
+from maya_un.cli.client import Client
+from maya_un.cli.report import table
+from maya_un.cli.settings import Settings
+from maya_un.errors import InvalidCommandLine, InvalidValue
+
+_ADMIN = "admin"
+
+
+def me(settings: Settings) -> int:
+    """Tell as whom the running robot sees us; raises `NotSignedIn`, `ServiceNotRunning`."""
+    found = Client.find().get("/v1/me")
+    return output.answer(found, word("me" if found["users"] else "me_local", settings.language, **found), settings)
+
+
+def add(name: str, role: str, settings: Settings, *, with_password: bool) -> int:
+    """Add a user and show the first token; raises `InvalidValue`, `NotAllowed`.
+
+    The first user of all is an administrator at this machine, whose commands need the token from then on: it is kept.
+    """
+    client = Client.find()
+    first = not client.get("/v1/me")["users"]
+    password = _new_password(settings.language) if with_password else None
+    made = client.post("/v1/users", {"name": name, "role": role} | ({"password": password} if password else {}))
+    kept = first and not credentials.token()
+    if kept:
+        files.keep_token(made["token"])
+    text = f"{word('added', settings.language, **made)}\n{_secret(made, settings.language)}"
+    if kept:
+        text = f"{text}\n{word('kept', settings.language, file=credentials.token_file())}"
+    return output.answer({**made, "kept": kept}, text, settings)
+
+
+def listed(settings: Settings) -> int:
+    """List all users; raises `NotAllowed`."""
+    users = Client.find().get("/v1/users")
+    head = _head(("user", "role", "since", "password", "tokens", "used"), settings.language)
+    yes = word("yes", settings.language)
+    rows = [
+        (user["name"], user["role"], _day(user["created"]), yes if user["password"] else "", str(user["tokens"]),
+         _minute(user["used"]))
+        for user in users
+    ]  # fmt: skip
+    text = table(head, rows, right=(4,)) if rows else word("no_users", settings.language)
+    return output.answer({"users": users}, text, settings)
+
+
+def change_role(name: str, role: str, settings: Settings) -> int:
+    """Give a user another role; raises `UnknownName`, and `NotAllowed` for the last administrator."""
+    changed = Client.find().request("PATCH", _path(name), {"role": role})
+    return output.answer(changed, word("changed", settings.language, **changed), settings)
+
+
+def change_password(name: str | None, settings: Settings, *, none: bool) -> int:
+    """Give a user another password, or none; by default oneself. Raises `UnknownName`, `NotAllowed`, `NotSignedIn`."""
+    client = Client.find()
+    who = client.get("/v1/me")
+    body: dict[str, str] = {}
+    if who["role"] != _ADMIN:
+        body["old"] = _asked("old_password", settings.language)
+    body["password"] = "" if none else _new_password(settings.language)
+    changed = client.request("PATCH", _path(name or who["name"]), body)
+    return output.answer(changed, word("password_changed", settings.language, **changed), settings)
+
+
+def remove(name: str, settings: Settings) -> int:
+    """Remove a user with all tokens; raises `UnknownName`, and `NotAllowed` for the last administrator."""
+    removed = Client.find().request("DELETE", _path(name))
+    return output.answer(removed, word("removed", settings.language, **removed), settings)
+
+
+def make_token(name: str | None, note: str, expires: str, lasts: float | None, settings: Settings) -> int:
+    """Make one more token, by default for oneself, and show it; raises `UnknownName`, `NotAllowed`, `InvalidValue`."""
+    if expires and lasts is not None:
+        raise InvalidCommandLine(reason="--expires and --for say the same", command="maya user token")
+    if lasts is not None:
+        expires = _in(lasts)
+    client = Client.find()
+    path = f"{_path(name or client.get('/v1/me')['name'])}/tokens"
+    made = client.post(path, {"note": note, "expires": expires})
+    return output.answer(made, _secret(made, settings.language), settings)
+
+
+def tokens(name: str | None, settings: Settings) -> int:
+    """List the tokens of a user, by default one's own; raises `UnknownName`, `NotAllowed`."""
+    client = Client.find()
+    chosen = name or client.get("/v1/me")["name"]
+    found = client.get(f"{_path(chosen)}/tokens")
+    text = _tokens(found, settings.language) if found else word("no_tokens", settings.language, name=chosen)
+    return output.answer({"tokens": found}, text, settings)
+
+
+def revoke(token: str, settings: Settings) -> int:
+    """Make a token invalid at once, by its id or the token itself; raises `NotFound`."""
+    parts = token.split("_")
+    name = parts[1] if len(parts) == 3 else token
+    removed = Client.find().request("DELETE", f"/v1/tokens/{quote(name, safe='', errors='surrogatepass')}")
+    return output.answer(removed, word("revoked", settings.language, **removed), settings)
+
+
+def _tokens(found: Sequence[Mapping[str, Any]], language: str) -> str:
+    head = _head(("token", "note", "since", "until", "used"), language)
+    rows = [
+        (
+            one["id"],
+            f"{word('session', language)} {one['note']}" if one["session"] else one["note"],
+            _day(one["created"]),
+            _minute(one["expires"]),
+            _minute(one["used"]),
+        )
+        for one in found
+    ]
+    return table(head, rows)
+
+
+def _secret(made: Mapping[str, Any], language: str) -> str:
+    return word("secret", language, **made, file=credentials.token_file())
+
+
+def _head(keys: Sequence[str], language: str) -> tuple[str, ...]:
+    return tuple(word(key, language) for key in keys)
+
+
+def _path(name: str) -> str:
+    return f"/v1/users/{quote(name, safe='', errors='surrogatepass')}"
+
+
+def _day(date: str) -> str:
+    return date[:10]
+
+
+def _minute(date: str) -> str:
+    return date[:16].replace("T", " ")
+
+
+def _in(seconds: float) -> str:
+    try:
+        return (datetime.now(UTC) + timedelta(seconds=seconds)).isoformat(timespec="seconds")
+    except OverflowError:
+        raise InvalidValue(key="--for", value=seconds, reason="it is too long") from None
+
+
+def _new_password(language: str) -> str:
+    """Ask for a password, twice on a terminal; raises `InvalidValue` where the two differ."""
+    password = _asked("new_password", language)
+    if sys.stdin.isatty() and _asked("again", language) != password:
+        raise InvalidValue(key="password", value="…", reason="the second one differs from the first")
+    return password
+
+
+def _asked(key: str, language: str) -> str:
+    """Ask for a secret without showing it; where there is no terminal, it is the next line of the input."""
+    if sys.stdin.isatty():
+        return getpass(word(key, language))
+    return sys.stdin.readline().rstrip("\n")

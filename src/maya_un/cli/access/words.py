@@ -1,0 +1,90 @@
+"""What `maya lease` and `maya user` say, in every language."""
+
+from __future__ import annotations
+
+_WORDS: dict[str, tuple[str, str]] = {
+    "nobody": ("Nobody drives. `maya lease take` takes it.", "Nadie conduce. `maya lease take` lo toma."),
+    "drives": (
+        "{holder} drives since {since} ({source}){note}.",
+        "{holder} conduce desde hace {since} ({source}){note}.",
+    ),
+    "implicit": (
+        "A wish or a job of {holder} is under way ({source}).",
+        "Un deseo o trabajo de {holder} está en curso ({source}).",
+    ),
+    "yours": ("That is you, here.", "Es usted, aquí."),
+    "expires": ("It ends in {expires} unless it is renewed.", "Termina en {expires} si no se renueva."),
+    "offered": ("It is offered to {offered_to}.", "Se ofrece a {offered_to}."),
+    "asked": ("{asked_by} would like to drive.", "{asked_by} quisiera conducir."),
+    "taken": ("You drive now. Ctrl-C gives it back.", "Ahora conduce usted. Ctrl-C lo devuelve."),
+    "taken_for": (
+        "You drive for {expires}. `maya lease release` gives it back sooner.",
+        "Conduce usted durante {expires}. `maya lease release` lo devuelve antes.",
+    ),
+    "driving": ("driving since {since}", "conduciendo desde hace {since}"),
+    "unheard": ("the service does not answer; it ends in {expires}", "el servicio no responde; termina en {expires}"),
+    "released": ("Given back: nobody drives.", "Devuelto: nadie conduce."),
+    "offering": (
+        "Offered to {offered_to}, who takes it with `maya lease take` within a minute.",
+        "Ofrecido a {offered_to}, que lo toma con `maya lease take` en un minuto.",
+    ),
+    "asking": ("Asked. {holder} sees it.", "Pedido. {holder} lo ve."),
+    "asking_all": ("Asked. Nobody drives; operators see it.", "Pedido. Nadie conduce; los operadores lo ven."),
+    "me": (
+        "You are {name} ({role}), by token {token}, from {source}.",
+        "Usted es {name} ({role}), por el token {token}, desde {source}.",
+    ),
+    "me_local": (
+        "You are whoever sits at this machine ({role}). No users are kept; `maya user add NAME --role admin` begins.",
+        "Usted es quien está ante esta máquina ({role}). No hay usuarios; `maya user add NOMBRE --role admin` empieza.",
+    ),
+    "user": ("user", "usuario"),
+    "role": ("role", "rol"),
+    "since": ("since", "desde"),
+    "password": ("password", "contraseña"),
+    "tokens": ("tokens", "tokens"),
+    "used": ("last seen", "visto"),
+    "token": ("token", "token"),
+    "note": ("note", "nota"),
+    "until": ("until", "hasta"),
+    "session": ("session", "sesión"),
+    "yes": ("yes", "sí"),
+    "no_users": (
+        "No users are kept: whoever sits at this machine may everything, and nobody else is let in.",
+        "No hay usuarios: quien está ante esta máquina puede todo, y nadie más entra.",
+    ),
+    "added": ("{user} is {role} now.", "{user} es ahora {role}."),
+    "secret": (
+        "{token}\nThis token is shown now and never again. Whoever shows it is {user}: as $MAYA_TOKEN, or as the only "
+        "line of {file}.",
+        "{token}\nEste token se muestra ahora y nunca más. Quien lo muestre es {user}: como $MAYA_TOKEN, o como única "
+        "línea de {file}.",
+    ),
+    "kept": (
+        "From now on every command needs a token, stop and abort on this machine excepted. This one is kept in {file}, "
+        "so your commands show it.",
+        "Desde ahora toda orden necesita un token, salvo stop y abort en esta máquina. Este queda en {file}, así que "
+        "sus órdenes lo muestran.",
+    ),
+    "changed": ("{name} is {role}.", "{name} es {role}."),
+    "password_changed": (
+        "The password of {name} is changed; all sessions have ended.",
+        "La contraseña de {name} cambió; todas las sesiones terminaron.",
+    ),
+    "removed": ("{removed} is removed, with all tokens.", "{removed} fue eliminado, con todos sus tokens."),
+    "revoked": ("Token {removed} is valid no more.", "El token {removed} ya no vale."),
+    "no_tokens": ("{name} has no tokens.", "{name} no tiene tokens."),
+    "forgotten": (
+        "All users and tokens are forgotten: whoever sits at this machine may everything again.",
+        "Todos los usuarios y tokens se olvidaron: quien está ante esta máquina vuelve a poder todo.",
+    ),
+    "old_password": ("Password now: ", "Contraseña actual: "),
+    "new_password": ("New password (at least 10 letters): ", "Nueva contraseña (al menos 10 letras): "),
+    "again": ("Once more: ", "Otra vez: "),
+}
+
+
+def word(key: str, language: str, **details: object) -> str:
+    """Return the words of `key` in `language`, with their details filled in."""
+    english, spanish = _WORDS[key]
+    return (spanish if language == "es" else english).format(**details)
