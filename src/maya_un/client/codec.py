@@ -37,10 +37,10 @@ def identity(token: str) -> dict[str, str]:
 
 
 def written(request: Request[Any], door: Door, lease: str) -> Written:
-    """Return a request of somebody who shows this control lease, "" for none."""
+    """Return a request of somebody who shows this control lease, "" for none but that of the door."""
     headers = {"Accept": "application/json", **identity(door.token)}
-    if lease:
-        headers["Maya-Lease"] = lease
+    if lease or door.lease:
+        headers["Maya-Lease"] = lease or door.lease
     if request.key:
         headers["Idempotency-Key"] = request.key
     content = b""

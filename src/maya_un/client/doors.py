@@ -8,16 +8,20 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
-from maya_un import runtime
+from maya_un import credentials, runtime
 from maya_un.errors import InvalidValue, ServiceNotRunning
 
 
 @dataclass(frozen=True, slots=True)
 class Door:
-    """The service's address, like "http://127.0.0.1:4133", and the token to show there, "" for none."""
+    """The service's address, like "http://127.0.0.1:4133", and what to show there: a token, a control lease.
+
+    Both are "" for none.
+    """
 
     url: str
     token: str = ""
+    lease: str = ""
 
 
 Finder = Callable[[], Door]
@@ -27,22 +31,26 @@ Finder = Callable[[], Door]
 def finder(url: str | None, token: str | None) -> Finder:
     """Return what finds the service: at `url`, else $MAYA_URL, else wherever this user's `maya up` runs now.
 
-    The token is `token`, else $MAYA_TOKEN, else none. Raises `InvalidValue` for what is no http or https address; to
-    find raises `ServiceNotRunning`.
+    The token is `token`, else this user's (`maya_un.credentials`); a lease that was taken in the shell is shown, too.
+    Raises `InvalidValue` for what is no http or https address; to find raises `ServiceNotRunning`.
     """
     named = url or os.environ.get("MAYA_URL")
-    shown = token if token is not None else os.environ.get("MAYA_TOKEN", "")
-    if named:
-        door = Door(_checked(named), shown)
-        return lambda: door
-    return lambda: _running(shown)
+    checked = _checked(named) if named else None
+
+    def find() -> Door:
+        where = _running() if checked is None else checked
+        shown = credentials.token() if token is None else token
+        taken = credentials.held()
+        return Door(where, shown, taken.id if taken is not None and taken.url == where else "")
+
+    return find
 
 
-def _running(token: str) -> Door:
+def _running() -> str:
     found = runtime.find()
     if found is None:
         raise ServiceNotRunning
-    return Door(found.url, token)
+    return found.url
 
 
 def _checked(url: str) -> str:

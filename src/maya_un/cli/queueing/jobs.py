@@ -65,17 +65,13 @@ def _plain(value: object) -> object:
 
 def show(job: int, settings: Settings) -> int:
     """Print what is known of a job, step by step, also of one long ended."""
-    client = Client.find()
-    report = client.get(f"/v1/jobs/{job}")
-    if settings.json:
-        output.emit(report)
-        return output.DONE
-    line = client.get(f"/v1/jobs?above={job - 1}&below={job + 1}")
+    report = Client.find().get(f"/v1/jobs/{job}")
     _print(report, settings)
-    for facts in line:
-        output.say("\n" + word("asked_by", settings.language, **_dated(facts)))
-        if facts["notes"]:
-            output.say(facts["notes"])
+    if not settings.json:
+        line = report["line"]
+        output.say("\n" + word("asked_by", settings.language, **_dated(line)))
+        if line["notes"]:
+            output.say(line["notes"])
     return output.DONE
 
 

@@ -1,0 +1,84 @@
+"""Plans carried out against a script, with a clock of their own: no socket, no waiting."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from maya_un.client.course import Course
+from maya_un.client.steps import Clock, Dial, Hear, Item, Line, Plan, Request, Rest, Say, Source
+
+T = TypeVar("T")
+
+Script = Callable[[Request[Any]], Any]
+"""From a request to its answer; an exception that it returns is raised into the plan."""
+
+
+class Player:
+    """Carries plans out; `asked` are the requests in order, `now` is what the rests come to [s].
+
+    `heard` are the messages of a websocket in order, an exception among them breaks the connection there; `said` is
+    what the plan says.
+    """
+
+    def __init__(self, script: Script | None = None, heard: list[Any] | None = None) -> None:
+        self._script = script
+        self.heard = heard or []
+        self.asked: list[Request[Any]] = []
+        self.said: list[Any] = []
+        self.dialled = 0
+        self.now = 0.0
+
+    def perform(self, plan: Plan[T]) -> T:
+        """Return what a plan comes to."""
+        course: Course[T] = Course(plan)
+        while course.step is not None:
+            self._advance(course)
+        return course.result
+
+    def items(self, source: Source[T], most: int) -> list[T]:
+        """Return the first items of a source."""
+        course: Course[None] = Course(source)
+        found: list[T] = []
+        while course.step is not None and len(found) < most:
+            if isinstance(course.step, Item):
+                found.append(course.step.value)
+            self._advance(course)
+        course.close()
+        return found
+
+    @property
+    def paths(self) -> list[str]:
+        """What was asked, in short."""
+        return [f"{request.method} {request.path}" for request in self.asked]
+
+    def _advance(self, course: Course[Any]) -> None:
+        answer = self._answer(course.step)
+        if isinstance(answer, BaseException):
+            course.failed(answer)
+        else:
+            course.answered(answer)
+
+    def _answer(self, step: object) -> Any:  # noqa: PLR0911 - one answer a kind of step
+        match step:
+            case Request():
+                self.asked.append(step)
+                assert self._script is not None
+                return self._script(step)
+            case Rest(seconds):
+                self.now += seconds
+                return None
+            case Clock():
+                return self.now
+            case Dial():
+                self.dialled += 1
+                return Line(object())
+            case Say(_, message):
+                self.said.append(message)
+                return None
+            case Hear(_, now):
+                if now and (not self.heard or isinstance(self.heard[0], BaseException)):
+                    return None
+                return self.heard.pop(0)
+            case _:
+                return None

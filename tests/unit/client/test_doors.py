@@ -1,0 +1,62 @@
+"""Where the service is found."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from maya_un.cli import runtime
+from maya_un.client.doors import Door, finder, trusted
+from maya_un.errors import InvalidValue, ServiceNotRunning
+
+
+@pytest.fixture(autouse=True)
+def nowhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MAYA_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.delenv("MAYA_URL", raising=False)
+    monkeypatch.delenv("MAYA_TOKEN", raising=False)
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+
+
+def test_the_running_service_of_this_user_is_found_wherever_it_is_now() -> None:
+    find = finder(None, None)
+    with pytest.raises(ServiceNotRunning):
+        find()
+    for port in (4133, 4134):
+        runtime.publish(runtime.Running(f"http://127.0.0.1:{port}", os.getpid(), None))
+        assert find() == Door(f"http://127.0.0.1:{port}")
+
+
+def test_what_is_named_goes_before_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MAYA_URL", "http://robot:1/")
+    monkeypatch.setenv("MAYA_TOKEN", "maya_env")
+    assert finder(None, None)() == Door("http://robot:1", "maya_env")
+    assert finder("https://other:2", "maya_own")() == Door("https://other:2", "maya_own")
+    assert finder(None, "")() == Door("http://robot:1")
+
+
+def test_the_token_of_this_user_and_the_lease_of_his_shell_are_shown(tmp_path: Path) -> None:
+    token = tmp_path / "maya" / "token"
+    token.parent.mkdir()
+    token.write_text("maya_file\n", encoding="ascii")
+    token.chmod(0o600)
+    runtime.write("lease.json", {"id": "lease 1", "url": "http://robot:1"})
+    assert finder("http://robot:1", None)() == Door("http://robot:1", "maya_file", "lease 1")
+    assert finder("http://robot:2", None)() == Door("http://robot:2", "maya_file")
+
+
+@pytest.mark.parametrize("url", ["robot:4133", "ftp://robot", "http://", "http://[", "http://robot:x"])
+def test_what_is_no_address_is_refused_at_once(url: str) -> None:
+    with pytest.raises(InvalidValue, match="like http"):
+        finder(url, None)
+
+
+def test_a_certificate_is_read_from_its_file(tmp_path: Path) -> None:
+    with pytest.raises(InvalidValue, match="No such file"):
+        trusted(tmp_path / "ca.pem")
+    (tmp_path / "bad.pem").write_text("no certificate", encoding="utf-8")
+    with pytest.raises(InvalidValue):
+        trusted(tmp_path / "bad.pem")
+    assert trusted(None).check_hostname
