@@ -9,12 +9,21 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from maya_un.address import SIM, meant, split
+from maya_un.api.access.entrance import Entrance
+from maya_un.api.access.register import Calendar
+from maya_un.api.access.store import Store
+from maya_un.api.gate import Gate
+from maya_un.api.messages import plain
 from maya_un.api.service import Service
 from maya_un.config import Config
 from maya_un.controller.controller import GalilController
 from maya_un.controller.link import Dial
+from maya_un.events import Event, EventLog
 from maya_un.galil.transport import TcpTransport, Transport
 from maya_un.process.book import Book
+from maya_un.process.journal.protocol import Journal
+from maya_un.process.journal.rows import EventRow
+from maya_un.process.lease import Lease
 from maya_un.process.process import Process
 from maya_un.robot.robot import Robot
 from maya_un.values import Point
@@ -36,7 +45,10 @@ class Twin:
 
 @dataclass(frozen=True, slots=True)
 class Stack:
-    """All floors of one robot, wired. `twin` is None on a real machine."""
+    """All floors of one robot, wired. `twin` is None on a real machine.
+
+    Edges that somebody else may use call `service` through the `gate` and ask `entrance` who asks.
+    """
 
     config: Config
     address: str
@@ -44,6 +56,10 @@ class Stack:
     robot: Robot
     process: Process
     service: Service
+    gate: Gate
+    entrance: Entrance
+    lease: Lease
+    journal: Journal
     twin: Twin | None
 
 
@@ -79,11 +95,16 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
     skip_home: bool = False,
     speed: float = 1.0,
     places: Path | None = None,
+    journal: Journal | None = None,
+    calendar: Calendar | None = None,
+    users: Store | None = None,
 ) -> AsyncIterator[Stack]:
     """Wire all floors on the controller at `address` ("sim", "real" or HOST[:PORT]) for the length of the block.
 
     `speed` is how fast the loop's clock runs, for whoever asks the service; it changes nothing here. Taught places are
-    kept in the file at `places`, without one for as long as the stack lives.
+    kept in the file at `places`, without one for as long as the stack lives. So are the queue and its history, the
+    events and the audit log in `journal`, which whoever opened it closes; what it knows was not finished waits for a
+    person. `calendar` tells dates, `users` keeps who may sign in.
     Raises what connecting raises (`ConnectFailed`, `LinkTimeout`, `WrongController`, `ParameterMismatch`), and
     `MarkerMissing` where `skip_home` finds no mark.
     """
@@ -91,22 +112,48 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
     twin = make_twin(seed=seed, truth=truth, parts=parts) if address == SIM else None
     patient = config if twin is None else _patient(config, speed)
     controller = GalilController(_dial(address, config, twin), address, patient, live=live)
+    if journal is not None:
+        _keep_events(controller.events, journal, calendar)
     try:
         await controller.open()
         if skip_home:
             await controller.skip_home()
         robot = Robot(controller, config)
         book = Book(controller.mechanism, places)
-        process = Process(robot, controller, config, book.taught)
+        lease = Lease(controller.events, speed)
+        dates = None if calendar is None else calendar.after
+        process = Process(robot, controller, config, book.taught, journal=journal, lease=lease, dates=dates)
+        note = process.journal.note
+        entrance = Entrance.new(lease, store=users, calendar=calendar, note=note, speed=speed)
         try:
-            service = Service(process, robot, controller, config, address=address, speed=speed, book=book)
-            yield Stack(config, address, controller, robot, process, service, twin)
+            await entrance.register.open()
+            await process.open()
+            service = Service(
+                process, robot, controller, config, address=address, speed=speed, book=book, entrance=entrance
+            )
+            gate = Gate(service, lease, entrance.audit.asked)
+            yield Stack(
+                config, address, controller, robot, process, service, gate, entrance, lease, process.journal, twin
+            )
         finally:
             await process.close()
+            lease.close()
     finally:
         await controller.close()
         if twin is not None:
             await twin.controller.close()
+
+
+def _keep_events(events: EventLog, journal: Journal, calendar: Calendar | None) -> None:
+    """Have a journal keep every event, under the number of this run."""
+    events.run = journal.run
+
+    def keep(event: Event) -> None:
+        date = "" if calendar is None else calendar.now()
+        detail = {key: plain(value) for key, value in event.detail.items()}
+        journal.note(EventRow(journal.run, event.seq, date, event.time, event.kind.value, event.code, detail))
+
+    events.heard_by(keep)
 
 
 def _patient(config: Config, speed: float) -> Config:

@@ -5,30 +5,55 @@ from __future__ import annotations
 from typing import Any
 
 from maya_un.api.messages import AuditLine, EventMessage
+from maya_un.errors import EventsForgotten
+from maya_un.events import EventLog
 from maya_un.process.journal.protocol import Filter
+from maya_un.process.process import Process
 from maya_un.process.report import JobReport
 from maya_un.process.view import JobLine
 
+MOST_EVENTS = 1000
+"""So many events are answered at once."""
+
 
 class History:
-    """Reads what a journal keeps, with what is under way as it is now."""
+    """Reads what the journal of `process` keeps, with what is under way as it is now, and the `events` in memory."""
+
+    def __init__(self, process: Process, events: EventLog) -> None:
+        self._process = process
+        self._journal = process.journal
+        self._events = events
 
     async def page(self, which: Filter) -> list[JobLine]:
         """Return a page of jobs, newest first unless asked otherwise."""
-        raise NotImplementedError
+        return [self._process.line_of(row) for row in await self._journal.page(which)]
 
     async def job(self, number: int) -> JobReport:
         """Return what is known of a job, also of one long ended; raises `NotFound`."""
-        raise NotImplementedError
+        return await self._process.report(number)
 
     async def body(self, number: int) -> dict[str, Any]:
         """Return a job as it was written, or the wish that it is; raises `NotFound`."""
-        raise NotImplementedError
+        return await self._process.body(number)
 
-    async def events(self, run: int, above: int = 0, limit: int = 1000) -> list[EventMessage]:
-        """Return events of a run numbered above `above`, oldest first; raises `EventsForgotten`."""
-        raise NotImplementedError
+    async def events(self, run: int, above: int = 0, limit: int = MOST_EVENTS) -> list[EventMessage]:
+        """Return events of a run numbered above `above`, oldest first; raises `EventsForgotten`.
+
+        Of a run that is over there may be none any more, then none are returned.
+        """
+        limit = max(0, min(limit, MOST_EVENTS))
+        if run == self._events.run and above + 1 >= self._events.oldest:
+            return [EventMessage.of(event) for event in self._events.since(above)[:limit]]
+        rows = await self._journal.events(run, above, limit)
+        first = rows[0].seq if rows else above + 1
+        if first != above + 1 or (not rows and run == self._events.run):
+            raise EventsForgotten(since=above, oldest=first if rows else self._events.oldest)
+        return [EventMessage(row.seq, row.time, row.kind, row.code, row.detail) for row in rows]
 
     async def audit(self, below: int | None = None, limit: int = 100) -> list[AuditLine]:
         """Return what was asked for and what came of it, newest first, numbered below `below`."""
-        raise NotImplementedError
+        rows = await self._journal.audit(below, max(0, min(limit, 1000)))
+        return [
+            AuditLine(number, row.date, row.who, row.role, row.source, row.operation, row.code, row.detail)
+            for number, row in rows
+        ]

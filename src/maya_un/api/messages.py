@@ -16,7 +16,7 @@ from maya_un.errors import Unreachable
 from maya_un.events import Event
 from maya_un.kinematics.limits import Limit, unit
 from maya_un.kinematics.workspace import Workspace
-from maya_un.process.report import JobSummary
+from maya_un.process.view import JobLine, QueueMode
 from maya_un.values import Joints, Point, Progress, State
 
 
@@ -35,7 +35,8 @@ class Status:
 
     `address` is the controller's, "sim" for the twin; `speed` is the speed of the twin's clock, 1 on a machine.
     `holding` is None where nobody knows; `last_event` is the number of the newest event, `run` that of this start of
-    the program, which numbers its events anew; `jobs` has what runs and what waits.
+    the program, which numbers its events anew; `jobs` has what runs and the first that wait. `queue` tells whether jobs
+    begin, and `reason` why not.
     """
 
     version: str
@@ -45,9 +46,11 @@ class Status:
     progress: Progress | None
     can_teleop: bool
     holding: bool | None
-    jobs: tuple[JobSummary, ...]
+    jobs: tuple[JobLine, ...]
     last_event: int
     run: int = 1
+    queue: QueueMode = QueueMode.RUNNING
+    reason: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,8 +140,8 @@ class EventMessage:
     @classmethod
     def of(cls, event: Event) -> EventMessage:
         """Return the message for an event; details that are not plain become text."""
-        plain = {key: _plain(value) for key, value in event.detail.items()}
-        return cls(event.seq, event.time, event.kind.value, event.code, plain)
+        detail = {key: plain(value) for key, value in event.detail.items()}
+        return cls(event.seq, event.time, event.kind.value, event.code, detail)
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +158,8 @@ class AuditLine:
     detail: str
 
 
-def _plain(value: object) -> str | int | float | bool | None:
+def plain(value: object) -> str | int | float | bool | None:
+    """Return a detail of an event as an edge sends it: what is not plain becomes text."""
     return value if value is None or isinstance(value, str | int | float | bool) else str(value)
 
 

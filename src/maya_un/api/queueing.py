@@ -1,55 +1,87 @@
 """The queue at the door: looked at, paused, reordered, and what becomes of an interrupted job.
 
-Students may change and cancel what is their own; the gate has looked at everybody's role before.
+The gate has looked at everybody's role before; here is looked at whose job it is.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-from maya_un.api.access.caller import LOCAL, Caller
+from maya_un.api.access.caller import LOCAL, Caller, Role
+from maya_un.api.access.operations import Operation, require, require_over
+from maya_un.errors import InvalidRequest, InvalidValue
+from maya_un.process.journal.rows import Owner
+from maya_un.process.lease import Lease
+from maya_un.process.options import ORDINARY
+from maya_un.process.process import Process
+from maya_un.process.submitting import Asked
 from maya_un.process.view import JobLine, QueueView
+
+_WHEN = ("after step", "now")
+_ENDS = ("first", "last")
 
 
 class Queueing:
-    """Asks and changes the queue of a process; every method that changes it returns how that stands then."""
+    """Asks and changes the queue of `process`; every method that changes it returns how that stands then.
+
+    What somebody says who is no operator is a proposal, unless he drives by the `lease`.
+    """
+
+    def __init__(self, process: Process, lease: Lease) -> None:
+        self._process = process
+        self._lease = lease
 
     def view(self) -> QueueView:
         """Return the queue now, with the first 50 that wait."""
-        raise NotImplementedError
+        return self._process.view()
 
     async def pause(self, by: Caller = LOCAL, *, when: str = "after step") -> QueueView:
         """Begin nothing more: `when` is "after step", or "now" to brake on the path and hold the step under way too.
 
-        Raises `InvalidValue` for another `when`, and `CannotPause` for "now" while the robot homes.
+        Raises `InvalidValue` for another `when`; for "now" `CannotPause` while the robot homes, `NotConnected` and
+        `Faulted`; `StorageFailed` where it cannot be written, and it is paused all the same.
         """
-        raise NotImplementedError
+        if when not in _WHEN:
+            raise InvalidValue(key="when", value=repr(when), reason=f"it is {' or '.join(_WHEN)}")
+        await self._process.pause(by.name, now=when == "now")
+        return self.view()
 
     async def resume(self, by: Caller = LOCAL) -> QueueView:
         """Go on, with the step that is held too; raises `AnswerNeeded` while an interrupted job waits for a choice."""
-        raise NotImplementedError
+        await self._process.resume(by.name)
+        return self.view()
 
     async def step(self, by: Caller = LOCAL) -> QueueView:
         """Do one step and pause; while the queue runs, pause after the step under way.
 
         Raises `AnswerNeeded` as `resume` does.
         """
-        raise NotImplementedError
+        await self._process.step(by.name)
+        return self.view()
 
     async def clear(self, by: Caller = LOCAL) -> QueueView:
-        """Cancel all jobs that wait, held ones too; what is under way goes on."""
-        raise NotImplementedError
+        """Cancel all jobs that wait, held ones too; what is under way goes on. Raises `StorageFailed`."""
+        del by  # the audit log has his name
+        await self._process.clear()
+        return self.view()
 
     async def hold(self, number: int, by: Caller = LOCAL) -> JobLine:
         """Put a job aside that waits; raises `NotFound`, `WrongState`, `NotAllowed`."""
-        raise NotImplementedError
+        await self.require_over(number, Operation.CHANGE_JOB, by)
+        await self._process.hold(number)
+        return self._process.line(number)
 
     async def release(self, number: int, by: Caller = LOCAL) -> JobLine:
         """Let a job wait for its turn that was held; for a proposal that is the approval.
 
-        Raises `NotFound`, `WrongState`.
+        Raises `NotFound`, `WrongState`, `NotAllowed`.
         """
-        raise NotImplementedError
+        line = await self._process.found_line(number)
+        if line.proposal and not line.approved_by:
+            require(by, Operation.APPROVE)
+        require_over(by, Operation.CHANGE_JOB, line.owner)
+        await self._process.release(number, by.name)
+        return self._process.line(number)
 
     async def move(
         self,
@@ -62,32 +94,61 @@ class Queueing:
     ) -> JobLine:
         """Put a job `before` or `after` another that waits, or `to` "first" or "last"; say one of the three.
 
-        It takes the priority that it needs there. Raises `NotFound`, `WrongState`, `InvalidRequest`, `InvalidValue`.
+        It takes the priority that it needs there. Raises `NotFound`, `WrongState`, `InvalidRequest`, `InvalidValue`,
+        `NotAllowed`: others' jobs wait longer for it.
         """
-        raise NotImplementedError
+        require(by, Operation.CHANGE_JOB)
+        if sum(one is not None for one in (before, after, to)) != 1:
+            raise InvalidRequest(key="to", reason="say one of before, after and to")
+        if to is not None:
+            if to not in _ENDS:
+                raise InvalidValue(key="to", value=repr(to), reason=f"it is {' or '.join(_ENDS)}")
+            await self._process.move_to(number, last=to == "last")
+        else:
+            beside = before if before is not None else after
+            assert beside is not None
+            await self._process.move(number, beside, behind=after is not None)
+        return self._process.line(number)
 
     async def change(self, number: int, changes: Mapping[str, object], by: Caller = LOCAL) -> JobLine:
         """Change a job that has not begun: priority, notes, depends_on, on_failure, retries, stepwise, job (its body).
 
         Of one that is paused or interrupted the steps that have not begun may be replaced. Raises `NotFound`,
-        `WrongState`, `InvalidRequest`, `InvalidValue`, `InvalidJob`, `UnknownName`, `NotAllowed`.
+        `WrongState`, `InvalidRequest`, `InvalidValue`, `InvalidJob`, `UnknownName`, `NotAllowed`. What was approved is
+        a proposal again where a student changes it.
         """
-        raise NotImplementedError
+        line = await self._process.found_line(number)
+        require_over(by, Operation.CHANGE_JOB, line.owner)
+        await self._process.change(number, changes, approved=not self.proposes(by))
+        return self._process.line(number)
 
     async def again(self, number: int, *, from_step: int | None = None, by: Caller = LOCAL) -> JobLine:
         """Queue a job that has ended once more, as a new one, from a step (from 1) on: the first that was not done.
 
-        Raises `NotFound`, `WrongState`, `InvalidValue`.
+        Raises `NotFound`, `WrongState`, `InvalidValue`; `NotConnected` and `Faulted` while nothing can run.
         """
-        raise NotImplementedError
+        asked = Asked(Owner(by.name, by.source), ORDINARY, proposal=self.proposes(by))
+        new = await self._process.again(number, asked, from_step)
+        return await self._process.found_line(new)
 
     async def recover(
-        self, choice: str, *, holding: bool | None = None, resume_queue: bool = True, by: Caller = LOCAL
+        self, choice: str, holding: bool | None = None, *, resume_queue: bool = True, by: Caller = LOCAL
     ) -> QueueView:
         """Say what becomes of the interrupted job: resume, redo, skip or abort, and whether the gripper holds a part.
 
         What is to go on is checked whole from where the robot is, and refused as motion is (`NotHomed`, `PathRefused`
-        and others); then it still waits. Raises `NotFound` where there is none, `InvalidValue` for what is no choice or
-        contradicts the machine, `AnswerNeeded`.
+        and others); then it still waits. The queue goes on with `resume_queue`, though not by an abort. Raises
+        `NotFound` where there is none, `InvalidValue` for what is no choice or contradicts the machine, `AnswerNeeded`.
         """
-        raise NotImplementedError
+        await self._process.recover(choice, holding, resume_queue=resume_queue, by=by.name)
+        return self.view()
+
+    def proposes(self, by: Caller) -> bool:
+        """Tell whether what `by` wants to be done waits for somebody who approves it."""
+        holder = self._lease.holder
+        return by.role < Role.OPERATOR and (holder is None or holder.name != by.name)
+
+    async def require_over(self, number: int, operation: Operation, by: Caller) -> None:
+        """Raise `NotAllowed` where `by` may not do this to the job, `NotFound` where there is none."""
+        line = await self._process.found_line(number)
+        require_over(by, operation, line.owner)

@@ -11,6 +11,7 @@ import maya_un
 from maya_un.address import SIM
 from maya_un.api.access.caller import LOCAL, Caller
 from maya_un.api.access.entrance import Entrance
+from maya_un.api.access.operations import Operation
 from maya_un.api.held import PATIENCE, HeldJogs
 from maya_un.api.history import History
 from maya_un.api.leasing import Leasing
@@ -28,13 +29,15 @@ from maya_un.events import Event
 from maya_un.process.book import Book
 from maya_un.process.inspection import JobInspection
 from maya_un.process.job import Job
-from maya_un.process.journal.rows import Options
+from maya_un.process.journal.rows import Options, Owner
+from maya_un.process.options import ORDINARY
 from maya_un.process.preview import JobPreview
 from maya_un.process.process import Process
-from maya_un.process.report import JobReport, JobSummary
-from maya_un.process.wishes import named
+from maya_un.process.report import JobReport
+from maya_un.process.submitting import Asked
+from maya_un.process.view import JobLine, QueueMode
 from maya_un.robot.plan import Pose
-from maya_un.robot.primitives import Primitive, from_dict
+from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import Robot
 from maya_un.values import Joints, Point, State, StopReport
 
@@ -63,8 +66,7 @@ class Service:
     ) -> None:
         kept = Book(controller.mechanism) if book is None else book
         self.teaching = Teaching(kept, config.cell.grasp_height, lambda: at_rest(controller))
-        self.queue = Queueing()
-        self.history = History()
+        self.history = History(process, controller.events)
         self._process = process
         self._robot = robot
         self._controller = controller
@@ -74,6 +76,7 @@ class Service:
         self._held = HeldJogs(controller, PATIENCE * max(1.0, speed))
         shared = Entrance.alone(controller.events, speed) if entrance is None else entrance
         self.entrance = shared
+        self.queue = Queueing(process, shared.lease)
         self.lease = Leasing(shared, self._held.halt)
         self.users = People(shared, self.lease.rights_ended)
 
@@ -82,7 +85,7 @@ class Service:
         job: Job | Mapping[str, object],
         *,
         by: Caller = LOCAL,
-        options: Options = Options(),
+        options: Options = ORDINARY,
         key: str = "",
     ) -> JobAccepted:
         """Append a job to the queue; it is checked whole, and starts, when its turn comes.
@@ -91,11 +94,13 @@ class Service:
         the job that there is. What a student submits who does not drive waits for approval.
 
         Raises `KeyReused` for the key of another request, `StorageFailed`, `InvalidJob`, `UnknownName`,
-        `FileUnreadable` for a broken book of taught places that it needs, and `NotConnected` or `Faulted` while nothing can run.
+        `InvalidValue` for options out of range, `FileUnreadable` for a broken book of taught places that it needs, and
+        `NotConnected` or `Faulted` while nothing can run.
         """
         parsed = job if isinstance(job, Job) else Job.parse(job)
-        number = self._process.submit(parsed)
-        return JobAccepted(number, parsed.name, self._process.summary(number).steps)
+        number = await self._process.submit(parsed, self._asked(by, options, key))
+        line = await self._process.found_line(number)
+        return JobAccepted(number, line.name, line.steps)
 
     async def wish(
         self,
@@ -103,7 +108,7 @@ class Service:
         *,
         wait: bool = True,
         by: Caller = LOCAL,
-        options: Options = Options(),
+        options: Options = ORDINARY,
         key: str = "",
     ) -> JobReport:
         """Append one primitive as a job of its own; with `wait`, return its report when it has ended.
@@ -111,15 +116,14 @@ class Service:
         Its target may be the name of a taught pose or the cell of a taught pallet, its joints the name of a pose.
 
         Raises `InvalidRequest`, `UnknownName`, `InvalidValue`, and `NotConnected` or `Faulted`. What is refused or
-        fails later stands in the report.
+        fails later stands in the report. It is done at once while the queue is paused and nothing is under way, unless
+        `options` say how it is to be queued.
         """
-        job = named(wish) if isinstance(wish, Mapping) else None
-        if job is not None:
-            number = self._process.submit(job)
-        else:
-            primitive = from_dict(wish, self._config.cell.grasp_height) if isinstance(wish, Mapping) else wish
-            number = self._process.wish(primitive)
-        return await self._process.result(number) if wait else self._process.report(number)
+        number = await self._process.wish(wish, self._asked(by, options, key))
+        return await (self._process.result(number) if wait else self._process.report(number))
+
+    def _asked(self, by: Caller, options: Options, key: str) -> Asked:
+        return Asked(Owner(by.name, by.source), options, key, proposal=self.queue.proposes(by))
 
     async def jog(self, axis: str, distance: float, *, speed: float = 1.0, clip: bool = True) -> Jogged:
         """Move along an axis (a, b, c; x, y, z, r of the gripper) by `distance` (rad or m) at `speed` (0 to 1).
@@ -143,25 +147,29 @@ class Service:
         await self._held.release()
 
     async def job(self, number: int) -> JobReport:
-        """Return what is known of a job now; raises `NotFound`."""
-        return self._process.report(number)
+        """Return what is known of a job now, also of one that ended long ago; raises `NotFound`."""
+        return await self._process.report(number)
 
-    async def jobs(self) -> list[JobSummary]:
-        """Return one line for every job that is still known, in the order they came."""
-        return self._process.summaries()
+    async def jobs(self) -> list[JobLine]:
+        """Return one line for every job that has not ended, or ended lately, in the order they came."""
+        return self._process.lines()
 
     async def wait(self, number: int) -> JobReport:
         """Wait until a job has ended and return its report; raises `NotFound`."""
         return await self._process.result(number)
 
     async def cancel(self, number: int, *, by: Caller = LOCAL) -> JobReport:
-        """End a job early; one that runs stops on its path. Returns when it is at rest; raises `NotFound`."""
+        """End a job early; one that runs stops on its path. Returns when it is at rest.
+
+        Raises `NotFound`, `NotAllowed`, `StorageFailed`.
+        """
+        await self.queue.require_over(number, Operation.CANCEL, by)
         return await self._process.cancel(number)
 
     async def stop(self) -> StopReport:
-        """Begin to brake at once and empty the queue; tell how long and how far it takes.
+        """Begin to brake at once; tell how long and how far it takes. The queue is paused where anything waits in it.
 
-        Raises `NotConnected`; the queue is emptied all the same.
+        Raises `NotConnected`; the queue is paused all the same.
         """
         self._process.halt(Stopped())
         self._held.halt()
@@ -170,21 +178,21 @@ class Service:
     async def pause(self) -> StopReport:
         """Brake on the path and hold all motion until `resume`; tell how long and how far it takes.
 
-        The job under way stays what it is and goes on from there; one between two motions is held before the next.
+        The job under way is paused and goes on from there; one between two motions is held before the next.
         Raises `CannotPause` where nothing is under way, or a homing; `NotConnected`, `Faulted`.
         """
-        return await self._controller.pause(ahead=self._process.running is not None)
+        return await self._process.pause_motion()
 
     async def resume(self) -> None:
-        """Go on after a pause; raises `NotPaused`, `NotConnected`."""
-        await self._controller.resume()
+        """Go on after a pause of motion; raises `NotPaused`, `NotConnected`. The queue stays paused where it is."""
+        await self._process.resume_motion()
 
     async def speed(self, ratio: float) -> None:
         """Scale the speed of all motion, also of what is under way, by `ratio` (0.01 to 1); raises `InvalidValue`."""
         await self._controller.override(ratio)
 
     async def abort(self) -> None:
-        """Stop without deceleration and empty the queue; raises `NotConnected`."""
+        """Stop without deceleration, and pause the queue where anything waits in it; raises `NotConnected`."""
         self._process.halt(Stopped())
         self._held.halt()
         await self._controller.abort()
@@ -195,22 +203,25 @@ class Service:
 
     async def status(self) -> Status:
         """Return everything about now."""
-        alive = tuple(line for line in self._process.summaries() if not line.state.ended)
+        jobs = self._process.first_lines()
+        mode = self._process.mode
         return Status(
             version=maya_un.__version__,
             address=self._address,
             speed=self._speed,
             state=self._controller.state,
             progress=self._controller.progress(),
-            can_teleop=self._robot.can_teleop and not alive,
+            can_teleop=self._robot.can_teleop and not (jobs and mode is QueueMode.RUNNING),
             holding=self._robot.holding,
-            jobs=alive,
+            jobs=jobs,
             last_event=len(self._controller.events),
             run=self._controller.events.run,
+            queue=mode,
+            reason=self._process.reason,
         )
 
     def events_since(self, seq: int) -> list[Event]:
-        """Return all events numbered above `seq`; the first has number 1."""
+        """Return all events numbered above `seq`; the first has number 1. Raises `EventsForgotten`."""
         return self._controller.events.since(seq)
 
     def follow_events(self, seq: int = 0) -> AsyncIterator[Event]:

@@ -76,6 +76,14 @@ async def preview_job(robot: Robot, tasks: Sequence[Task], start: Pose) -> JobPr
     )
 
 
+async def require_possible(robot: Robot, tasks: Sequence[Task], start: Pose) -> None:
+    """Raise the refusal of the first of `tasks` that would be refused from `start`; sends nothing."""
+    pose = start
+    for task in tasks:
+        pose = robot.preview(task.primitive, pose).end
+        await asyncio.sleep(0)
+
+
 def _step(task: Task, step: PrimitivePreview, units: Units) -> StepPreview:
     return StepPreview(
         index=task.index,

@@ -1,149 +1,428 @@
-"""The queue: one job at a time, in the order they came, each checked whole before its first step.
+"""The queue of jobs: one at a time, in order, each checked whole before its first step, everything written down.
 
-After a stop, a fault or the loss of the link the jobs that wait are cancelled too: nothing starts by itself
-once somebody has said stop, or once a fault is cleared (docs/decisions/0016-a-stop-empties-the-queue.md).
+After a stop, a fault or the loss of the link the queue is paused: nothing starts by itself once somebody has said stop,
+or once a fault is cleared (docs/decisions/0026-a-stop-pauses-the-queue.md). After a restart it waits for a person
+(docs/decisions/0027-the-queue-is-durable.md). What the parts do stands in their modules; here they are put together.
 """
 
 from __future__ import annotations
 
 import asyncio
-from collections import deque
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from typing import Any
 
 from maya_un.config import Config
 from maya_un.controller.protocol import Controller
 from maya_un.errors import (
+    AnswerNeeded,
     Cancelled,
     Faulted,
-    InternalError,
+    InvalidValue,
     MachineError,
     MayaError,
     NotConnected,
     NotFound,
     Stopped,
+    StorageFailed,
+    WrongState,
 )
-from maya_un.events import Kind
+from maya_un.events import Event, Kind
+from maya_un.process.changes import Changes
+from maya_un.process.editing import Editing
 from maya_un.process.inspection import JobInspection, inspect_job
+from maya_un.process.items import Item, Items
 from maya_un.process.job import Job
+from maya_un.process.journal.memory import MemoryJournal
+from maya_un.process.journal.protocol import Journal
+from maya_un.process.journal.rows import JobRow, OnFailure, Owner, StepRow
+from maya_un.process.lease import Lease
+from maya_un.process.ledger import Entry, Ledger
 from maya_un.process.names import Recall
+from maya_un.process.options import ORDINARY
+from maya_un.process.pausing import Dates, Pausing
 from maya_un.process.preview import JobPreview, preview_job
-from maya_un.process.report import JobRecord, JobReport, JobSummary, StepRecord
+from maya_un.process.recovering import Recovering
+from maya_un.process.recovery import Chosen
+from maya_un.process.report import JobRecord, JobReport, line_of, report_of
+from maya_un.process.runner import Ending, Runner, Shared
 from maya_un.process.states import TaskState
-from maya_un.process.tasks import Expansion, expand, single
+from maya_un.process.submitting import Asked, Submitting
+from maya_un.process.tasks import Expansion, expand
 from maya_un.process.taught import Taught
+from maya_un.process.view import JobLine, QueueMode, QueueView, Recovery
+from maya_un.process.whole import Whole
+from maya_un.process.written import Written, as_written, expanded, write_job, write_wish
 from maya_un.robot.plan import Pose
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import Robot
-from maya_un.values import Mode, Notice
+from maya_un.values import Mode, StopReport
 
-REMEMBERED = 1000
-"""Jobs that have ended and are still known."""
+SHOWN = 50
+"""So many jobs that wait are shown, and predicted."""
 
+LOCAL = Asked(Owner(), ORDINARY)
+"""Whoever sits at the machine, and says nothing about how."""
 
-@dataclass(slots=True, eq=False)
-class _Entry:
-    """A job in the queue; `ended` is set with its report final, `end_by` holds what is to end it early."""
-
-    record: JobRecord
-    ended: asyncio.Event = field(default_factory=asyncio.Event)
-    end_by: MayaError | None = None
-    task: asyncio.Task[None] | None = None
+_TROUBLE = {Kind.FAULT, Kind.LIMIT, Kind.ESTOP, Kind.DISCONNECTED}
 
 
 class Process:
-    """Runs jobs on a robot, first come first served; see the module for what ends the queue.
+    """Runs jobs on a robot; see the module for what pauses the queue.
 
-    `recall` tells what has been taught, when a job names something that it does not explain itself.
+    `recall` tells what has been taught, when a job names something that it does not explain itself. A `durable`
+    `journal` keeps what was not finished for the next start; without one everything ends with this process. Only whom
+    the `lease` lets may begin. `dates` tells the date; without it dates are the loop's time.
     """
 
-    def __init__(self, robot: Robot, controller: Controller, config: Config, recall: Recall = Taught) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        controller: Controller,
+        config: Config,
+        recall: Recall = Taught,
+        *,
+        journal: Journal | None = None,
+        lease: Lease | None = None,
+        dates: Dates | None = None,
+    ) -> None:
         self._robot = robot
         self._recall = recall
         self._controller = controller
         self._grasp_height = config.cell.grasp_height
-        self._entries: dict[int, _Entry] = {}
-        self._waiting: deque[_Entry] = deque()
-        self._running: _Entry | None = None
+        self._durable = journal is not None
+        self._lease = lease
+        dates = _loop_time if dates is None else dates
+        events = controller.events
+        self._journal: Journal = MemoryJournal() if journal is None else journal
+        self._items = Items()
+        self._ledger = Ledger(self._journal, events)
+        self._ledger.on_failure = lambda: self._pausing.pause("storage")
+        self._pausing = Pausing(self._ledger, events, dates)
+        changes = Changes(self._items, events)
+        self._submitting = Submitting(self._items, self._ledger, changes, dates)
+        self._editing = Editing(self._items, self._ledger, changes, self._submitting, self._grasp_height, self._recall)
+        self._shared = Shared(
+            robot, controller, self._ledger, changes, self._pausing, dates, self._grasp_height, self._durable
+        )
+        self._recovering = Recovering(self._shared, self._items, changes, self._editing)
+        self._changes = changes
+        self._whole = Whole()
+        self._running: Item | None = None
         self._runner: asyncio.Task[None] | None = None
-        self._count = 0
+        self._steps_allowed = 0
+        self._halts = 0
+        self._closed = False
+        events.heard_by(self._hear)
+        if lease is not None:
+            lease.on_change.append(self._on_lease)
+
+    async def open(self) -> None:
+        """Take up what the journal knows was not finished; nothing begins by itself. Raises `StorageFailed`."""
+        known = await self._journal.unfinished()
+        self._submitting.next_id = known.next_id
+        await self._recovering.take_up(known)
+
+    @property
+    def journal(self) -> Journal:
+        """What keeps everything."""
+        return self._journal
 
     @property
     def running(self) -> int | None:
         """Number of the job under way, None where there is none."""
-        entry = self._running
-        return None if entry is None or entry.ended.is_set() else entry.record.id
+        item = self._running
+        return None if item is None or item.row.state.ended else item.number
 
-    def submit(self, job: Job) -> int:
-        """Append a job and return its number; it starts when its turn comes.
+    async def submit(self, job: Job, asked: Asked = LOCAL) -> int:
+        """Append a job and return its number, once it is written down; it starts when its turn comes.
 
         Raises `UnknownName` and `InvalidJob` for what it says, `FileUnreadable` where the book of taught places is
-        needed and broken, `NotConnected` and `Faulted` while nothing can run.
+        needed and broken, `KeyReused`, `InvalidValue`, `StorageFailed`; `NotConnected` and `Faulted` while nothing can
+        run, unless it is to be held.
         """
-        return self._append(job.name, expand(job, self._grasp_height, self._recall))
+        return await self._submit(write_job(job, self._grasp_height, self._recall), asked)
 
-    def wish(self, primitive: Primitive) -> int:
-        """Append a job of one primitive and return its number; raises `NotConnected`, `Faulted`."""
-        return self._append(primitive.command, single(primitive))
+    async def wish(self, wish: Primitive | Mapping[str, object], asked: Asked = LOCAL) -> int:
+        """Append a job of one primitive and return its number; raises as `submit` does, and `InvalidRequest`.
 
-    def summary(self, number: int) -> JobSummary:
-        """Return the line of a job; raises `NotFound`."""
-        return self._entry(number).record.summary()
+        While the queue is paused and nothing is under way, a wish that says nothing about how it is to be queued is
+        done at once: whoever says "home" to a robot that waits for him means now.
+        """
+        written = write_wish(wish, self._grasp_height, self._recall)
+        if asked.options == ORDINARY and not asked.proposal and self._pausing.paused and self._running is None:
+            asked = Asked(asked.owner, asked.options, asked.key, direct=True)
+        return await self._submit(written, asked)
 
-    def report(self, number: int) -> JobReport:
-        """Return what is known of a job now; raises `NotFound`."""
-        return self._entry(number).record.report()
+    async def again(self, number: int, asked: Asked, from_step: int | None = None) -> int:
+        """Queue a job that has ended once more, as a new one, from a step on; return the new number.
 
-    def summaries(self) -> list[JobSummary]:
-        """Return one line for every job that is still known, in the order they came."""
-        return [entry.record.summary() for entry in self._entries.values()]
+        Without `from_step` it begins at the first step that was not done, at the first of all if all were. Raises
+        `NotFound`, `WrongState`, `InvalidValue` and as `submit` does.
+        """
+        row, steps = await self._found(number)
+        if not row.state.ended:
+            raise WrongState(number=number, state=row.state.value, wish="done again")
+        expansion = expanded(row.body, self._grasp_height)
+        count = len(expansion.tasks)
+        if from_step is not None and not 1 <= from_step <= count:
+            raise InvalidValue(key="from_step", value=from_step, reason=f"the job has steps 1 to {count}")
+        first = _first_undone(steps, count) if from_step is None else from_step
+        return await self._submit(Written(row.name, row.body, expansion), asked, first - 1)
+
+    def line(self, number: int) -> JobLine:
+        """Return the line of a job that has not ended, or ended lately; raises `NotFound`."""
+        return self._line(self._items.get(number))
+
+    async def found_line(self, number: int) -> JobLine:
+        """Return the line of any job, also of one long ended; raises `NotFound`."""
+        row, _ = await self._found(number)
+        return self.line_of(row)
+
+    def lines(self) -> list[JobLine]:
+        """Return a line for every job that has not ended, or ended lately, in the order they came."""
+        return [self._line(item) for item in sorted(self._items, key=lambda item: item.number)]
+
+    def line_of(self, row: JobRow) -> JobLine:
+        """Return the line of a kept job, as it is now where more is known than was kept."""
+        item = self._items.find(row.id)
+        return line_of(row) if item is None else self._line(item)
+
+    def first_lines(self) -> tuple[JobLine, ...]:
+        """Return the job under way and the first that wait."""
+        running = [] if self._running is None else [self._running]
+        waiting = [item for item in self._items.waiting(SHOWN) if item not in running]
+        return tuple(self._line(item) for item in (*running, *waiting))
+
+    def view(self) -> QueueView:
+        """Return the queue now."""
+        row, running = self._pausing.row, self._running
+        waiting = tuple(self._line(item) for item in self._items.waiting(SHOWN) if item is not running)
+        return QueueView(
+            mode=self.mode,
+            reason=row.reason,
+            by=row.by,
+            since=row.since,
+            running=None if running is None else self._line(running),
+            waiting=waiting,
+            counts=self._items.counts,
+            finish_at=None,
+            recovery=self.recovery(),
+        )
+
+    @property
+    def mode(self) -> QueueMode:
+        """Whether jobs begin."""
+        if not self._pausing.paused:
+            return QueueMode.RUNNING
+        ends = self._running is not None and not self._running.direct
+        return QueueMode.PAUSING if ends else QueueMode.PAUSED
+
+    @property
+    def reason(self) -> str:
+        """Why the queue is paused, "" while it runs."""
+        return self._pausing.row.reason
+
+    def recovery(self) -> Recovery | None:
+        """Return the interrupted job that waits for a person."""
+        return self._recovering.view()
+
+    async def report(self, number: int) -> JobReport:
+        """Return what is known of a job now, also of one long ended; raises `NotFound`."""
+        item = self._items.find(number)
+        if item is not None:
+            return self._report(item)
+        row, steps = await self._found(number)
+        record = JobRecord.kept(expanded(row.body, self._grasp_height), steps)
+        record.skip_rest()
+        return report_of(line_of(row), record)
+
+    async def body(self, number: int) -> dict[str, Any]:
+        """Return a job as it was written; raises `NotFound`."""
+        row, _ = await self._found(number)
+        return as_written(row.body)
 
     async def result(self, number: int) -> JobReport:
-        """Wait until a job has ended and return its report; raises `NotFound`."""
-        entry = self._entry(number)
-        await entry.ended.wait()
-        return entry.record.report()
+        """Wait until a job has ended, or this process is closed, and return its report; raises `NotFound`."""
+        item = self._items.find(number)
+        if item is not None and not item.finished:
+            await item.wait()
+        return await self.report(number)
 
     async def cancel(self, number: int) -> JobReport:
-        """End a job early; one that runs stops on its path. Returns when it has ended; raises `NotFound`."""
-        entry = self._entry(number)
-        self._end_early(entry, Cancelled())
-        _cancel_once(entry.task)
+        """End a job early; one that runs stops on its path. Returns when it has ended.
+
+        Raises `NotFound`, `StorageFailed`.
+        """
+        item = self._items.find(number)
+        if item is not None and not item.row.state.ended:
+            if item is self._running:
+                self._end(item, Cancelled())
+            else:
+                await self._whole.do(self._cancel_waiting(item))
         return await self.result(number)
 
-    def halt(self, error: MayaError) -> None:
-        """Begin nothing more: jobs that wait end with `error`, the one that runs begins no further step."""
-        for entry in tuple(self._waiting):
-            self._end_early(entry, error)
+    async def _cancel_waiting(self, item: Item) -> None:
+        await self._editing.cancel(item.number, Cancelled())
+        if item is self._running:
+            self._end(item, Cancelled())
+        await self._lift()
+
+    async def pause(self, by: str, *, now: bool) -> None:
+        """Begin nothing more, and, where that is meant `now`, hold the motion under way on its path too.
+
+        Raises `CannotPause` where that cannot be held, `NotConnected`, `Faulted`; `StorageFailed`, and pauses all the
+        same.
+        """
+        running = self._running
+        if now and running is not None:
+            await self._controller.pause(ahead=True)
+        self._steps_allowed = 0
+        self._pausing.pause("asked", by)
+        if now and running is not None:
+            await self._mark(running, TaskState.PAUSED)
+        await self._ledger.flush()
+
+    async def resume(self, by: str) -> None:
+        """Begin jobs again, and let a motion go on that is held; raises `AnswerNeeded`, `StorageFailed`."""
+        self._require_decided()
+        await self._whole.do(self._ledger.write(lambda: [self._pausing.resume(by)] if self._pausing.paused else []))
+        await self._let_motion_go_on()
+        self._wake()
+
+    async def step(self, by: str) -> None:
+        """Do one step and pause again; where the queue runs, pause after the step under way."""
+        self._require_decided()
+        await self._ledger.flush()
+        if not self._pausing.paused:
+            self._pausing.pause("step", by)
+            return
+        if self._running is None:
+            self._steps_allowed = 1
+            self._wake()
+            self._steps_allowed = self._steps_allowed if self._runner is not None else 0
+        await self._let_motion_go_on()
+
+    async def clear(self) -> None:
+        """Cancel all that wait; raises `StorageFailed`."""
+        await self._whole.do(self._editing.clear(Cancelled()))
+        await self._lift()
+
+    async def hold(self, number: int) -> None:
+        """Put a job aside; raises as `Editing.hold` does."""
+        await self._whole.do(self._editing.hold(number))
+        await self._lift()
+
+    async def release(self, number: int, by: str) -> None:
+        """Let a held job wait for its turn; raises as `Editing.release` does."""
+        await self._whole.do(self._editing.release(number, by))
+        self._wake()
+
+    async def move(self, number: int, beside: int, *, behind: bool) -> None:
+        """Put a job before or `behind` another; raises as `Editing.move` does."""
+        await self._whole.do(self._editing.move(number, beside, behind=behind))
+
+    async def move_to(self, number: int, *, last: bool) -> None:
+        """Put a job first, or `last`; raises as `Editing.move_to` does."""
+        await self._whole.do(self._editing.move_to(number, last=last))
+
+    async def change(self, number: int, changes: Mapping[str, object], *, approved: bool = True) -> None:
+        """Change a job; raises as `Editing.change` does. What is not `approved` is a proposal after it."""
+        await self._whole.do(self._editing.change(number, changes, approved=approved))
+        self._wake()
+
+    async def recover(self, choice: str, holding: bool | None, *, resume_queue: bool, by: str) -> None:
+        """Do what a person chose for the interrupted job; raises as `Recovering.recover`, `NotConnected`, `Faulted`.
+
+        The queue goes on after it with `resume_queue`, though never by an abort.
+        """
+        if choice != Chosen.ABORT:
+            self._require_able()
+        go_on = resume_queue and choice != Chosen.ABORT
+        await self._whole.do(self._recovering.recover(choice, holding, resume_queue=go_on, by=by))
+        await self._lift()
+        self._wake()
+
+    def halt(self, error: MayaError, reason: str = "stop") -> None:
+        """Begin nothing more: jobs that wait stay where they are, the one that runs begins no further step."""
+        self._halts += 1
+        self._steps_allowed = 0
         if self._running is not None:
             self._running.end_by = self._running.end_by or error
+        self._pause_by_itself(reason)
+
+    async def pause_motion(self) -> StopReport:
+        """Brake on the path and hold all motion, also of the job under way; raises as `Controller.pause` does."""
+        running = self._running
+        report = await self._controller.pause(ahead=running is not None)
+        if running is not None:
+            await self._mark(running, TaskState.PAUSED)
+        return report
+
+    async def resume_motion(self) -> None:
+        """Let motion go on after a pause; raises as `Controller.resume` does."""
+        await self._controller.resume()
+        if self._running is not None:
+            await self._mark(self._running, TaskState.RUNNING)
 
     async def preview(self, job: Job, start: Pose) -> JobPreview:
         """Return what `job` would be from `start`; raises as `submit` for what it says; sends nothing."""
-        return await preview_job(self._robot, expand(job, self._grasp_height, self._recall).tasks, start)
+        return await preview_job(self._robot, self._expanded(job).tasks, start)
 
     async def inspect(self, job: Job, start: Pose, samples: int) -> JobInspection:
         """Return `job` in detail, from `start`; raises as `preview` does; sends nothing."""
-        return await inspect_job(self._robot, expand(job, self._grasp_height, self._recall).tasks, start, samples)
+        return await inspect_job(self._robot, self._expanded(job).tasks, start, samples)
 
-    async def close(self) -> None:
-        """Cancel what runs and what waits, and return when the robot is at rest."""
-        self.halt(Cancelled())
+    async def close(self, *, finish: bool = False) -> None:
+        """End what runs, and return when the robot is at rest and everything is written down.
+
+        With a durable journal the job under way is interrupted, after the step under way where that is to `finish`, and
+        what waits stays for the next start; otherwise all is cancelled.
+        """
+        self._closed = True
+        self._steps_allowed = 0
+        if not self._durable:
+            await self._whole.do(self._editing.clear(Cancelled()))
         if self._running is not None:
-            _cancel_once(self._running.task)
+            self._running.interrupt = self._durable
+            self._end(self._running, Cancelled(), brake=not finish)
         if self._runner is not None:
-            await self._runner
+            await asyncio.wait({self._runner})
+        if not self._durable:
+            for item in self._items.waiting(len(self._items.order) + 2):
+                await self._editing.cancel(item.number, Cancelled())
+        await self._whole.settle()
+        await self._ledger.close()
+        for item in self._items:
+            if item.ended is not None:
+                item.ended.set()
 
-    def _append(self, name: str, tasks: Expansion) -> int:
-        self._require_able()
-        self._count += 1
-        entry = _Entry(JobRecord(self._count, name, tasks))
-        self._forget()
-        self._entries[self._count] = entry
-        self._waiting.append(entry)
-        self._tell(entry)
-        if self._runner is None:
-            self._runner = asyncio.get_running_loop().create_task(self._run(), name="job queue")
-        return self._count
+    def _expanded(self, job: Job) -> Expansion:
+        return expand(job, self._grasp_height, self._recall)
+
+    async def _submit(self, written: Written, asked: Asked, skipped: int = 0) -> int:
+        if not asked.options.held and not asked.proposal:
+            self._require_able()
+        number, _ = await self._whole.do(self._taken_in(written, asked, skipped))
+        return number
+
+    async def _taken_in(self, written: Written, asked: Asked, skipped: int) -> tuple[int, bool]:
+        """Keep a job; one that was asked for before a stop does not begin after it."""
+        halts = self._halts
+        taken = await self._submitting.submit(written, asked, skipped)
+        if halts != self._halts and not self._closed:
+            self._pause_by_itself("stop")
+        self._wake()
+        return taken
+
+    async def _found(self, number: int) -> tuple[JobRow, tuple[StepRow, ...]]:
+        """Return a job with its steps, from memory or from the journal; raises `NotFound`."""
+        item = self._items.find(number)
+        if item is not None:
+            return item.row, () if item.record is None else tuple(step.row for step in item.record.steps)
+        known = await self._journal.job(number)
+        if known is None:
+            raise NotFound(what="job", number=number)
+        return known
 
     def _require_able(self) -> None:
         state = self._controller.state
@@ -152,142 +431,135 @@ class Process:
         if state.mode is Mode.FAULT:
             raise Faulted(fault=state.fault.message if state.fault else "")
 
-    def _forget(self) -> None:
-        """Drop the oldest job that has ended, once there are too many."""
-        if len(self._entries) >= REMEMBERED:
-            oldest = next((number for number, entry in self._entries.items() if entry.ended.is_set()), None)
-            if oldest is not None:
-                del self._entries[oldest]
+    def _require_decided(self) -> None:
+        recovery = self._items.interrupted
+        if recovery is not None:
+            question = f"what becomes of job {recovery.number}, which was interrupted?"
+            raise AnswerNeeded(question=question, options=", ".join(Chosen))
 
-    def _entry(self, number: int) -> _Entry:
-        if number not in self._entries:
-            raise NotFound(what="job", number=number)
-        return self._entries[number]
+    def _line(self, item: Item) -> JobLine:
+        done = None if item.record is None else item.record.done
+        return line_of(item.row, position=self._items.order.place_of(item.number), done=done)
 
-    def _end_early(self, entry: _Entry, error: MayaError) -> None:
-        """Note why a job is to end; one that still waits ends at once."""
-        if entry.ended.is_set():
-            return
-        entry.end_by = entry.end_by or error
-        if entry in self._waiting:
-            self._waiting.remove(entry)
-            self._finish(entry, TaskState.CANCELLED, _notice(error))
+    def _report(self, item: Item) -> JobReport:
+        record = item.record
+        if record is None:
+            record = JobRecord(expanded(item.row.body, self._grasp_height))
+            if item.row.state.ended:
+                record.skip_rest()
+        return report_of(self._line(item), record)
+
+    def _turn(self) -> tuple[Item, int | None] | None:
+        """Return whose turn it is, and how many steps it may do (None: all), or None where nothing may begin."""
+        if self._closed:
+            return None
+        may_begin = self._may_begin
+        direct = self._items.next_direct(may_begin)
+        if direct is not None:
+            return direct, None
+        if self._pausing.paused and not self._steps_allowed:
+            return None
+        item = self._items.going_on() or self._items.next(may_begin)
+        return None if item is None else (item, self._steps_allowed or None)
+
+    def _may_begin(self, owner: str) -> bool:
+        return self._lease is None or self._lease.may_begin(owner)
+
+    def _wake(self) -> None:
+        """Begin what may begin."""
+        if self._runner is None and self._turn() is not None:
+            self._runner = asyncio.get_running_loop().create_task(self._run(), name="job queue")
 
     async def _run(self) -> None:
-        """Take one job after the other until none waits."""
+        """Take one job after the other until none may begin."""
         try:
-            while self._waiting:
-                self._running = entry = self._waiting.popleft()
-                entry.task = asyncio.get_running_loop().create_task(self._perform(entry), name="job")
-                await asyncio.wait({entry.task})
-                self._settle(entry)
+            while (turn := self._turn()) is not None:
+                item, limit = turn
+                self._steps_allowed = 0
+                self._running = item
+                await self._perform(item, limit)
+                self._running = None
+                await self._lift()
         finally:
             self._running = self._runner = None
 
-    def _settle(self, entry: _Entry) -> None:
-        """See that a job whose task is over has ended; hand a defect of ours to the loop's handler."""
-        assert entry.task is not None
-        if not entry.ended.is_set():
-            self._finish(entry, TaskState.CANCELLED, _notice(entry.end_by or Cancelled()))
-        defect = None if entry.task.cancelled() else entry.task.exception()
-        if defect is not None:
-            asyncio.get_running_loop().call_exception_handler(
-                {"message": f"job {entry.record.id} ended by a defect", "exception": defect}
-            )
-
-    async def _perform(self, entry: _Entry) -> None:
-        """Run one job to its end, whatever the end is."""
-        entry.record.begin(asyncio.get_running_loop().time())
-        self._tell(entry)
+    async def _perform(self, item: Item, limit: int | None) -> None:
+        item.end_by = None
         try:
-            refused = await self._check(entry) or await self._steps(entry)
-            self._finish(entry, TaskState.FAILED if refused else TaskState.DONE, refused)
-        except asyncio.CancelledError:
-            self._finish(entry, TaskState.CANCELLED, _notice(entry.end_by or Cancelled()))
-        except (Stopped, Cancelled) as error:
-            self._finish(entry, TaskState.CANCELLED, _notice(error))
-            if isinstance(error, Stopped):
-                self.halt(error)
-        except MayaError as error:
-            self._finish(entry, TaskState.FAILED, _notice(error))
-            if isinstance(error, MachineError | NotConnected | Faulted):
-                self.halt(error)
-        except Exception as defect:
-            error = InternalError(reason=repr(defect))
-            self._finish(entry, TaskState.FAILED, _notice(error))
-            self.halt(error)
-            raise
+            await Runner(self._shared, item, limit, self._follows).run()
+        except StorageFailed:
+            self._items.no_longer_direct()
 
-    async def _check(self, entry: _Entry) -> Notice | None:
-        """Work the whole job out from where the robot is; return why it is refused, if it is."""
-        record = entry.record
-        preview = await preview_job(self._robot, record.expansion.tasks, self._robot.pose)
-        record.previewed(preview)
-        if preview.refusal is None:
-            return None
-        step = record.steps[preview.refusal.index - 1]
-        step.become(TaskState.FAILED, preview.refusal.notice)
-        self._tell_step(entry, step)
-        return preview.refusal.notice
+    def _follows(self, item: Item, ending: Ending) -> None:
+        """Do what follows for those that wait."""
+        if isinstance(ending.error, Stopped):
+            self.halt(ending.error)
+        elif isinstance(ending.error, MachineError | NotConnected | Faulted):
+            self.halt(ending.error, "fault")
+        elif ending.state is TaskState.FAILED and item.row.options.on_failure is OnFailure.PAUSE:
+            self._pause_by_itself("failure")
 
-    async def _steps(self, entry: _Entry) -> None:
-        """Do all steps in order; raises what ends the job early."""
-        for step in entry.record.steps:
-            if entry.end_by is not None:
-                raise entry.end_by
-            await self._step(entry, step)
+    def _pause_by_itself(self, reason: str, by: str = "") -> None:
+        """Pause where anything waits that would begin; wishes for now are over, and wait as any other job."""
+        waited = self._items.no_longer_direct()
+        if self._items.anything_waits or waited:
+            self._pausing.pause(reason, by)
 
-    async def _step(self, entry: _Entry, step: StepRecord) -> None:
-        loop = asyncio.get_running_loop()
-        began = loop.time()
-        step.become(TaskState.RUNNING)
-        self._tell_step(entry, step)
-        try:
-            await self._robot.run(step.task.primitive)
-        except asyncio.CancelledError:
-            self._end_step(entry, step, TaskState.CANCELLED, began, entry.end_by or Cancelled())
-            raise
-        except MayaError as error:
-            state = TaskState.CANCELLED if isinstance(error, Stopped) else TaskState.FAILED
-            self._end_step(entry, step, state, began, error)
-            raise
-        entry.record.done += 1
-        self._end_step(entry, step, TaskState.DONE, began, None)
+    async def _lift(self) -> None:
+        """End a pause that nobody asked for and that protects nothing any more."""
 
-    def _end_step(
-        self, entry: _Entry, step: StepRecord, state: TaskState, began: float, error: MayaError | None
-    ) -> None:
-        step.duration = asyncio.get_running_loop().time() - began
-        step.end = self._controller.state
-        step.become(state, None if error is None else _notice(error))
-        self._tell_step(entry, step)
+        def propose() -> list[Entry]:
+            needless = self._pausing.by_itself and not self._items.anything_waits and self._running is None
+            return [self._pausing.resume("")] if needless and not self._ledger.failing else []
 
-    def _finish(self, entry: _Entry, state: TaskState, notice: Notice | None) -> None:
-        entry.record.finish(state, notice, asyncio.get_running_loop().time())
-        entry.ended.set()
-        self._tell(entry)
+        if self._pausing.by_itself and not self._items.anything_waits and not self._closed:
+            try:
+                await self._ledger.write(propose)
+            except StorageFailed:
+                return
 
-    def _tell(self, entry: _Entry) -> None:
-        record = entry.record
-        code = 0 if record.notice is None else record.notice.code
-        self._controller.events.emit(Kind.JOB, code, job=record.id, name=record.name, state=record.state.value)
+    def _end(self, item: Item, error: MayaError, *, brake: bool = True) -> None:
+        """Have the job under way end; a second time would cut short its wait for the axes to come to rest."""
+        item.end_by = item.end_by or error
+        if brake and item.moving and self._runner is not None and not self._runner.cancelling():
+            self._runner.cancel()
 
-    def _tell_step(self, entry: _Entry, step: StepRecord) -> None:
-        self._controller.events.emit(
-            Kind.STEP,
-            0 if step.notice is None else step.notice.code,
-            job=entry.record.id,
-            index=step.task.index,
-            step=step.task.label,
-            state=step.state.value,
-        )
+    async def _mark(self, item: Item, state: TaskState) -> None:
+        """Write that the job under way is held in its motion, or goes on."""
+        before = TaskState.RUNNING if state is TaskState.PAUSED else TaskState.PAUSED
+
+        def propose() -> list[Entry]:
+            return self._changes.job(item, state) if item is self._running and item.row.state is before else []
+
+        await self._whole.do(self._ledger.write(propose))
+
+    async def _let_motion_go_on(self) -> None:
+        if self._controller.state.mode is Mode.PAUSED or (
+            self._running is not None and self._running.row.state is TaskState.PAUSED
+        ):
+            await self.resume_motion()
+
+    def _hear(self, event: Event) -> None:
+        if event.kind in _TROUBLE and not self._closed:
+            self._pause_by_itself("fault")
+
+    def _on_lease(self, change: str) -> None:
+        """Let those begin who may now; where a driver is lost, nothing goes on that he would have watched."""
+        if self._closed:
+            return
+        if change == "expired" and (self._running is not None or self._items.anything_waits):
+            self._pausing.pause("driver")
+        self._wake()
 
 
-def _cancel_once(task: asyncio.Task[None] | None) -> None:
-    """Cancel a job's task; a second time would cut short its wait for the axes to come to rest."""
-    if task is not None and not task.cancelling():
-        task.cancel()
+def _first_undone(steps: tuple[StepRow, ...], count: int) -> int:
+    """Return the first step that was not done, the first of all where all were; what was left out counts as done."""
+    over = {step.index for step in steps if step.state is TaskState.DONE}
+    skipped = {step.index for step in steps if step.state is TaskState.SKIPPED}
+    begun = max(over, default=0)
+    left = (n for n in range(1, count + 1) if n not in over and not (n in skipped and n < begun))
+    return next(left, 1)
 
 
-def _notice(error: MayaError) -> Notice:
-    return Notice(error.code, str(error))
+def _loop_time(after: float) -> str:
+    return f"{asyncio.get_running_loop().time() + after:.3f}"

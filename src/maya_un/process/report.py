@@ -1,12 +1,15 @@
-"""What happened: the record that the queue keeps of a job, and the frozen report that it hands out."""
+"""What happened: the record that the queue keeps of a job, and the frozen values that it hands out."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 
+from maya_un.process.journal.rows import JobRow, StepRow
 from maya_un.process.preview import JobPreview
 from maya_un.process.states import TaskState, advance
 from maya_un.process.tasks import Expansion, Task
+from maya_un.process.view import JobLine
 from maya_un.values import Notice, Point, State
 
 
@@ -15,7 +18,8 @@ class StepResult:
     """One step: what was predicted, what it took, where it ended.
 
     `index` counts from 1 over all rounds, `key` is its place in the job. `code` is 0, or the error's; durations in s;
-    `end_counts` are encoder counts, `end_point` is in m; both None until the step has ended somewhere.
+    `end_counts` are encoder counts, `end_point` is in m; both None until the step has ended somewhere. `phase` is the
+    last that it was known to begin.
     """
 
     index: int
@@ -28,18 +32,7 @@ class StepResult:
     duration: float | None
     end_counts: tuple[int, int, int] | None
     end_point: Point | None
-
-
-@dataclass(frozen=True, slots=True)
-class JobSummary:
-    """One line of the queue: `done` of `steps` are done, over all rounds."""
-
-    id: int
-    name: str
-    state: TaskState
-    code: int
-    done: int
-    steps: int
+    phase: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +40,10 @@ class JobReport:
     """One job: its state, its steps' results, predicted and actual duration [s].
 
     `predicted` is the sum over the steps that can be predicted (a homing cannot). `lowest` and `highest` bound
-    the gripper point over the whole job as checked [m]. `parts` tells where the job has put its named parts [m],
-    None for those that it has not put down, or let go where nobody knows. `remarks` say what of its pallets is out of
-    shape; they are used as they are.
+    the gripper point over the whole job as checked [m], None where that was in an earlier run. `parts` tells where the
+    job has put its named parts [m], None for those that it has not put down, or let go where nobody knows. `remarks`
+    say what of its pallets is out of shape; they are used as they are. `line` is how it stands in the queue, with its
+    owner, dates and options.
     """
 
     id: int
@@ -63,7 +57,8 @@ class JobReport:
     highest: float | None
     steps: tuple[StepResult, ...]
     parts: dict[str, Point | None]
-    remarks: tuple[str, ...] = ()
+    remarks: tuple[str, ...]
+    line: JobLine
 
 
 @dataclass(slots=True)
@@ -71,99 +66,140 @@ class StepRecord:
     """What is known of one step so far."""
 
     task: Task
-    state: TaskState = TaskState.QUEUED
-    notice: Notice | None = None
-    predicted: float | None = None
-    duration: float | None = None
-    end: State | None = None
+    row: StepRow
 
-    def become(self, state: TaskState, notice: Notice | None = None) -> None:
-        """Go on to `state`, because of `notice` where there is one."""
-        self.state = advance(self.state, state)
-        self.notice = notice
+    @property
+    def state(self) -> TaskState:
+        """Where it is in its life."""
+        return self.row.state
+
+    def become(self, state: TaskState, notice: Notice | None = None) -> StepRow:
+        """Return its row after it has gone on to `state`, because of `notice` where there is one."""
+        code, message = (0, "") if notice is None else (notice.code, notice.message)
+        return replace(self.row, state=advance(self.row.state, state), code=code, message=message)
 
     def result(self) -> StepResult:
         """Return it as a value."""
+        end = self.row.end or {}
+        counts, point = end.get("counts"), end.get("point")
         return StepResult(
             index=self.task.index,
             key=self.task.key,
             step=self.task.label,
-            state=self.state,
-            code=0 if self.notice is None else self.notice.code,
-            message="" if self.notice is None else self.notice.message,
-            predicted=self.predicted,
-            duration=self.duration,
-            end_counts=None if self.end is None else self.end.counts,
-            end_point=None if self.end is None else self.end.point,
+            state=self.row.state,
+            code=self.row.code,
+            message=self.row.message,
+            predicted=self.row.predicted,
+            duration=self.row.duration,
+            end_counts=None if counts is None else (counts[0], counts[1], counts[2]),
+            end_point=None if point is None else Point(*point),
+            phase=self.row.phase,
         )
+
+
+def where(state: State) -> dict[str, object]:
+    """Return where a step has ended, as it is kept."""
+    return {"counts": list(state.counts), "point": None if state.point is None else list(state.point)}
 
 
 @dataclass(slots=True)
 class JobRecord:
-    """What is known of one job so far."""
+    """What is known of the steps of one job."""
 
-    id: int
-    name: str
     expansion: Expansion
     steps: list[StepRecord] = field(init=False)
-    state: TaskState = TaskState.QUEUED
-    notice: Notice | None = None
     preview: JobPreview | None = None
-    done: int = 0
-    began: float | None = None
-    duration: float | None = None
 
     def __post_init__(self) -> None:
-        self.steps = [StepRecord(task) for task in self.expansion.tasks]
+        self.steps = [StepRecord(task, StepRow(task.index, TaskState.QUEUED)) for task in self.expansion.tasks]
 
-    def begin(self, now: float) -> None:
-        """Start to run at loop time `now` [s]."""
-        self.state = advance(self.state, TaskState.RUNNING)
-        self.began = now
+    @classmethod
+    def kept(cls, expansion: Expansion, rows: Iterable[StepRow]) -> JobRecord:
+        """Return the record of a job of which `rows` are known."""
+        record = cls(expansion)
+        for row in rows:
+            if 0 < row.index <= len(record.steps):
+                record.steps[row.index - 1].row = row
+        return record
 
-    def finish(self, state: TaskState, notice: Notice | None, now: float) -> None:
-        """End in `state`, because of `notice` where there is one; steps that have not begun are skipped."""
-        self.state = advance(self.state, state)
-        self.notice = notice
-        self.duration = None if self.began is None else now - self.began
+    @property
+    def done(self) -> int:
+        """How many steps are done."""
+        return sum(step.state is TaskState.DONE for step in self.steps)
+
+    @property
+    def remaining(self) -> list[StepRecord]:
+        """The steps that have not ended, in order."""
+        return [step for step in self.steps if not step.state.ended]
+
+    def skip_rest(self) -> None:
+        """Count the steps that have not begun as skipped: the job has ended."""
         for step in self.steps:
             if step.state is TaskState.QUEUED:
-                step.become(TaskState.SKIPPED)
-            elif step.state is TaskState.RUNNING:
-                step.become(TaskState.FAILED, notice)
+                step.row = step.become(TaskState.SKIPPED)
 
     def previewed(self, preview: JobPreview) -> None:
-        """Keep what the check of the whole job predicted."""
+        """Keep what the check of the steps that remain predicted."""
         self.preview = preview
-        for record, step in zip(self.steps, preview.steps, strict=False):
-            record.predicted = step.duration
+        for step in preview.steps:
+            record = self.steps[step.index - 1]
+            record.row = replace(record.row, predicted=step.duration)
 
-    def summary(self) -> JobSummary:
-        """Return its line of the queue."""
-        code = 0 if self.notice is None else self.notice.code
-        return JobSummary(self.id, self.name, self.state, code, self.done, len(self.steps))
-
-    def report(self) -> JobReport:
-        """Return it as a value."""
-        return JobReport(
-            id=self.id,
-            name=self.name,
-            state=self.state,
-            code=0 if self.notice is None else self.notice.code,
-            message="" if self.notice is None else self.notice.message,
-            predicted=None if self.preview is None else self.preview.duration,
-            duration=self.duration,
-            lowest=None if self.preview is None else self.preview.lowest,
-            highest=None if self.preview is None else self.preview.highest,
-            steps=tuple(record.result() for record in self.steps),
-            parts=self._parts(),
-            remarks=self.expansion.remarks,
-        )
-
-    def _parts(self) -> dict[str, Point | None]:
+    def parts(self) -> dict[str, Point | None]:
         """Return where the steps done so far have put the parts; a step that ended early may have taken its part."""
         parts: dict[str, Point | None] = dict.fromkeys(self.expansion.parts)
         for step in self.steps:
             if step.task.part is not None and step.state not in {TaskState.QUEUED, TaskState.SKIPPED}:
                 parts[step.task.part] = step.task.put if step.state is TaskState.DONE else None
         return parts
+
+
+def report_of(line: JobLine, record: JobRecord) -> JobReport:
+    """Return a job as a value."""
+    preview = record.preview
+    return JobReport(
+        id=line.id,
+        name=line.name,
+        state=line.state,
+        code=line.code,
+        message=line.message,
+        predicted=line.predicted,
+        duration=line.duration,
+        lowest=None if preview is None else preview.lowest,
+        highest=None if preview is None else preview.highest,
+        steps=tuple(step.result() for step in record.steps),
+        parts=record.parts(),
+        remarks=record.expansion.remarks,
+        line=line,
+    )
+
+
+def line_of(row: JobRow, *, position: int | None = None, eta: float | None = None, done: int | None = None) -> JobLine:
+    """Return a job's line; `done` where more is known than was kept."""
+    options = row.options
+    return JobLine(
+        id=row.id,
+        name=row.name,
+        state=row.state,
+        code=row.code,
+        message=row.message,
+        owner=row.owner.name,
+        source=row.owner.source,
+        priority=options.priority,
+        position=position,
+        notes=options.notes,
+        depends_on=options.depends_on,
+        done=row.done if done is None else done,
+        steps=row.steps,
+        predicted=row.predicted,
+        duration=row.duration,
+        eta=eta,
+        submitted=row.submitted,
+        began=row.began,
+        ended=row.ended,
+        proposal=row.proposal,
+        approved_by=row.approved_by,
+        on_failure=options.on_failure,
+        retries=options.retries,
+        stepwise=options.stepwise,
+    )

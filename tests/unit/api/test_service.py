@@ -40,14 +40,14 @@ async def test_a_job_goes_in_and_its_report_comes_out() -> None:
     async with door() as (_, service):
         accepted = await service.submit(JOB)
         assert (accepted.id, accepted.steps) == (1, 2)
-        assert (await service.job(1)).state.value == "queued"
+        assert (await service.job(1)).state.value == "running"
         assert (await service.wait(1)).state.value == "done"
         assert [line.done for line in await service.jobs()] == [2]
 
 
 async def test_a_wish_is_waited_for_or_not() -> None:
     async with door() as (_, service):
-        assert (await service.wish({"command": "home"}, wait=False)).state.value == "queued"
+        assert (await service.wish({"command": "home"}, wait=False)).state.value == "running"
         assert (await service.wish(Home())).state.value == "done"
 
 
@@ -69,14 +69,17 @@ async def test_what_cannot_be_understood_is_refused_at_the_door() -> None:
         assert await service.jobs() == []
 
 
-async def test_stop_ends_the_job_and_empties_the_queue() -> None:
+async def test_stop_ends_the_job_and_pauses_the_queue() -> None:
     async with door() as (controller, service):
         await service.submit(JOB)
         await service.submit(JOB)
         await elapse(3.0)
         report = await service.stop()
         assert report.was_moving
-        assert [(await service.wait(number)).state.value for number in (1, 2)] == ["cancelled", "cancelled"]
+        assert (await service.wait(1)).state.value == "cancelled"
+        await elapse(10.0)
+        view = service.queue.view()
+        assert (view.mode.value, view.reason, view.counts) == ("paused", "stop", {"queued": 1})
         assert controller.names() == ["follow", "stop"]
 
 

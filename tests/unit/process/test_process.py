@@ -9,10 +9,12 @@ import pytest
 
 from maya_un.errors import EndNotReached, Faulted, LinkLost, NotConnected, NotFound, Stopped, UnknownName
 from maya_un.events import Kind
-from maya_un.process import process as module
+from maya_un.process import items as module
 from maya_un.process.job import Job
 from maya_un.process.process import Process
 from maya_un.process.report import JobReport
+from maya_un.process.states import TaskState
+from maya_un.process.view import QueueMode
 from maya_un.robot.primitives import Home, Pick
 from maya_un.robot.robot import Robot
 from maya_un.values import Mode, Point
@@ -44,7 +46,7 @@ def states(report: JobReport) -> list[str]:
 
 async def test_a_job_runs_step_by_step_and_is_reported() -> None:
     async with running() as (controller, process):
-        report = await process.result(process.submit(job(*PICK_AND_PLACE)))
+        report = await process.result(await process.submit(job(*PICK_AND_PLACE)))
         assert states(report) == ["done", "done", "done"]
         assert report.code == 0
         assert report.lowest == pytest.approx(0.40, abs=1e-5)
@@ -57,7 +59,7 @@ async def test_a_job_runs_step_by_step_and_is_reported() -> None:
 @pytest.mark.parametrize(("step", "place"), [(1, None), (2, None), (3, Point(1.10, 0.50, 0.40)), (4, None)])
 async def test_a_cancelled_job_tells_of_the_parts_it_has_put_down(step: int, place: Point | None) -> None:
     async with running() as (controller, process):
-        number = process.submit(job(*PICK_AND_PLACE, {"approach": [0.50, 1.10]}, {"pick": "cube"}))
+        number = await process.submit(job(*PICK_AND_PLACE, {"approach": [0.50, 1.10]}, {"pick": "cube"}))
         async for event in controller.events.follow():
             if event.kind is Kind.STEP and (event.detail["index"], event.detail["state"]) == (step, "running"):
                 break
@@ -69,45 +71,46 @@ async def test_a_cancelled_job_tells_of_the_parts_it_has_put_down(step: int, pla
 
 async def test_a_refused_job_has_put_nothing_anywhere() -> None:
     async with running() as (_, process):
-        report = await process.result(process.submit(job(*PICK_AND_PLACE, {"approach": [5.0, 5.0]})))
+        report = await process.result(await process.submit(job(*PICK_AND_PLACE, {"approach": [5.0, 5.0]})))
         assert (report.state.value, report.parts) == ("failed", {"cube": None})
 
 
 async def test_what_was_predicted_is_what_it_took() -> None:
     async with running() as (_, process):
-        report = await process.result(process.submit(job(*PICK_AND_PLACE, repeat=3)))
+        report = await process.result(await process.submit(job(*PICK_AND_PLACE, repeat=3)))
         assert [step.predicted for step in report.steps] == pytest.approx([step.duration for step in report.steps])
         assert report.predicted == pytest.approx(report.duration)
 
 
 async def test_a_homing_is_not_predicted() -> None:
     async with running(homed=False) as (_, process):
-        report = await process.result(process.submit(job("home", *PICK_AND_PLACE)))
+        report = await process.result(await process.submit(job("home", *PICK_AND_PLACE)))
         assert states(report) == ["done"] * 4
         assert [step.predicted is None for step in report.steps] == [True, False, False]
 
 
 async def test_jobs_run_in_the_order_they_came() -> None:
     async with running() as (controller, process):
-        numbers = [process.submit(job({"approach": place}, name=place)) for place in ("cube", "tray", "cube")]
-        assert [line.state.value for line in process.summaries()] == ["queued"] * 3
-        assert process.running is None
+        numbers = [await process.submit(job({"approach": place}, name=place)) for place in ("cube", "tray", "cube")]
+        assert [line.state.value for line in process.lines()] == ["running", "queued", "queued"]
+        assert [line.position for line in process.lines()] == [None, 1, 2]
+        assert process.running == numbers[0]
         await process.result(numbers[-1])
         assert process.running is None
         told = [event.detail for event in controller.events.since(0) if event.kind is Kind.JOB]
-        order = [(detail["job"], detail["state"]) for detail in told]
-        assert order[3:] == [(n, state) for n in numbers for state in ("running", "done")]
+        order = [(detail["job"], detail["state"]) for detail in told if detail["state"] != "queued"]
+        assert order == [(n, state) for n in numbers for state in ("running", "done")]
 
 
 async def test_a_queue_that_ran_empty_starts_again() -> None:
     async with running() as (_, process):
-        await process.result(process.submit(job("home")))
-        assert (await process.result(process.submit(job("home")))).id == 2
+        await process.result(await process.submit(job("home")))
+        assert (await process.result(await process.submit(job("home")))).id == 2
 
 
 async def test_a_job_is_refused_whole_before_its_first_step() -> None:
     async with running() as (controller, process):
-        report = await process.result(process.submit(job(*PICK_AND_PLACE, {"approach": [3.0, 3.0]}, "home")))
+        report = await process.result(await process.submit(job(*PICK_AND_PLACE, {"approach": [3.0, 3.0]}, "home")))
         assert states(report) == ["failed", "skipped", "skipped", "failed", "skipped"]
         assert (report.code, report.steps[2].code) == (2101, 2101)
         assert controller.calls == []
@@ -119,49 +122,65 @@ async def test_a_job_is_refused_whole_before_its_first_step() -> None:
 )
 async def test_what_would_be_refused_later_is_refused_at_once(steps: list[Any], code: int) -> None:
     async with running() as (controller, process):
-        report = await process.result(process.submit(job(*steps)))
+        report = await process.result(await process.submit(job(*steps)))
         assert (report.state.value, report.code) == ("failed", code)
         assert controller.calls == []
 
 
 async def test_a_refused_job_does_not_hold_up_the_next() -> None:
     async with running() as (_, process):
-        bad = process.submit(job({"place": "tray"}))
-        good = process.submit(job("home"))
+        bad = await process.submit(job({"place": "tray"}))
+        good = await process.submit(job("home"))
         assert (await process.result(bad)).state.value == "failed"
         assert (await process.result(good)).state.value == "done"
 
 
 async def test_motion_before_homing_is_refused() -> None:
     async with running(homed=False) as (controller, process):
-        assert (await process.result(process.submit(job(*PICK_AND_PLACE)))).code == 2103
+        assert (await process.result(await process.submit(job(*PICK_AND_PLACE)))).code == 2103
         assert controller.calls == []
 
 
 @pytest.mark.parametrize("error", [LinkLost(address="x", reason="y"), EndNotReached(axis="b", distance="1 mm")])
-async def test_a_fault_fails_the_job_and_cancels_those_that_wait(error: LinkLost | EndNotReached) -> None:
+async def test_a_fault_fails_the_job_and_pauses_the_queue(error: LinkLost | EndNotReached) -> None:
     async with running() as (controller, process):
         controller.fail_at = {3: error}
-        first, second = process.submit(job(*PICK_AND_PLACE)), process.submit(job("home"))
+        first, second = await process.submit(job(*PICK_AND_PLACE)), await process.submit(job("home"))
         assert states(await process.result(first)) == ["failed", "failed", "skipped"]
-        report = await process.result(second)
-        assert (states(report), report.code) == (["cancelled", "skipped"], error.code)
+        await elapse(100.0)
+        assert process.line(second).state is TaskState.QUEUED
+        assert (process.mode, process.reason) == (QueueMode.PAUSED, "fault")
         assert len(controller.calls) == 3
 
 
-async def test_a_stop_cancels_the_job_and_those_that_wait() -> None:
+async def test_a_stop_cancels_the_job_and_pauses_the_queue() -> None:
     async with running() as (controller, process):
-        first, second = process.submit(job(*PICK_AND_PLACE)), process.submit(job("home"))
+        first, second = await process.submit(job(*PICK_AND_PLACE)), await process.submit(job("home"))
         await elapse(5.0)
         await controller.stop()
-        assert states(await process.result(first)) == ["cancelled", "cancelled", "skipped"]
-        assert (await process.result(second)).code == Stopped.code
+        report = await process.result(first)
+        assert (states(report), report.code) == (["cancelled", "cancelled", "skipped"], Stopped.code)
+        await elapse(100.0)
+        assert (process.mode, process.reason) == (QueueMode.PAUSED, "stop")
         assert "home" not in controller.names()
+        await process.resume("ana")
+        assert (await process.result(second)).state is TaskState.DONE
+
+
+async def test_an_empty_queue_is_not_paused_by_a_stop() -> None:
+    async with running() as (controller, process):
+        first = await process.submit(job(*PICK_AND_PLACE))
+        await elapse(5.0)
+        process.halt(Stopped())
+        await controller.stop()
+        await process.result(first)
+        assert process.mode is QueueMode.RUNNING
+        assert (await process.result(await process.submit(job("home")))).state is TaskState.DONE
 
 
 async def test_after_a_halt_no_further_step_begins() -> None:
     async with running() as (controller, process):
-        number = process.submit(job("home", "home"))
+        number = await process.submit(job("home", "home"))
         await elapse(1.0)
         process.halt(Stopped())
         assert states(await process.result(number)) == ["cancelled", "done", "skipped"]
@@ -171,7 +190,7 @@ async def test_after_a_halt_no_further_step_begins() -> None:
 @pytest.mark.parametrize("instant", [0.0, 1e-9, 5.0, 22.5, 30.0, 50.0])
 async def test_cancelling_a_running_job_stops_it_and_the_next_one_goes_on(instant: float) -> None:
     async with running() as (controller, process):
-        first, second = process.submit(job(*PICK_AND_PLACE)), process.submit(job("home"))
+        first, second = await process.submit(job(*PICK_AND_PLACE)), await process.submit(job("home"))
         await elapse(instant)
         report = await process.cancel(first)
         assert report.state.value == "cancelled"
@@ -182,7 +201,7 @@ async def test_cancelling_a_running_job_stops_it_and_the_next_one_goes_on(instan
 
 async def test_cancelling_twice_still_waits_for_the_robot_to_rest() -> None:
     async with running() as (controller, process):
-        number = process.submit(job({"approach": "cube"}))
+        number = await process.submit(job({"approach": "cube"}))
         await elapse(1.0)
         first = asyncio.create_task(process.cancel(number))
         await elapse(0.2)
@@ -193,15 +212,15 @@ async def test_cancelling_twice_still_waits_for_the_robot_to_rest() -> None:
 
 async def test_cancelling_at_once_ends_a_job_that_never_began() -> None:
     async with running() as (controller, process):
-        first, second = process.submit(job("home")), process.submit(job("home"))
-        assert (await process.cancel(second)).state.value == "cancelled"
+        first, second = await process.submit(job("home")), await process.submit(job("home"))
+        assert states(await process.cancel(second)) == ["cancelled", "skipped"]
         assert (await process.cancel(first)).state.value == "cancelled"
-        assert controller.calls == []
+        assert controller.names() == ["home", "at rest"]
 
 
 async def test_cancelling_what_has_ended_changes_nothing() -> None:
     async with running() as (_, process):
-        number = process.submit(job("home"))
+        number = await process.submit(job("home"))
         done = await process.result(number)
         assert await process.cancel(number) == done
 
@@ -210,33 +229,33 @@ async def test_nothing_is_queued_while_nothing_can_run() -> None:
     async with running() as (controller, process):
         controller.break_down(EndNotReached(axis="b", distance="1 mm"))
         with pytest.raises(Faulted):
-            process.submit(job("home"))
+            await process.submit(job("home"))
         controller.state = state_of(None, mode=Mode.DISCONNECTED)
         with pytest.raises(NotConnected):
-            process.wish(Home())
-        assert process.summaries() == []
+            await process.wish(Home())
+        assert process.lines() == []
 
 
 async def test_unknown_names_and_numbers_are_refused() -> None:
     async with running() as (_, process):
         with pytest.raises(UnknownName):
-            process.submit(job({"pick": "sphere"}))
+            await process.submit(job({"pick": "sphere"}))
         with pytest.raises(NotFound):
-            process.report(1)
+            await process.report(1)
 
 
 async def test_a_wish_is_a_job_of_one_step() -> None:
     async with running() as (_, process):
-        report = await process.result(process.wish(Pick(Point(0.5, 1.1, 0.4))))
+        report = await process.result(await process.wish(Pick(Point(0.5, 1.1, 0.4))))
         assert (report.name, [step.step for step in report.steps]) == ("pick", ["pick 0.5 1.1 0.4"])
 
 
 async def test_closing_cancels_everything() -> None:
     async with running() as (controller, process):
-        numbers = [process.submit(job("home")) for _ in range(3)]
+        numbers = [await process.submit(job("home")) for _ in range(3)]
         await elapse(1.0)
         await process.close()
-        assert [process.report(number).state.value for number in numbers] == ["cancelled"] * 3
+        assert [(await process.report(number)).state.value for number in numbers] == ["cancelled"] * 3
         assert controller.names()[-1] == "at rest"
 
 
@@ -249,9 +268,9 @@ async def test_a_defect_of_ours_ends_the_job_with_a_report(monkeypatch: pytest.M
             raise ZeroDivisionError(open_)
 
         monkeypatch.setattr(controller, "gripper", broken)
-        first, second = process.submit(job({"gripper": "open"})), process.submit(job("home"))
-        assert states(await process.result(first)) == ["failed", "failed"]
-        assert (await process.result(second)).state.value == "cancelled"
+        first, second = await process.submit(job("home", {"gripper": "open"})), await process.submit(job("home"))
+        assert states(await process.result(first)) == ["failed", "done", "failed"]
+        assert (process.line(second).state.value, process.reason) == ("queued", "fault")
         await elapse(0.0)
         assert [type(defect) for defect in defects] == [ZeroDivisionError]
 
@@ -260,13 +279,13 @@ async def test_the_oldest_ended_job_is_forgotten_when_there_are_too_many(monkeyp
     monkeypatch.setattr(module, "REMEMBERED", 3)
     async with running() as (_, process):
         for _ in range(5):
-            await process.result(process.submit(job("home")))
-        assert [line.id for line in process.summaries()] == [3, 4, 5]
+            await process.result(await process.submit(job("home")))
+        assert [line.id for line in process.lines()] == [3, 4, 5]
 
 
 async def test_steps_are_events_with_their_code() -> None:
     async with running() as (controller, process):
         controller.fail_at = {1: EndNotReached(axis="b", distance="1 mm")}
-        await process.result(process.submit(job(*PICK_AND_PLACE)))
+        await process.result(await process.submit(job(*PICK_AND_PLACE)))
         told = [event for event in controller.events.since(0) if event.kind is Kind.STEP]
         assert [(event.detail["state"], event.code) for event in told] == [("running", 0), ("failed", 2308)]

@@ -1,0 +1,94 @@
+"""Changes of jobs and steps as entries of the ledger: the row, how it is made in memory, how it is told."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from maya_un.errors import DependencyFailed
+from maya_un.events import EventLog, Kind
+from maya_un.process.items import Item, Items
+from maya_un.process.journal.rows import JobRow, StepRow
+from maya_un.process.ledger import Entry
+from maya_un.process.report import StepRecord
+from maya_un.process.states import TaskState, advance
+from maya_un.values import Notice
+
+
+class Changes:
+    """Makes entries for the ledger; nothing changes before they are written."""
+
+    def __init__(self, items: Items, events: EventLog) -> None:
+        self._items = items
+        self._events = events
+
+    def job(self, item: Item, state: TaskState, notice: Notice | None = None, **fields: Any) -> list[Entry]:
+        """Return the changes that take a job to `state`, because of `notice`, with other `fields` of its row.
+
+        What depends on a job that ends otherwise than done is held with it.
+        """
+        code, message = (0, "") if notice is None else (notice.code, notice.message)
+        old = item.row
+        row = replace(old, state=advance(old.state, state), code=code, message=message, **fields)
+        entries = [self.row(item, row)]
+        if state.ended:
+            entries += self._dependents(item, row)
+        return entries
+
+    def row(self, item: Item, row: JobRow, *, sure: bool = True) -> Entry:
+        """Return the change of a job to `row`; one that is not `sure` must be written to be true."""
+
+        def make() -> None:
+            self._items.replace(item, row)
+
+        def tell() -> None:
+            self.tell(row)
+            if row.state.ended:
+                item.finish()
+
+        return Entry((row,), make, tell, sure)
+
+    def step(self, item: Item, record: StepRecord, row: StepRow, *, sure: bool = True, quiet: bool = False) -> Entry:
+        """Return the change of a step to `row`; a `quiet` one is no event."""
+
+        def make() -> None:
+            record.row = row
+
+        def tell() -> None:
+            if not quiet:
+                self.tell_step(item, record, row)
+
+        return Entry(((item.number, row),), make, tell, sure)
+
+    def tell(self, row: JobRow) -> None:
+        """Announce how a job stands."""
+        self._events.emit(Kind.JOB, row.code, job=row.id, name=row.name, state=row.state.value, owner=row.owner.name)
+
+    def tell_step(self, item: Item, record: StepRecord, row: StepRow, **detail: object) -> None:
+        """Announce how a step stands."""
+        task = record.task
+        self._events.emit(
+            Kind.STEP, row.code, job=item.number, index=task.index, step=task.label, state=row.state.value, **detail
+        )
+
+    def _dependents(self, item: Item, row: JobRow) -> list[Entry]:
+        dependents = self._items.dependents(item.number)
+        if row.state is TaskState.DONE:
+            return [self._freed(dependent, item.number) for dependent in dependents]
+        notice = failed_dependency(row.id, row.state)
+        return [entry for dependent in dependents for entry in self._held(dependent, notice)]
+
+    def _freed(self, dependent: Item, number: int) -> Entry:
+        return Entry((), lambda: self._items.depend(dependent, dependent.waits_for - {number}), sure=True)
+
+    def _held(self, dependent: Item, notice: Notice) -> Sequence[Entry]:
+        if dependent.row.state is TaskState.QUEUED:
+            return self.job(dependent, TaskState.HELD, notice)
+        return [self.row(dependent, replace(dependent.row, code=notice.code, message=notice.message))]
+
+
+def failed_dependency(number: int, state: TaskState) -> Notice:
+    """Return why a job is held that depends on one that ended in `state`."""
+    error = DependencyFailed(number=number, state=state.value)
+    return Notice(error.code, str(error))

@@ -1,0 +1,215 @@
+"""What people change in the queue: hold, release, reorder, edit, clear, cancel."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from maya_un.errors import InvalidJob, InvalidRequest, InvalidValue, MayaError, WrongState
+from maya_un.process.changes import Changes
+from maya_un.process.items import Item, Items
+from maya_un.process.job import Job
+from maya_un.process.journal.rows import Options
+from maya_un.process.ledger import Entry, Ledger
+from maya_un.process.names import Recall
+from maya_un.process.options import read_options
+from maya_un.process.report import JobRecord
+from maya_un.process.states import TaskState
+from maya_un.process.submitting import Standing, Submitting
+from maya_un.process.written import Written, expanded, write_job
+from maya_un.values import Notice
+
+_WAITING = frozenset({TaskState.QUEUED, TaskState.HELD})
+_BETWEEN = frozenset({TaskState.PAUSED, TaskState.INTERRUPTED})
+
+
+class Editing:
+    """Changes jobs that have not begun, and what is left of those that have."""
+
+    def __init__(
+        self,
+        items: Items,
+        ledger: Ledger,
+        changes: Changes,
+        submitting: Submitting,
+        grasp_height: float,
+        recall: Recall,
+    ) -> None:
+        self._items = items
+        self._ledger = ledger
+        self._changes = changes
+        self._submitting = submitting
+        self._grasp_height = grasp_height
+        self._recall = recall
+
+    async def hold(self, number: int) -> None:
+        """Put a job aside that waits; raises `NotFound`, `WrongState`, `StorageFailed`."""
+
+        def propose() -> list[Entry]:
+            item = self._waiting(number, "held")
+            if item.row.state is TaskState.HELD:
+                return []
+            return _unsure(self._changes.job(item, TaskState.HELD))
+
+        await self._ledger.write(propose)
+
+    async def release(self, number: int, by: str) -> None:
+        """Let a job wait for its turn that was held, whatever became of those on which it depends.
+
+        Raises `NotFound`, `WrongState`, `StorageFailed`.
+        """
+
+        def propose() -> list[Entry]:
+            item = self._waiting(number, "released")
+            if item.row.state is TaskState.QUEUED:
+                return []
+            approved = by if item.row.proposal else item.row.approved_by
+            alive = frozenset(one for one in item.waits_for if self._items.alive(one))
+            entries = self._changes.job(item, TaskState.QUEUED, approved_by=approved)
+            return _unsure([Entry((), lambda: self._items.depend(item, alive)), *entries])
+
+        await self._ledger.write(propose)
+
+    async def move(self, number: int, beside: int, *, behind: bool) -> None:
+        """Put a job before or `behind` the job `beside`; raises `NotFound`, `WrongState`, `StorageFailed`."""
+
+        def propose() -> list[Entry]:
+            self._waiting(number, "moved")
+            self._waiting(beside, "a neighbour")
+            if number == beside:
+                return []
+            places = self._items.order.moved(number, beside, behind=behind)
+            return [self._placed(place.number, place.priority, place.position) for place in places]
+
+        await self._ledger.write(propose)
+
+    async def move_to(self, number: int, *, last: bool) -> None:
+        """Put a job first, or `last`; raises as `move` does."""
+        self._waiting(number, "moved")
+        others = [one for one in self._items.order if one != number]
+        if others:
+            await self.move(number, others[-1 if last else 0], behind=last)
+
+    async def change(self, number: int, changes: Mapping[str, object], *, approved: bool) -> None:
+        """Change the options of a job, or its body (`job`); what is not `approved` is a proposal after it.
+
+        Raises `NotFound`, `WrongState`, `InvalidRequest`, `InvalidValue`, `InvalidJob`, `UnknownName`, `StorageFailed`.
+        """
+        item = self._changeable(number)
+        rest = {key: value for key, value in changes.items() if key != "job"}
+        if "held" in rest:
+            raise InvalidRequest(key="held", reason="a job is held and released by wishes of their own")
+        options = read_options(rest, item.row.options)
+        written = self._rewritten(item, changes["job"]) if "job" in changes else None
+        self._require_no_loop(number, options.depends_on)
+        depends_anew = options.depends_on != item.row.options.depends_on
+        standing = await self._submitting.standing(options.depends_on) if depends_anew else None
+
+        def propose() -> list[Entry]:
+            self._changeable(number)
+            return _unsure(self._changed(item, options, written, standing, approved=approved))
+
+        await self._ledger.write(propose)
+        await self._submitting.hold_where_failed(item)
+
+    async def cancel(self, number: int, error: MayaError) -> None:
+        """End a job that is not under way; where it has ended, nothing happens. Raises `StorageFailed`."""
+
+        def propose() -> list[Entry]:
+            item = self._items.get(number)
+            return [] if item.row.state.ended else _unsure(self.cancelled(item, error))
+
+        await self._ledger.write(propose)
+
+    async def clear(self, error: MayaError) -> None:
+        """End all that wait, held ones too; raises `StorageFailed`."""
+
+        def propose() -> list[Entry]:
+            items = [self._items.get(number) for number in self._items.order]
+            return [entry for item in items for entry in _unsure(self.cancelled(item, error))]
+
+        await self._ledger.write(propose)
+
+    def cancelled(self, item: Item, error: MayaError) -> list[Entry]:
+        """Return the changes that end a job which is not under way."""
+        notice = Notice(error.code, str(error))
+        steps = [] if item.record is None else item.record.steps
+        interrupted = [step for step in steps if step.state is TaskState.INTERRUPTED]
+        entries = [
+            self._changes.step(item, step, step.become(TaskState.CANCELLED, notice), sure=False) for step in interrupted
+        ]
+        return [*entries, *self._changes.job(item, TaskState.CANCELLED, notice)]
+
+    def _waiting(self, number: int, wish: str) -> Item:
+        item = self._items.get(number)
+        if item.row.state not in _WAITING or item.begun:
+            raise WrongState(number=number, state=item.row.state.value, wish=wish)
+        return item
+
+    def _changeable(self, number: int) -> Item:
+        item = self._items.get(number)
+        if item.row.state not in _WAITING | _BETWEEN:
+            raise WrongState(number=number, state=item.row.state.value, wish="changed")
+        return item
+
+    def _placed(self, number: int, priority: int, position: float) -> Entry:
+        item = self._items.get(number)
+        options = replace(item.row.options, priority=priority)
+        return self._changes.row(item, replace(item.row, options=options, position=position), sure=False)
+
+    def _rewritten(self, item: Item, data: object) -> Written:
+        """Return the new body of a job; of one that has begun, what has begun must be the same in it."""
+        written = write_job(Job.parse(data), self._grasp_height, self._recall)
+        if not item.begun:
+            return written
+        old = expanded(item.row.body, self._grasp_height) if item.record is None else item.record.expansion
+        steps = [] if item.record is None else item.record.steps
+        begun = max((step.row.index for step in steps if step.state is not TaskState.QUEUED), default=0)
+        new = [task.primitive for task in written.expansion.tasks[:begun]]
+        if new != [task.primitive for task in old.tasks[:begun]]:
+            raise InvalidJob(key="steps", reason=f"{begun} have begun, and these must stay as they are")
+        return written
+
+    def _changed(
+        self, item: Item, options: Options, written: Written | None, standing: Standing | None, *, approved: bool
+    ) -> list[Entry]:
+        row = replace(item.row, options=options)
+        if not approved:
+            held = TaskState.HELD if row.state is TaskState.QUEUED else row.state
+            row = replace(row, proposal=True, approved_by="", state=held)
+        entries: list[Entry] = []
+        if written is not None:
+            record = _rewritten_record(item, written)
+            row = replace(row, name=written.name, body=written.body, steps=len(written.expansion.tasks))
+            entries.append(Entry((), lambda: setattr(item, "record", record)))
+        if standing is not None:
+            entries.append(Entry((), lambda: self._items.depend(item, self._submitting.not_done(standing.waits_for))))
+            if standing.notice is not None and row.state is TaskState.QUEUED:
+                code, message = standing.notice.code, standing.notice.message
+                row = replace(row, state=TaskState.HELD, code=code, message=message)
+        return [*entries, self._changes.row(item, row)]
+
+    def _require_no_loop(self, number: int, depends_on: tuple[int, ...]) -> None:
+        """Raise `InvalidValue` where a job would wait for itself."""
+        ahead, seen = list(depends_on), set[int]()
+        while ahead:
+            one = ahead.pop()
+            if one == number:
+                raise InvalidValue(key="depends_on", value=list(depends_on), reason="the job would wait for itself")
+            item = self._items.find(one)
+            if item is not None and one not in seen:
+                seen.add(one)
+                ahead.extend(item.row.options.depends_on)
+
+
+def _rewritten_record(item: Item, written: Written) -> JobRecord | None:
+    """Return the record of a job that has begun, with its new steps."""
+    if item.record is None:
+        return None
+    begun = [step.row for step in item.record.steps if step.state is not TaskState.QUEUED]
+    return JobRecord.kept(written.expansion, begun)
+
+
+def _unsure(entries: list[Entry]) -> list[Entry]:
+    """Return changes that are not made where they cannot be written: somebody asked for them, and is told so."""
+    return [entry._replace(sure=False) for entry in entries]

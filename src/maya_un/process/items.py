@@ -1,0 +1,209 @@
+"""The jobs that the queue knows: those that have not ended, in order, and the last that have."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter, defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from maya_un.errors import MayaError, NotFound
+from maya_un.process.journal.rows import JobRow
+from maya_un.process.order import MayBegin, Order, Place
+from maya_un.process.report import JobRecord
+from maya_un.process.states import TaskState
+
+REMEMBERED = 200
+"""Jobs that have ended and are still known with all they left; the journal has the others."""
+
+_LINED_UP = {TaskState.QUEUED, TaskState.HELD}
+
+
+@dataclass(slots=True, eq=False)
+class Item:
+    """A job in the queue: what is kept of it, and what only this run knows.
+
+    `record` is there once it has begun. `waits_for` has the jobs that must be done before it. A `direct` one is a wish
+    for now, which a paused queue does not hold up. `end_by` is what is to end it early; with `interrupt` it is to end
+    as interrupted instead. `moving` tells that its runner may be cancelled. `began` is loop time [s] of this run.
+    `finished` tells that its end has been announced, of which `ended` wakes those who wait.
+    """
+
+    row: JobRow
+    record: JobRecord | None = None
+    waits_for: frozenset[int] = frozenset()
+    direct: bool = False
+    end_by: MayaError | None = None
+    interrupt: bool = False
+    moving: bool = False
+    began: float | None = None
+    finished: bool = False
+    ended: asyncio.Event | None = None
+
+    @property
+    def number(self) -> int:
+        """The job's number."""
+        return self.row.id
+
+    def finish(self) -> None:
+        """Let those go on who wait for its end."""
+        self.finished = True
+        if self.ended is not None:
+            self.ended.set()
+
+    async def wait(self) -> None:
+        """Wait until its end has been announced, or the queue is closed."""
+        if not self.finished:
+            self.ended = self.ended or asyncio.Event()
+            await self.ended.wait()
+
+    @property
+    def begun(self) -> bool:
+        """Whether a step of it has begun, in this run or before."""
+        return self.row.began != ""
+
+
+class Items:
+    """All jobs that have not ended, the order of those that wait, and the last that have ended."""
+
+    def __init__(self) -> None:
+        self._alive: dict[int, Item] = {}
+        self._ended: dict[int, Item] = {}
+        self._order = Order()
+        self._under_way: list[int] = []
+        self._interrupted: list[int] = []
+        self._direct: list[int] = []
+        self._dependents: defaultdict[int, set[int]] = defaultdict(set)
+        self._counts: Counter[TaskState] = Counter()
+
+    def __iter__(self) -> Iterator[Item]:
+        yield from self._ended.values()
+        yield from self._alive.values()
+
+    @property
+    def order(self) -> Order:
+        """Those that wait for their turn, or are held."""
+        return self._order
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many jobs that have not ended are in which state."""
+        return {state.value: count for state, count in self._counts.items() if count and not state.ended}
+
+    @property
+    def interrupted(self) -> Item | None:
+        """The first job that waits for a person to say what becomes of it."""
+        return self._alive[self._interrupted[0]] if self._interrupted else None
+
+    @property
+    def anything_waits(self) -> bool:
+        """Whether anything would begin by itself, now or when its turn comes."""
+        return bool(self._under_way or self._interrupted or self._counts[TaskState.QUEUED])
+
+    @property
+    def all_ended(self) -> bool:
+        """Whether nothing is left, held jobs included."""
+        return not self._alive
+
+    def get(self, number: int) -> Item:
+        """Return a job that has not ended, or has ended lately; raises `NotFound`."""
+        item = self.find(number)
+        if item is None:
+            raise NotFound(what="job", number=number)
+        return item
+
+    def find(self, number: int) -> Item | None:
+        """Return a job that has not ended, or has ended lately, None where it is not known."""
+        return self._alive.get(number) or self._ended.get(number)
+
+    def alive(self, number: int) -> bool:
+        """Tell whether a job has not ended."""
+        return number in self._alive
+
+    def waiting(self, count: int) -> list[Item]:
+        """Return the first that wait, held ones among them, in the order of the queue."""
+        going_on = [self._alive[number] for number in (*self._interrupted, *self._under_way)]
+        left = max(0, count - len(going_on))
+        return [*going_on, *(self._alive[number] for number in self._order.first(left))][:count]
+
+    def going_on(self) -> Item | None:
+        """Return the job that has begun and is to go on before any other begins."""
+        return self._alive[self._under_way[0]] if self._under_way else None
+
+    def next(self, may_begin: MayBegin) -> Item | None:
+        """Return the job whose turn it is."""
+        number = self._order.next(may_begin)
+        return None if number is None else self._alive[number]
+
+    def next_direct(self, may_begin: MayBegin) -> Item | None:
+        """Return the first wish for now."""
+        items = (self._alive[number] for number in self._direct)
+        return next((item for item in items if may_begin(item.row.owner.name)), None)
+
+    def add(self, item: Item) -> None:
+        """Put a new job in."""
+        self._alive[item.number] = item
+        for number in item.waits_for:
+            self._dependents[number].add(item.number)
+        self._counts[item.row.state] += 1
+        self._line_up(item)
+
+    def replace(self, item: Item, row: JobRow) -> None:
+        """Put a newer version of a job in the place of the one that there is."""
+        self._counts[item.row.state] -= 1
+        self._counts[row.state] += 1
+        item.row = row
+        if row.state.ended:
+            self._end(item)
+        self._line_up(item)
+
+    def depend(self, item: Item, numbers: frozenset[int]) -> None:
+        """Have a job wait for others."""
+        for number in item.waits_for:
+            self._dependents[number].discard(item.number)
+        item.waits_for = numbers
+        for number in numbers:
+            self._dependents[number].add(item.number)
+        self._line_up(item)
+
+    def dependents(self, number: int) -> list[Item]:
+        """Return the jobs that wait for a job, in the order they came."""
+        return [self._alive[one] for one in sorted(self._dependents.get(number, ())) if one in self._alive]
+
+    def no_longer_direct(self) -> list[Item]:
+        """Take back that wishes are for now, and return those that still waited."""
+        items = [self._alive[number] for number in self._direct]
+        for item in items:
+            item.direct = False
+        self._direct.clear()
+        return items
+
+    def _line_up(self, item: Item) -> None:
+        """See that a job stands where its state says, and nowhere else."""
+        row, number = item.row, item.number
+        going_on = not row.state.ended and item.begun
+        if row.state in _LINED_UP and not going_on:
+            place = Place.of(row.options.priority, row.position, number)
+            self._order.put(place, row.owner.name, ready=row.state is TaskState.QUEUED and not item.waits_for)
+        else:
+            self._order.drop(number)
+        _keep(self._under_way, number, among=going_on and row.state in {TaskState.QUEUED, TaskState.PAUSED})
+        _keep(self._interrupted, number, among=row.state is TaskState.INTERRUPTED)
+        _keep(self._direct, number, among=item.direct and row.state is TaskState.QUEUED)
+
+    def _end(self, item: Item) -> None:
+        del self._alive[item.number]
+        for number in item.waits_for:
+            self._dependents[number].discard(item.number)
+        self._dependents.pop(item.number, None)
+        self._ended[item.number] = item
+        while len(self._ended) > REMEMBERED:
+            del self._ended[next(iter(self._ended))]
+
+
+def _keep(numbers: list[int], number: int, *, among: bool) -> None:
+    """See that a number is in a list, or is not."""
+    if among and number not in numbers:
+        numbers.append(number)
+    elif not among and number in numbers:
+        numbers.remove(number)

@@ -1,0 +1,167 @@
+"""What an earlier run left: taken up when the queue opens, shown, and decided by a person."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from maya_un.errors import Cancelled, MayaError, NotFound
+from maya_un.process.changes import Changes
+from maya_un.process.editing import Editing
+from maya_un.process.items import Item, Items
+from maya_un.process.journal.rows import JobRow, QueueRow, StepRow, Unfinished
+from maya_un.process.ledger import Entry
+from maya_un.process.pausing import BY_ITSELF
+from maya_un.process.preview import require_possible
+from maya_un.process.recovery import Decision, Situation, choices, decide
+from maya_un.process.report import JobRecord, StepRecord
+from maya_un.process.runner import Shared
+from maya_un.process.states import TaskState
+from maya_un.process.tasks import Task
+from maya_un.process.view import Recovery
+from maya_un.process.written import expanded
+from maya_un.robot.jaws import Jaws
+from maya_un.robot.plan import Pose
+from maya_un.values import Mode
+
+_UNDER_WAY = {TaskState.RUNNING, TaskState.PAUSED}
+
+
+class Recovering:
+    """Deals with jobs that were interrupted, one after the other."""
+
+    def __init__(self, shared: Shared, items: Items, changes: Changes, editing: Editing) -> None:
+        self._shared = shared
+        self._items = items
+        self._changes = changes
+        self._editing = editing
+
+    async def take_up(self, known: Unfinished) -> None:
+        """Put everything in that was not finished: what was under way is interrupted, and nothing begins by itself.
+
+        Raises `StorageFailed`.
+        """
+        numbers = {row.id for row in known.jobs}
+        for row in known.jobs:
+            steps = known.steps.get(row.id, ())
+            waits_for = {one for one in row.options.depends_on if one in numbers and row.state is not TaskState.HELD}
+            item = Item(row, self._record(row, steps), frozenset(waits_for))
+            self._items.add(item)
+        interrupted = [item for item in self._items if item.row.state in _UNDER_WAY]
+
+        def propose() -> list[Entry]:
+            entries = [entry for item in interrupted for entry in self._interrupted(item)]
+            return [*entries, *self._mode(known.queue, bool(interrupted))]
+
+        await self._shared.ledger.write(propose)
+
+    def view(self) -> Recovery | None:
+        """Return the job that waits for a person, with where the machine is now, None where none does."""
+        item = self._items.interrupted
+        if item is None:
+            return None
+        step, situation = self._situation(item)
+        return Recovery(
+            job=item.number,
+            name=item.row.name,
+            index=0 if step is None else step.task.index,
+            step="" if step is None else step.task.label,
+            phase="" if step is None else step.row.phase,
+            since=self._shared.pausing.row.since,
+            holding=situation.holding,
+            state=self._shared.controller.state,
+            choices=choices(situation),
+        )
+
+    async def recover(self, choice: str, holding: bool | None, *, resume_queue: bool, by: str) -> None:
+        """Do what a person chose for the interrupted job.
+
+        Raises `NotFound`, `InvalidValue`, `AnswerNeeded`, `StorageFailed`, and what the motions that remain are refused
+        with; then everything is as it was.
+        """
+        item = self._items.interrupted
+        if item is None:
+            raise NotFound(what="interrupted job", number="now")
+        step, situation = self._situation(item)
+        decision = decide(situation, choice, holding)
+        if decision.goes_on:
+            await require_possible(self._shared.robot, self._ahead(item, step, decision), self._pose(decision.holding))
+
+        def propose() -> list[Entry]:
+            if item.row.state is not TaskState.INTERRUPTED:
+                raise NotFound(what="interrupted job", number=item.number)
+            return [*self._decided(item, step, decision), *self._resumed(item, by, resume_queue=resume_queue)]
+
+        await self._shared.ledger.write(propose)
+        if decision.holding is not None and self._shared.controller.state.gripper_closed:
+            self._shared.robot.seen(holding=decision.holding)
+
+    def _record(self, row: JobRow, steps: tuple[StepRow, ...]) -> JobRecord | None:
+        """Return what is known of a job's steps, None where none has begun or nobody can tell what they were."""
+        if not steps:
+            return None
+        try:
+            return JobRecord.kept(expanded(row.body, self._shared.grasp_height), steps)
+        except MayaError:
+            return None
+
+    def _interrupted(self, item: Item) -> list[Entry]:
+        steps = [] if item.record is None else item.record.steps
+        under_way = [step for step in steps if step.state in _UNDER_WAY]
+        entries = [self._changes.step(item, step, step.become(TaskState.INTERRUPTED)) for step in under_way]
+        return [*entries, *self._changes.job(item, TaskState.INTERRUPTED)]
+
+    def _mode(self, before: QueueRow, interrupted: bool) -> list[Entry]:
+        """Return the queue's mode after a restart: what waits, waits for a person."""
+        pausing = self._shared.pausing
+        pausing.take_up(before)
+        if before.paused and not interrupted:
+            if self._items.anything_waits or before.reason not in BY_ITSELF:
+                return []
+            return [pausing.resume("")]
+        if self._items.anything_waits or interrupted:
+            pausing.take_up(QueueRow())
+            pausing.pause("restart")
+        return []
+
+    def _situation(self, item: Item) -> tuple[StepRecord | None, Situation]:
+        """Return the step that was under way, and all that a choice depends on."""
+        holding = self._holding()
+        if item.record is None:
+            return None, Situation("", (), holding)
+        step = next((one for one in item.record.steps if one.state is TaskState.INTERRUPTED), None)
+        rest = tuple(one.task.primitive.command for one in item.record.remaining if one is not step)
+        return step, Situation("" if step is None else step.task.primitive.command, rest, holding)
+
+    def _holding(self) -> bool | None:
+        """Return what the machine tells of the gripper: only that it is open is certain, and only while it answers."""
+        state = self._shared.controller.state
+        return None if state.mode is Mode.DISCONNECTED or state.gripper_closed else False
+
+    def _ahead(self, item: Item, step: StepRecord | None, decision: Decision) -> list[Task]:
+        """Return what would be done."""
+        record = item.record or JobRecord(expanded(item.row.body, self._shared.grasp_height))
+        left_out = step if decision.step is not TaskState.QUEUED else None
+        return [one.task for one in record.remaining if one is not left_out]
+
+    def _pose(self, holding: bool | None) -> Pose:
+        """Return where the robot is, with the gripper as a person has seen it."""
+        pose = self._shared.robot.pose
+        if holding is None or pose.jaws is Jaws.OPEN:
+            return pose
+        return pose._replace(jaws=Jaws.CLOSED if holding else Jaws.FOUND)
+
+    def _decided(self, item: Item, step: StepRecord | None, decision: Decision) -> list[Entry]:
+        if not decision.goes_on:
+            return [entry._replace(sure=False) for entry in self._editing.cancelled(item, Cancelled())]
+        entries = self._changes.job(item, TaskState.QUEUED)
+        if step is not None and decision.step is not None:
+            row = replace(step.become(decision.step), phase="" if decision.step is TaskState.QUEUED else step.row.phase)
+            entries = [self._changes.step(item, step, row), *entries]
+        return [entry._replace(sure=False) for entry in entries]
+
+    def _resumed(self, item: Item, by: str, *, resume_queue: bool) -> list[Entry]:
+        """Return the change that lets the queue go on, unless another job waits for a person."""
+        others = self._items.waiting(2)
+        if not resume_queue or any(one is not item and one.row.state is TaskState.INTERRUPTED for one in others):
+            return []
+        return [self._shared.pausing.resume(by)]

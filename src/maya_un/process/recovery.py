@@ -1,0 +1,123 @@
+"""What may become of a job that was interrupted, and what each choice does. Pure; a person chooses, nothing else does.
+
+Nobody can know from here whether the gripper holds a part: the power may have gone at any instant. So it is asked
+wherever what comes next depends on it, and taken from the machine only where that is certain: an open gripper is empty.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import NamedTuple
+
+from maya_un.errors import AnswerNeeded, InvalidValue
+from maya_un.process.states import TaskState
+from maya_un.process.view import Choice
+
+QUESTION = "is a part in the gripper?"
+
+
+class Chosen(StrEnum):
+    """What a person may choose."""
+
+    RESUME = "resume"
+    REDO = "redo"
+    SKIP = "skip"
+    ABORT = "abort"
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """An interrupted job: the `command` of the step that was under way ("" between two), those of the steps after it.
+
+    `holding` is what the machine tells of the gripper: False where it is open, None where only a person can see.
+    """
+
+    command: str
+    rest: tuple[str, ...]
+    holding: bool | None
+
+
+class Decision(NamedTuple):
+    """What a choice does: the step's next state (None where none was under way), and whether the job goes on.
+
+    `holding` is what is known of the gripper now, None where it does not matter.
+    """
+
+    step: TaskState | None
+    goes_on: bool
+    holding: bool | None
+
+
+def choices(situation: Situation) -> tuple[Choice, ...]:
+    """Return what may be chosen."""
+    step = situation.command
+    if not step:
+        meanings = {Chosen.RESUME: "go on with the next step", Chosen.ABORT: "end the job as cancelled"}
+    else:
+        meanings = {
+            Chosen.RESUME: _resumed(step),
+            Chosen.REDO: f"do the {step} again",
+            Chosen.SKIP: f"leave the {step} out and go on with the next step",
+            Chosen.ABORT: "end the job as cancelled",
+        }
+    return tuple(Choice(one.value, meaning, _needs_answer(situation, one)) for one, meaning in meanings.items())
+
+
+def decide(situation: Situation, choice: str, holding: bool | None) -> Decision:
+    """Return what `choice` does, where a person says whether the gripper is `holding` a part (None: he did not say).
+
+    Raises `InvalidValue` for what is no choice here or contradicts the machine, and `AnswerNeeded`.
+    """
+    offered = [one.name for one in choices(situation)]
+    if choice not in offered:
+        raise InvalidValue(key="choice", value=repr(choice), reason=f"it is one of {', '.join(offered)}")
+    if holding and situation.holding is False:
+        raise InvalidValue(key="holding", value="true", reason="the gripper is open")
+    chosen = Chosen(choice)
+    if holding is None and _needs_answer(situation, chosen):
+        raise AnswerNeeded(question=QUESTION, options="holding: true or false")
+    known = situation.holding if holding is None else holding
+    if chosen is Chosen.ABORT:
+        return Decision(TaskState.CANCELLED if situation.command else None, goes_on=False, holding=known)
+    if not situation.command:
+        return Decision(None, goes_on=True, holding=known)
+    if chosen is Chosen.SKIP:
+        return Decision(TaskState.SKIPPED, goes_on=True, holding=known)
+    done = chosen is Chosen.RESUME and known is _held_after(situation.command)
+    return Decision(TaskState.DONE if done else TaskState.QUEUED, goes_on=True, holding=known)
+
+
+def _held_after(command: str) -> bool | str:
+    """Return what the gripper holds after a step, "whatever" where that tells nothing of the step."""
+    return {"pick": True, "place": False}.get(command, "whatever")
+
+
+def _resumed(command: str) -> str:
+    match command:
+        case "pick":
+            return "with the part in the gripper the pick counts as done, otherwise do it again"
+        case "place":
+            return "with the gripper empty the place counts as done, otherwise do it again"
+        case _:
+            return f"do the {command} again, which does no harm, and go on"
+
+
+def _needs_answer(situation: Situation, chosen: Chosen) -> bool:
+    """Whether a person has to say what the gripper holds: what comes depends on it and the machine cannot tell.
+
+    That a place has happened is not told by an open gripper: it may have opened when the power went.
+    """
+    if chosen is Chosen.ABORT:
+        return False
+    if chosen is Chosen.RESUME and situation.command == "place":
+        return True
+    again = chosen in {Chosen.RESUME, Chosen.REDO} and situation.command
+    return situation.holding is None and _matters([*([situation.command] if again else []), *situation.rest])
+
+
+def _matters(commands: Iterable[str]) -> bool:
+    """Whether it matters to these steps what the gripper holds: before it is opened or closed for itself."""
+    first = next((command for command in commands if command in {"pick", "place", "gripper"}), "")
+    return first in {"pick", "place"}

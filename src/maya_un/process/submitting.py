@@ -1,0 +1,168 @@
+"""How jobs come into the queue: checked, written down, then in line."""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import json
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import asdict, dataclass, replace
+from typing import NamedTuple
+
+from maya_un.errors import InvalidValue, KeyReused
+from maya_un.process.changes import Changes, failed_dependency
+from maya_un.process.items import Item, Items
+from maya_un.process.journal.protocol import Journal
+from maya_un.process.journal.rows import JobRow, Options, Owner, StepRow
+from maya_un.process.ledger import Ledger
+from maya_un.process.options import checked
+from maya_un.process.pausing import Dates
+from maya_un.process.states import TaskState
+from maya_un.process.written import Written
+from maya_un.values import Notice
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """Who wants a job and how: a `proposal` is held until it is approved, a `direct` one is a wish for now.
+
+    `key` is an idempotency key, "" for none.
+    """
+
+    owner: Owner
+    options: Options
+    key: str = ""
+    proposal: bool = False
+    direct: bool = False
+
+
+class Standing(NamedTuple):
+    """How the jobs stand on which one depends: those that have not ended, and why it is held where one has failed."""
+
+    waits_for: frozenset[int]
+    notice: Notice | None
+
+
+class Submitting:
+    """Takes jobs in. `next_id` is the number of the next."""
+
+    def __init__(self, items: Items, ledger: Ledger, changes: Changes, dates: Dates) -> None:
+        self.next_id = 1
+        self._items = items
+        self._ledger = ledger
+        self._changes = changes
+        self._dates = dates
+        self._coming: dict[tuple[str, str], asyncio.Event] = {}
+
+    @property
+    def _journal(self) -> Journal:
+        return self._ledger.journal
+
+    async def submit(self, written: Written, asked: Asked, skipped: int = 0) -> tuple[int, bool]:
+        """Keep a job whose first steps are `skipped`; return its number, and whether it is a new one.
+
+        Raises `KeyReused`, `InvalidValue` for options out of range and jobs that do not exist, `StorageFailed`.
+        """
+        asked = replace(asked, options=checked(asked.options))
+        if not asked.key:
+            return await self._new(written, asked, "", skipped), True
+        digest = _digest(written, asked)
+        async with self._turn_of(asked):
+            known = await self._journal.keyed(asked.owner.name, asked.key)
+            if known is None:
+                return await self._new(written, asked, digest, skipped), True
+            if known.digest != digest:
+                raise KeyReused(key=asked.key)
+            return known.id, False
+
+    @asynccontextmanager
+    async def _turn_of(self, asked: Asked) -> AsyncIterator[None]:
+        """Let requests of one key in one after the other."""
+        place = (asked.owner.name, asked.key)
+        while place in self._coming:
+            await self._coming[place].wait()
+        self._coming[place] = over = asyncio.Event()
+        try:
+            yield
+        finally:
+            del self._coming[place]
+            over.set()
+
+    async def _new(self, written: Written, asked: Asked, digest: str, skipped: int) -> int:
+        options = asked.options
+        standing = await self.standing(options.depends_on)
+        row = JobRow(
+            id=self._number(),
+            name=written.name,
+            body=written.body,
+            options=options,
+            owner=asked.owner,
+            state=TaskState.HELD if options.held or asked.proposal or standing.notice else TaskState.QUEUED,
+            position=0.0,
+            submitted=self._dates(0.0),
+            steps=len(written.expansion.tasks),
+            code=0 if standing.notice is None else standing.notice.code,
+            message="" if standing.notice is None else standing.notice.message,
+            key=asked.key,
+            digest=digest,
+            proposal=asked.proposal,
+        )
+        row = replace(row, position=self._items.order.end(row.id))
+        await self._write(row, skipped)
+        item = Item(row, waits_for=self.not_done(standing.waits_for), direct=asked.direct)
+        self._items.add(item)
+        self._changes.tell(row)
+        await self.hold_where_failed(item)
+        return row.id
+
+    async def _write(self, row: JobRow, skipped: int) -> None:
+        if skipped:
+            steps = (StepRow(index, TaskState.SKIPPED) for index in range(1, skipped + 1))
+            await self._journal.save(row, *((row.id, step) for step in steps))
+        else:
+            await self._journal.add(row)
+
+    async def standing(self, numbers: tuple[int, ...]) -> Standing:
+        """Return how the jobs stand on which a job is to depend; raises `InvalidValue` for those that do not exist."""
+        waits_for: set[int] = set()
+        notice: Notice | None = None
+        for number in numbers:
+            state = await self._state_of(number)
+            if not state.ended:
+                waits_for.add(number)
+            elif state is not TaskState.DONE and notice is None:
+                notice = failed_dependency(number, state)
+        return Standing(frozenset(waits_for), notice)
+
+    async def _state_of(self, number: int) -> TaskState:
+        item = self._items.find(number)
+        if item is not None:
+            return item.row.state
+        known = await self._journal.job(number)
+        if known is None:
+            raise InvalidValue(key="depends_on", value=number, reason="there is no such job")
+        return known[0].state
+
+    def not_done(self, numbers: frozenset[int]) -> frozenset[int]:
+        """Return those of `numbers` that are not done now; one that has failed meanwhile is among them."""
+        items = {number: self._items.find(number) for number in numbers}
+        return frozenset(number for number, item in items.items() if item and item.row.state is not TaskState.DONE)
+
+    async def hold_where_failed(self, item: Item) -> None:
+        """Hold a job where one that it depends on has failed while it was being written."""
+        for number in item.waits_for:
+            found = self._items.find(number)
+            if found is not None and found.row.state.ended and item.row.state is TaskState.QUEUED:
+                notice = failed_dependency(number, found.row.state)
+                await self._ledger.write(lambda notice=notice: self._changes.job(item, TaskState.HELD, notice))
+
+    def _number(self) -> int:
+        self.next_id += 1
+        return self.next_id - 1
+
+
+def _digest(written: Written, asked: Asked) -> str:
+    """Return what tells one request from another."""
+    request = {"body": written.body, "options": asdict(asked.options)}
+    return hashlib.sha256(json.dumps(request, sort_keys=True).encode()).hexdigest()

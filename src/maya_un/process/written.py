@@ -1,0 +1,138 @@
+"""Jobs and wishes as the journal keeps them: as they were written, with the taught places that they name.
+
+A taught place that a job names is kept with the job, as it was when the job came: whatever is taught later, and after
+any restart, the job is what was checked when it was accepted.
+
+    {"name": …, "steps": […]}                       a job that names nothing taught
+    {"wish": {"command": …}}                        one primitive
+    {"job": {…}, "taught": {"poses": {…}, "pallets": {…}}}      with taught places; a wish alike
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from maya_un.process.job import Job
+from maya_un.process.names import Recall
+from maya_un.process.spots import Grid
+from maya_un.process.tasks import Expansion, expand, single
+from maya_un.process.taught import Taught, TaughtPallet, TaughtPose
+from maya_un.process.wishes import named
+from maya_un.robot.primitives import Primitive, from_dict, to_dict
+from maya_un.values import Joints, Point
+
+T = TypeVar("T")
+
+Body = dict[str, Any]
+"""Plain data that JSON can hold."""
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """A job ready to be queued: its name, what is kept of it, what it comes to."""
+
+    name: str
+    body: Body
+    expansion: Expansion
+
+
+def write_job(job: Job, grasp_height: float, recall: Recall) -> Written:
+    """Return a job as it is kept; raises what `tasks.expand` and `recall` raise."""
+    body: Body = job.model_dump(mode="json", exclude_unset=True, warnings=False)
+    noted = _Noted(recall)
+    expansion = expand(job, grasp_height, noted.recall)
+    return Written(job.name, body if noted.empty else {"job": body, "taught": noted.body()}, expansion)
+
+
+def write_wish(wish: Primitive | Mapping[str, object], grasp_height: float, recall: Recall) -> Written:
+    """Return one primitive as it is kept; raises `InvalidRequest`, `UnknownName`, `InvalidValue`."""
+    job = named(wish) if isinstance(wish, Mapping) else None
+    if job is not None:
+        noted = _Noted(recall)
+        expansion = expand(job, grasp_height, noted.recall)
+        body: Body = {"wish": dict(wish) if isinstance(wish, Mapping) else {}}
+        return Written(job.name, body if noted.empty else body | {"taught": noted.body()}, expansion)
+    primitive = from_dict(wish, grasp_height) if isinstance(wish, Mapping) else wish
+    return Written(primitive.command, {"wish": to_dict(primitive)}, single(primitive))
+
+
+def expanded(body: Body, grasp_height: float) -> Expansion:
+    """Return what a kept job comes to; raises what `tasks.expand` raises."""
+    taught = _taught(body["taught"]) if "taught" in body else Taught()
+    if "wish" not in body:
+        return expand(Job.parse(as_written(body)), grasp_height, lambda: taught)
+    job = named(body["wish"])
+    if job is not None:
+        return expand(job, grasp_height, lambda: taught)
+    return single(from_dict(body["wish"], grasp_height))
+
+
+def as_written(body: Body) -> Body:
+    """Return a job as somebody wrote it, without what is kept with it; a wish as {"wish": …}."""
+    if "wish" in body:
+        return {"wish": body["wish"]}
+    return body["job"] if "taught" in body else body
+
+
+class _Noted:
+    """Hands out what has been taught, and notes what of it is used."""
+
+    def __init__(self, recall: Recall) -> None:
+        self._recall = recall
+        self._poses = _Noting[TaughtPose]({})
+        self._pallets = _Noting[TaughtPallet]({})
+
+    def recall(self) -> Taught:
+        taught = self._recall()
+        self._poses, self._pallets = _Noting(taught.poses), _Noting(taught.pallets)
+        return Taught(self._poses, self._pallets)
+
+    @property
+    def empty(self) -> bool:
+        return not self._poses.used and not self._pallets.used
+
+    def body(self) -> Body:
+        poses = {
+            name: {
+                "joints": list(pose.joints),
+                "point": None if pose.point is None else list(pose.point),
+                "taught": pose.taught,
+            }
+            for name, pose in self._poses.used.items()
+        }
+        pallets = {
+            name: {"grid": pallet.grid.model_dump(mode="json", warnings=False), "taught": pallet.taught}
+            for name, pallet in self._pallets.used.items()
+        }
+        return {"poses": poses, "pallets": pallets}
+
+
+class _Noting(dict[str, T]):
+    """A mapping that notes what is taken out of it."""
+
+    def __init__(self, known: Mapping[str, T]) -> None:
+        super().__init__(known)
+        self.used: dict[str, T] = {}
+
+    def __getitem__(self, name: str) -> T:
+        self.used[name] = super().__getitem__(name)
+        return self.used[name]
+
+
+def _taught(body: Body) -> Taught:
+    poses = {
+        name: TaughtPose(
+            name,
+            Joints(*pose["joints"]),
+            None if pose["point"] is None else Point(*pose["point"]),
+            pose["taught"],
+        )
+        for name, pose in body["poses"].items()
+    }
+    pallets = {
+        name: TaughtPallet(name, Grid.model_validate(pallet["grid"]), pallet["taught"])
+        for name, pallet in body["pallets"].items()
+    }
+    return Taught(poses, pallets)
