@@ -13,7 +13,7 @@ from maya_un.controller.controller import GalilController
 from maya_un.galil.transport import Transport
 from maya_un.recorder.header import Origin, TwinSource
 from maya_un.recorder.recorder import Recorder
-from maya_un.recorder.store import Store
+from maya_un.recorder.shelf import Shelf
 from maya_un.values import Joints
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.maya.mechanics import MayaMechanics
@@ -26,6 +26,11 @@ HERE = Joints(0.3, 1.5, 1.3)
 
 UTC = 1_795_289_120_339_000_000
 """What the clock of the tests says: 2026-11-21T19:25:20.339Z, in ns."""
+
+
+def shelf(folder: Path) -> Shelf:
+    """Return the recordings in a folder."""
+    return Shelf(folder, 50, 500_000_000, lambda: UTC)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,8 +60,7 @@ async def recorded(
     virtual = VirtualController(VirtualDmc(MayaMechanics(truth, start)))
     source = TwinSource(0, asdict(truth), (start.a, start.b, start.c), {}, born) if known else None
     origin = Origin.of(chosen, "sim" if known else "10.0.0.5:23", twin=source)
-    store = None if folder is None else Store(folder, 50, 500_000_000)
-    recorder = Recorder(settings or RecorderConfig(), origin, store, lambda: UTC)
+    recorder = Recorder(settings or RecorderConfig(), origin, None if folder is None else shelf(folder))
 
     async def dial() -> Transport:
         return recorder.recorded(virtual.loopback())

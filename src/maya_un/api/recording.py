@@ -8,7 +8,7 @@ from maya_un.api.access.caller import LOCAL, Caller
 from maya_un.errors import InvalidRequest, NotFound
 from maya_un.recorder.header import Cause
 from maya_un.recorder.recorder import Recorder
-from maya_un.recorder.store import Kept
+from maya_un.recorder.shelf import Kept
 
 
 class Recordings:
@@ -19,8 +19,8 @@ class Recordings:
 
     def list(self) -> list[Kept]:
         """Return the recordings that are kept, newest first; a line each: name, date, reason, size in bytes."""
-        store = None if self._recorder is None else self._recorder.store
-        return [] if store is None else store.list()
+        shelf = None if self._recorder is None else self._recorder.shelf
+        return [] if shelf is None else shelf.list()
 
     async def save(self, by: Caller = LOCAL) -> Kept:
         """Save the last minutes now and return the line of the recording.
@@ -35,7 +35,7 @@ class Recordings:
 
     def path(self, name: str) -> Path:
         """Return the file of a recording (MCAP); raises `NotFound`."""
-        store = None if self._recorder is None else self._recorder.store
-        if store is None:
+        shelf = None if self._recorder is None else self._recorder.shelf
+        if shelf is None:
             raise NotFound(what="recording", number=name)
-        return store.path(name)
+        return shelf.path(name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -12,9 +13,10 @@ from maya_un.cli.client import Client
 from maya_un.cli.report import table
 from maya_un.cli.settings import Settings
 from maya_un.cli.words import word
+from maya_un.config import RecorderConfig
 from maya_un.config.state import state_folder
 from maya_un.errors import FileUnwritable, InvalidCommandLine, NotFound
-from maya_un.recorder.store import Store
+from maya_un.recorder.shelf import Shelf
 
 _SAVING = 60.0
 """Longest wait for a recording to be written [s]."""
@@ -31,17 +33,18 @@ def found(name: str) -> Path:
     if path.exists():
         return path
     if path.name == name:
-        return _store().path(name)
+        return shelf(RecorderConfig()).path(name)
     raise NotFound(what="recording", number=name)
 
 
-def _store() -> Store:
-    return Store(folder(), most_files=1, most_bytes=1)
+def shelf(settings: RecorderConfig) -> Shelf:
+    """Return the recordings on this computer, as many as the configuration wants."""
+    return Shelf.of(settings, folder(), time.time_ns)
 
 
 def listed(settings: Settings) -> int:
     """Print the recordings in the folder, newest first; no robot need run."""
-    kept = _store().list()
+    kept = shelf(RecorderConfig()).list()
     head = tuple(word(key, settings.language) for key in ("name", "record_reason", "record_size"))
     rows = [(one.name, one.reason, f"{one.bytes / 1e6:.2f} MB") for one in kept]
     text = table(head, rows, right=(2,)) if rows else word("no_recordings", settings.language, folder=folder())

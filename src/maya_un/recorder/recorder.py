@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from dataclasses import replace
 from typing import Protocol
@@ -16,7 +16,7 @@ from maya_un.galil.transport import Datagrams, Transport
 from maya_un.recorder.header import Cause, Header, Origin, Software
 from maya_un.recorder.recording import Recording
 from maya_un.recorder.ring import Contents, Entry, Ring
-from maya_un.recorder.store import Kept, Store
+from maya_un.recorder.shelf import Kept, Shelf
 from maya_un.recorder.wire import RecordedDatagrams, RecordedTransport
 from maya_un.values import State
 
@@ -33,9 +33,6 @@ NOBODY = Cause()
 """The cause of what a person asked for."""
 
 _MEGABYTE = 1 << 20
-
-Clock = Callable[[], int]
-"""Tells the date: nanoseconds since 1970, UTC."""
 
 
 class Source(Protocol):
@@ -57,20 +54,19 @@ class Source(Protocol):
 
 
 class Recorder:
-    """Keeps the last minutes of the robot of `origin` in memory, and saves them to `store`.
+    """Keeps the last minutes of the robot of `origin` in memory, and saves them to `shelf`.
 
-    Connections to the controller pass through `recorded`, states and events come while `watching`. Without a store
-    nothing is saved; `taken` tells what there is. `utc` is asked for the date when something is saved.
+    Connections to the controller pass through `recorded`, states and events come while `watching`. Without a shelf
+    nothing is saved, and nobody asks for the date; `taken` tells what there is.
     """
 
-    def __init__(self, settings: RecorderConfig, origin: Origin, store: Store | None, utc: Clock) -> None:
+    def __init__(self, settings: RecorderConfig, origin: Origin, shelf: Shelf | None = None) -> None:
         self._loop = asyncio.get_running_loop()
         self._after = settings.after
         self._ring = Ring(settings.seconds, settings.megabytes * _MEGABYTE)
         self._origin = origin
         self._software = Software.running()
-        self.store = store
-        self._utc = utc
+        self.shelf = shelf
         self._source: Source | None = None
         self._links = 0
         self._opening: tuple[Piece, ...] = ()
@@ -79,8 +75,8 @@ class Recorder:
         self._timer: asyncio.TimerHandle | None = None
         self._savers: set[asyncio.Task[None]] = set()
         self._saving = asyncio.Lock()
-        if store is not None:
-            store.clean()
+        if shelf is not None:
+            shelf.clean()
 
     @property
     def ring(self) -> Ring:
@@ -126,12 +122,12 @@ class Recorder:
 
         Raises `FileUnwritable`, which is told to everybody too.
         """
-        if self.store is None:
+        if self.shelf is None:
             return None
         header, entries = self._header(reason, cause), self._ring.entries()
         try:
             async with self._saving:
-                work = self._loop.run_in_executor(None, self._write, self.store, header, entries)
+                work = self._loop.run_in_executor(None, self._write, self.shelf, header, entries)
                 kept = await asyncio.shield(work)
         except FileUnwritable as error:
             self._tell(reason, code=error.code, message=str(error))
@@ -139,8 +135,8 @@ class Recorder:
         self._tell(reason, name=kept.name, bytes=kept.bytes)
         return kept
 
-    def _write(self, store: Store, header: Header, entries: list[Entry]) -> Kept:
-        return store.save(self._composed(header, self._ring.contents(entries)))
+    def _write(self, shelf: Shelf, header: Header, entries: list[Entry]) -> Kept:
+        return shelf.save(self._composed(header, self._ring.contents(entries)))
 
     def _tell(self, reason: str, *, code: int = 0, **detail: object) -> None:
         if self._source is not None:
@@ -195,16 +191,16 @@ class Recorder:
 
     def _last_words(self, reason: str, cause: Cause) -> None:
         """Save at once, in this thread, as far as that is possible: the loop may be at its end."""
-        if self.store is not None:
+        if self.shelf is not None:
             with suppress(FileUnwritable):
-                kept = self.store.save(self.taken(reason, cause))
+                kept = self.shelf.save(self.taken(reason, cause))
                 self._tell(reason, name=kept.name, bytes=kept.bytes)
 
     def _header(self, reason: str, cause: Cause) -> Header:
         return Header(
             reason=reason,
             saved=self._loop.time(),
-            utc=self._utc(),
+            utc=0 if self.shelf is None else self.shelf.utc(),
             whole=0.0,
             complete=False,
             firmware="" if self._source is None else self._source.firmware,

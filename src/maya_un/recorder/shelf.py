@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from maya_un.config import RecorderConfig
 from maya_un.errors import FileUnwritable, NotFound
 from maya_un.recorder.header import date
 from maya_un.recorder.recording import Recording
+
+Clock = Callable[[], int]
+"""Tells the date: nanoseconds since 1970, UTC."""
 
 SUFFIX = ".mcap"
 DRAFT = ".part"
@@ -30,13 +35,22 @@ class Kept:
     bytes: int
 
 
-class Store:
-    """Recordings in `folder`, at most `most_files` and `most_bytes` of them; the newest always stays."""
+class Shelf:
+    """Recordings in `folder`, at most `most_files` and `most_bytes` of them; the newest always stays.
 
-    def __init__(self, folder: Path, most_files: int, most_bytes: int) -> None:
+    `utc` tells the date that they get.
+    """
+
+    def __init__(self, folder: Path, most_files: int, most_bytes: int, utc: Clock) -> None:
         self.folder = folder
+        self.utc = utc
         self._most_files = most_files
         self._most_bytes = most_bytes
+
+    @classmethod
+    def of(cls, settings: RecorderConfig, folder: Path, utc: Clock) -> Shelf:
+        """Return the recordings in a folder, as many as the configuration wants."""
+        return cls(folder, settings.files, settings.disk_megabytes * 1_000_000, utc)
 
     def clean(self) -> None:
         """Remove what a process that was killed left unfinished."""
