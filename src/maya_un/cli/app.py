@@ -100,7 +100,7 @@ def _name(text: str, command: str, missing: str) -> str:
 
 
 @app.command(**_HOW)
-def up(
+def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     context: typer.Context,
     address: Address = SIM,
     speed: Speed = None,
@@ -108,12 +108,42 @@ def up(
     seed: Seed = None,
     table: Table = None,
     skip_home: SkipHome = False,
+    journal: Annotated[
+        str | None, typer.Option(metavar="FILE", help="keeps the queue; memory: nothing does  [default: the user's]")
+    ] = None,
+    on_exit: Annotated[Literal["stop", "finish"], typer.Option(help="the step under way, when this ends")] = "stop",
+    listen: Annotated[str | None, typer.Option(metavar="HOST[:PORT]", help="serve other machines too")] = None,
+    tls_cert: Annotated[str | None, typer.Option(metavar="FILE", help="the certificate for --listen, in PEM")] = None,
+    tls_key: Annotated[str | None, typer.Option(metavar="FILE", help="its key")] = None,
+    plain: Annotated[bool, typer.Option("--plain", help="--listen without TLS, in a network that is trusted")] = False,
+    origin: Annotated[list[str], typer.Option(metavar="URL", help="a page that may command; repeatable")] = [],  # noqa: B006
 ) -> int:
-    """Keep a robot running, real or virtual, and serve it on loopback."""
-    from maya_un.cli import up as command
+    """Keep a robot running, real or virtual, and serve it on loopback.
 
-    options = command.Options(address, speed, port, seed, table, skip_home)
+    The queue is kept over its end and over power cuts; nothing moves by itself when it starts again. Ctrl-C or
+    `maya down` end it.
+    """
+    from maya_un.cli import up as command
+    from maya_un.cli.remote import Remote
+
+    remote = Remote(listen, tls_cert, tls_key, plain, origin)
+    finish = on_exit == "finish"
+    options = command.Options(address, speed, port, seed, table, skip_home, journal, finish, remote)
     return command.up(options, _settings(context))
+
+
+@app.command(**_HOW)
+def down(
+    context: typer.Context,
+    finish: Annotated[bool, typer.Option("--finish", help="after the step under way")] = False,
+) -> int:
+    """End the `maya up` that runs, and wait until it has.
+
+    What moves stops on its path; the job under way waits, interrupted, for the next start.
+    """
+    from maya_un.cli import down as command
+
+    return command.down(_settings(context), finish=finish)
 
 
 @app.command("run", **_HOW)

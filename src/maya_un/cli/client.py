@@ -25,7 +25,7 @@ class Client:
             self.host, self.port = address.hostname or "127.0.0.1", address.port or 80
         except ValueError:
             raise ServiceNotRunning from None  # nobody can listen there
-        self._url = url
+        self.url = url
         self._timeout = timeout
 
     @classmethod
@@ -56,15 +56,18 @@ class Client:
     def request(self, method: str, path: str, body: object = None, timeout: float | None = None) -> Any:
         """Return the decoded answer.
 
-        Raises `ServiceNotRunning` where nobody listens, `ServiceNotAnswering` without an answer in time, and the
-        service's own refusal as the error it is. A lease of the shell that has ended is forgotten.
+        Raises `ServiceNotRunning` where nobody listens, `ServiceNotAnswering` without an answer in time or with one of
+        somebody else at our old port (ours has the header `Maya`), and the service's own refusal as the error it is. A
+        lease of the shell that has ended is forgotten.
         """
         connection = HTTPConnection(self.host, self.port, timeout=self._timeout if timeout is None else timeout)
         try:
             payload = None if body is None else json.dumps(body)
-            shown = {"Content-Type": "application/json", **credentials.headers(self._url)}
+            shown = {"Content-Type": "application/json", **credentials.headers(self.url)}
             connection.request(method, path, payload, shown)
             response = connection.getresponse()
+            if response.getheader("Maya") is None:
+                raise ServiceNotAnswering(reason="somebody else answers in its place")
             return _decode(response, response.read())
         except LeaseLost:
             credentials.forget()

@@ -10,6 +10,7 @@ maya: the robot Maya, real or virtual.
 
 Start
   up [--address WHERE] [--speed X]             keep a robot running and serve it on loopback
+  down [--finish]                              end it, stopping on the path or after the step under way
   run JOB [--dry-run] [--speed X]              carry out a job; without a running robot, on a virtual one
   status                                       what the running robot is doing
   stop [--address WHERE]                       stop now, even if the service hangs

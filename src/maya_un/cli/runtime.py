@@ -13,7 +13,7 @@ from pathlib import Path
 from maya_un.errors import AlreadyRunning, FileUnwritable
 from maya_un.runtime import Running, find, folder, read
 
-__all__ = ["Running", "claimed", "find", "folder", "publish", "read", "write"]
+__all__ = ["Running", "claimant", "claimed", "find", "folder", "publish", "read", "write"]
 
 
 @contextmanager
@@ -27,11 +27,30 @@ def claimed() -> Iterator[None]:
     lock = _own_file(place / "service.lock", os.O_RDWR)
     try:
         _take(lock)
+        os.truncate(lock, 0)
+        os.write(lock, f"{os.getpid()}\n".encode())
         try:
             yield
         finally:
             with suppress(OSError):
                 (place / "service.json").unlink()
+    finally:
+        os.close(lock)
+
+
+def claimant() -> int | None:
+    """Return the number of the process that is the `maya up` of this user now, None where there is none."""
+    try:
+        lock = os.open(folder() / "service.lock", os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC)
+    except OSError:
+        return None
+    try:
+        fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        said = os.read(lock, 32).strip()
+        return int(said) if said.isdigit() else None
+    else:
+        return None
     finally:
         os.close(lock)
 

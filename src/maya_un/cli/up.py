@@ -5,37 +5,50 @@ from __future__ import annotations
 import asyncio
 import os
 import socket
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import AsyncIterator, Callable
+from contextlib import ExitStack, asynccontextmanager
 from pathlib import Path
 from typing import NamedTuple
 
 from maya_un.address import SIM
+from maya_un.api.access.store import FileStore, Store
 from maya_un.assembly import Stack, stack
-from maya_un.cli import output, runtime
+from maya_un.cli import output, runtime, supervisor
 from maya_un.cli.configure import configuration, taught_places
+from maya_un.cli.ending import Ending, brought_to_rest
+from maya_un.cli.greeting import Greeting, greet
 from maya_un.cli.quantities import clock_factor, host_and_port, target_address
+from maya_un.cli.remote import Remote, require_users
 from maya_un.cli.settings import Settings
-from maya_un.cli.signals import asked_to_end
 from maya_un.cli.twin import on_the_table, require_twin
-from maya_un.cli.words import word
 from maya_un.config import Config
+from maya_un.config.state import state_folder
 from maya_un.errors import MayaError
 from maya_un.loops import ScaledLoop, run
+from maya_un.process.journal.protocol import Journal
+from maya_un.process.journal.sqlite import SqliteJournal
+from maya_un.server import dates, log
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
 from maya_un.server.crash import keep_quiet
-from maya_un.server.thread import bound_socket, served
-from maya_un.values import Mode, Point
+from maya_un.server.doors import Door, bound_socket
+from maya_un.server.metrics import Metrics
+from maya_un.server.thread import served
+from maya_un.values import Point
 
 PORT = 4133
 """The usual port of the HTTP door on loopback."""
 
-_MOVING = {Mode.MOVING, Mode.HOMING, Mode.STOPPING}
+MEMORY = "memory"
+"""The journal that ends with the process."""
 
 
 class Options(NamedTuple):
-    """What `maya up` was asked for; `table` is a job file whose parts stand on the twin's table."""
+    """What `maya up` was asked for; `table` is a job file whose parts stand on the twin's table.
+
+    `journal` is the file of the queue, "memory" for none, None for the usual one; `finish` ends the step under way
+    before this program ends.
+    """
 
     address: str = SIM
     speed: float | None = None
@@ -43,12 +56,15 @@ class Options(NamedTuple):
     seed: int | None = None
     table: str | None = None
     skip_home: bool = False
+    journal: str | None = None
+    finish: bool = False
+    remote: Remote = Remote()
 
 
 class _Robot(NamedTuple):
     """What to run: where, how fast its clock, what stands on the twin's table, whether to take over a homing.
 
-    Taught places are kept in the file `places`.
+    Taught places are kept in the file `places`, the queue in the file `journal`, None for memory.
     """
 
     config: Config
@@ -58,50 +74,115 @@ class _Robot(NamedTuple):
     parts: dict[str, Point]
     skip_home: bool
     places: Path
+    journal: Path | None
 
 
 def up(options: Options, settings: Settings) -> int:
-    """Run until Ctrl-C or SIGTERM; stop on the path if moving, give the link back, remove the runtime file.
+    """Run until Ctrl-C or SIGTERM; come to rest, give the link back, remove the runtime file.
 
-    Raises what starting raises: `AlreadyRunning`, `AddressInUse`, `ConnectFailed` and its kin.
+    Raises what starting raises: `AlreadyRunning`, `AddressInUse`, `StorageInUse`, `ConnectFailed` and their kin.
     """
+    options.remote.check()
     config = configuration(settings)
     address = target_address(options.address, config.controller.address)
     speed = clock_factor(options.speed, address)
     require_twin(address, "maya up", seed=options.seed, table=options.table)
     parts = on_the_table(options.table, config, settings)
-    robot = _Robot(config, address, speed, options.seed or 0, parts, options.skip_home, taught_places(settings))
+    places, journal = taught_places(settings), journal_file(options.journal)
+    robot = _Robot(config, address, speed, options.seed or 0, parts, options.skip_home, places, journal)
     clock: Callable[[], asyncio.AbstractEventLoop] | None = (lambda: ScaledLoop(speed)) if address == SIM else None
-    with runtime.claimed(), bound_socket(options.port) as door:
-        run(_serve(robot, door, settings), clock)
+    with runtime.claimed(), log.kept(), ExitStack() as doors:
+        near = doors.enter_context(bound_socket(options.port))
+        far = options.remote.door()
+        if far is not None:
+            doors.enter_context(far.socket)
+        run(_serve(robot, options, near, far, settings), clock)
     return output.DONE
 
 
-async def _serve(robot: _Robot, door: socket.socket, settings: Settings) -> None:
+def journal_file(named: str | None) -> Path | None:
+    """Return the file of the queue: `maya.db` in the folder of state where none is `named`, None for "memory"."""
+    if named == MEMORY:
+        return None
+    return state_folder() / "maya.db" if named is None else Path(named)
+
+
+async def _serve(robot: _Robot, options: Options, near: socket.socket, far: Door | None, settings: Settings) -> None:
     keep_quiet(asyncio.get_running_loop())
-    async with stack(
-        robot.config,
-        robot.address,
-        seed=robot.seed,
-        parts=robot.parts,
-        speed=robot.speed,
-        places=robot.places,
-    ) as running:
+    metrics = Metrics()
+    async with _running(robot) as running:
+        require_users(kept=running.entrance.callers.kept, listen=options.remote.listen)
+        running.controller.events.heard_by(metrics.happened)
+        running.controller.events.heard_by(log.note_event)
         refusal = await _refusal_to_skip_home(running) if robot.skip_home else None
-        async with served(create_app(_bridge(running)), door) as url:
-            controller = None if robot.address == SIM else host_and_port(robot.address)
-            runtime.publish(runtime.Running(url, os.getpid(), controller))
-            _announce(url, robot, refusal, settings)
-            await asked_to_end()
-        if not settings.json:
-            output.say(word("ending", settings.language))
-        await _come_to_rest(running)
+        app = create_app(_bridge(running), options.remote.edge(), metrics)
+        ending = Ending(finish=options.finish)
+        async with served(app, near, *(() if far is None else (far,))) as url, _looked_after(robot.speed, metrics):
+            with ending.listening():
+                controller = None if robot.address == SIM else host_and_port(robot.address)
+                runtime.publish(runtime.Running(url, os.getpid(), controller))
+                greet(_greeting(running, robot, url, far, refusal), settings)
+                supervisor.tell("READY=1")
+                await ending.asked.wait()
+                supervisor.tell("STOPPING=1")
+                await brought_to_rest(running, ending, settings)
+
+
+@asynccontextmanager
+async def _running(robot: _Robot) -> AsyncIterator[Stack]:
+    """Wire the stack on its journal, which is closed last."""
+    journal: Journal | None = None
+    users: Store | None = None
+    if robot.journal is not None:
+        journal = await SqliteJournal.open(robot.journal, robot.config.storage)
+        users = FileStore(robot.journal)
+    try:
+        async with stack(
+            robot.config,
+            robot.address,
+            seed=robot.seed,
+            parts=robot.parts,
+            speed=robot.speed,
+            places=robot.places,
+            journal=journal,
+            calendar=dates,
+            users=users,
+        ) as running:
+            yield running
+    finally:
+        if journal is not None:
+            await journal.close()
+
+
+@asynccontextmanager
+async def _looked_after(speed: float, metrics: Metrics) -> AsyncIterator[None]:
+    """Watch the running loop, and tell the supervisor that it lives."""
+    tasks = [asyncio.create_task(metrics.watch_loop(speed)), asyncio.create_task(supervisor.stay_alive(speed))]
+    try:
+        yield
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+
+def _greeting(running: Stack, robot: _Robot, url: str, far: Door | None, refusal: MayaError | None) -> Greeting:
+    remote = None if far is None else far.url
+    queue = running.service.queue.view()
+    return Greeting(url, remote, robot.address, robot.speed, robot.journal, queue, refusal)
 
 
 def _bridge(running: Stack) -> Bridge:
     twin = running.twin
     parts = None if twin is None else lambda: {name: Point(*place) for name, place in twin.mechanics.parts.items()}
-    return Bridge(asyncio.get_running_loop(), running.service, parts)
+    return Bridge(
+        asyncio.get_running_loop(),
+        running.service,
+        parts,
+        gate=running.gate,
+        callers=running.entrance.callers,
+        journal=running.journal,
+    )
 
 
 async def _refusal_to_skip_home(running: Stack) -> MayaError | None:
@@ -111,28 +192,3 @@ async def _refusal_to_skip_home(running: Stack) -> MayaError | None:
     except MayaError as refusal:
         return refusal
     return None
-
-
-def _announce(url: str, robot: _Robot, refusal: MayaError | None, settings: Settings) -> None:
-    if settings.json:
-        code = 0 if refusal is None else refusal.code
-        message = "" if refusal is None else refusal.text(settings.language)
-        about = {"url": url, "pid": os.getpid(), "address": robot.address, "speed": robot.speed}
-        output.emit({**about, "code": code, "message": message})
-        return
-    if refusal is not None:
-        output.complain(refusal, settings)
-    output.say(word("ready", settings.language, address=robot.address, speed=robot.speed, url=url))
-    output.say(word("next", settings.language))
-
-
-async def _come_to_rest(running: Stack) -> None:
-    """Stop on the path and wait for it; a machine that cannot be told any more is left to itself."""
-    if running.controller.state.mode not in _MOVING:
-        return
-    with suppress(MayaError, TimeoutError):
-        report = await running.service.stop()
-        async with asyncio.timeout(report.duration + 5.0):
-            async for state in running.controller.watch():
-                if state.mode not in _MOVING:
-                    return

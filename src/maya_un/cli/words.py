@@ -50,7 +50,37 @@ _WORDS: dict[str, tuple[str, str]] = {
         "Next, in another terminal: maya home · maya status · maya run JOB · maya stop.\nCtrl-C ends it.",
         "Ahora, en otra terminal: maya home · maya status · maya run JOB · maya stop.\nCtrl-C la termina.",
     ),
+    "ready_far": ("For other machines, with a token: {url}", "Para otras máquinas, con un token: {url}"),
+    "was_interrupted": (
+        "Job {job} ({name}) was interrupted at step {index}, {step}. Nothing moves by itself: `maya queue` shows it, "
+        "`maya queue recover` says what becomes of it.",
+        "El trabajo {job} ({name}) se interrumpió en el paso {index}, {step}. Nada se mueve por sí solo: `maya queue` "
+        "lo muestra, `maya queue recover` decide qué será de él.",
+    ),
+    "was_interrupted_between": (
+        "Job {job} ({name}) was interrupted between two steps. Nothing moves by itself: `maya queue` shows it, "
+        "`maya queue recover` says what becomes of it.",
+        "El trabajo {job} ({name}) se interrumpió entre dos pasos. Nada se mueve por sí solo: `maya queue` lo muestra, "
+        "`maya queue recover` decide qué será de él.",
+    ),
+    "still_waiting_paused": (
+        "Jobs that wait from before: {count}; the queue is paused ({reason}). `maya queue resume` goes on.",
+        "Trabajos que esperan de antes: {count}; la cola está en pausa ({reason}). `maya queue resume` continúa.",
+    ),
+    "still_waiting": ("Jobs that wait from before: {count}.", "Trabajos que esperan de antes: {count}."),
     "ending": ("Ending.", "Terminando."),
+    "ending_stop": (
+        "Ending: job {job} stops on its path and stays interrupted; a person says at the next start what becomes of it.",
+        "Terminando: el trabajo {job} se detiene sobre su camino y queda interrumpido; en el próximo arranque una "
+        "persona dice qué será de él.",
+    ),
+    "ending_finish": (
+        "Ending after the step of job {job} that is under way; say it again to stop now.",
+        "Terminando tras el paso en marcha del trabajo {job}; repítalo para detener ahora.",
+    ),
+    "ending_hurried": ("Stopping on the path now.", "Deteniendo ya sobre el camino."),
+    "going_down": ("Asked to end; waiting until it has.", "Se pidió terminar; esperando a que lo haga."),
+    "went_down": ("`maya up` has ended.", "`maya up` ha terminado."),
     "twin": ("On the twin, clock × {speed:g}.", "En el gemelo, reloj × {speed:g}."),
     "dry": ("Dry run on the twin: nothing real moves.", "Ensayo en el gemelo: nada real se mueve."),
     "on": ("On the controller at {address}.", "En el controlador en {address}."),

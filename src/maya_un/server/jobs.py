@@ -79,6 +79,11 @@ def add_jobs(routes: Routes) -> None:
         """Tell how a job was written, or the wish that it is."""
         return answer(await ask(lambda service: service.history.body(job)))
 
+    @routes.add("GET", "/v1/jobs/{job}/body", Operation.READ, tag=_TAG, gives=dict[str, Any], refuses=(NotFound,))
+    async def job_as_written(ask: Ask, job: JobNumber) -> Response:
+        """Tell a job as somebody wrote it, or the wish that it is."""
+        return answer(await ask(lambda service: service.history.body(job)))
+
     @routes.add(
         "DELETE",
         "/v1/jobs/{job}",

@@ -8,7 +8,7 @@ from starlette.responses import FileResponse
 from maya_un.api.access.operations import Operation
 from maya_un.api.service import Service
 from maya_un.errors import FileUnwritable, NotFound
-from maya_un.recorder.store import Kept
+from maya_un.recorder.shelf import Kept
 from maya_un.server.asking import Ask
 from maya_un.server.exchange import answer
 from maya_un.server.routes import Routes

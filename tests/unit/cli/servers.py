@@ -15,8 +15,8 @@ Answer = Callable[[str, str, Any], tuple[int, object]]
 
 
 @contextmanager
-def http_service(says: Answer) -> Iterator[str]:
-    """Serve what `says` says on a free port while the block runs; yields the URL."""
+def http_service(says: Answer, *, ours: bool = True) -> Iterator[str]:
+    """Serve what `says` says on a free port while the block runs, as ours or a stranger; yields the URL."""
 
     class Handler(BaseHTTPRequestHandler):
         def answer(self) -> None:
@@ -25,6 +25,8 @@ def http_service(says: Answer) -> Iterator[str]:
             text = value if isinstance(value, bytes) else json.dumps(value).encode()
             self.send_response(status)
             self.send_header("Content-Length", str(len(text)))
+            if ours:
+                self.send_header("Maya", "0.0")
             self.end_headers()
             self.wfile.write(text)
 

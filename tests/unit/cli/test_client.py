@@ -29,6 +29,14 @@ def test_an_answer_nobody_understands_is_none(answer: object) -> None:
         Client(url).get("/")
 
 
+def test_what_somebody_else_says_is_no_answer() -> None:
+    with (
+        http_service(lambda *_: (200, {"status": "ok"}), ours=False) as url,
+        pytest.raises(ServiceNotAnswering, match="somebody else"),
+    ):
+        Client(url).get("/v1/health")
+
+
 @pytest.mark.parametrize("url", ["http://[::1", "http://127.0.0.1:99999"])
 def test_nobody_listens_at_what_is_no_address(url: str) -> None:
     with pytest.raises(ServiceNotRunning):

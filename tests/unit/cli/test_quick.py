@@ -79,7 +79,8 @@ def test_a_service_that_lost_its_link_is_passed_by(monkeypatch: pytest.MonkeyPat
 
 
 def test_somebody_else_at_our_old_port_is_passed_by(monkeypatch: pytest.MonkeyPatch) -> None:
-    with http_service(lambda *_: (200, [1])) as url, controller(data_record(0, 0, 0)) as (port, said):
+    answer = {"was_moving": True, "duration": 1.0, "distance": [0.0, 0.0, 0.0]}
+    with http_service(lambda *_: (200, answer), ours=False) as url, controller(data_record(0, 0, 0)) as (port, said):
         published(monkeypatch, url, ("127.0.0.1", port))
         assert main(["status"]) == 1
         assert main(["stop"]) == 0

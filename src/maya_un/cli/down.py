@@ -1,0 +1,36 @@
+"""`maya down`: end the `maya up` that runs, and wait until it has."""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+
+from maya_un.cli import output, runtime
+from maya_un.cli.settings import Settings
+from maya_un.cli.words import word
+from maya_un.errors import ServiceNotRunning
+
+
+def down(settings: Settings, *, finish: bool) -> int:
+    """Ask it to end as Ctrl-C would, or with `finish` after the step under way; return when it has ended.
+
+    Raises `ServiceNotRunning`.
+    """
+    pid = runtime.claimant()
+    if pid is None:
+        raise ServiceNotRunning
+    try:
+        process = os.pidfd_open(pid)  # stands for this process alone, whoever gets its number later
+    except ProcessLookupError:
+        raise ServiceNotRunning from None
+    try:
+        signal.pidfd_send_signal(process, signal.SIGUSR1 if finish else signal.SIGTERM)
+        if not settings.json:
+            output.say(word("going_down", settings.language))
+        select.select([process], [], [])
+    except ProcessLookupError:
+        pass
+    finally:
+        os.close(process)
+    return output.answer({"pid": pid, "ended": True}, word("went_down", settings.language), settings)

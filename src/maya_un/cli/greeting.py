@@ -1,0 +1,72 @@
+"""What `maya up` says once it runs: where, what waits from before, what to say next."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from maya_un.cli import output
+from maya_un.cli.settings import Settings
+from maya_un.cli.words import word
+from maya_un.errors import MayaError
+from maya_un.process.view import QueueMode, QueueView
+
+
+@dataclass(frozen=True, slots=True)
+class Greeting:
+    """What there is to say: `far` is the URL for other machines, `refusal` why a homing was not taken over."""
+
+    url: str
+    far: str | None
+    address: str
+    speed: float
+    journal: Path | None
+    queue: QueueView
+    refusal: MayaError | None
+
+
+def greet(greeting: Greeting, settings: Settings) -> None:
+    """Say it."""
+    if settings.json:
+        output.emit(_data(greeting, settings.language))
+        return
+    if greeting.refusal is not None:
+        output.complain(greeting.refusal, settings)
+    for line in _lines(greeting, settings.language):
+        output.say(line)
+
+
+def _data(greeting: Greeting, language: str) -> dict[str, object]:
+    refusal, queue = greeting.refusal, greeting.queue
+    return {
+        "url": greeting.url,
+        "remote": greeting.far,
+        "pid": os.getpid(),
+        "address": greeting.address,
+        "speed": greeting.speed,
+        "journal": None if greeting.journal is None else str(greeting.journal),
+        "queue": queue.mode.value,
+        "reason": queue.reason,
+        "jobs": queue.counts,
+        "interrupted": None if queue.recovery is None else queue.recovery.job,
+        "code": 0 if refusal is None else refusal.code,
+        "message": "" if refusal is None else refusal.text(language),
+    }
+
+
+def _lines(greeting: Greeting, language: str) -> Iterator[str]:
+    yield word("ready", language, address=greeting.address, speed=greeting.speed, url=greeting.url)
+    if greeting.far is not None:
+        yield word("ready_far", language, url=greeting.far)
+    queue = greeting.queue
+    if queue.recovery is not None:
+        found = queue.recovery
+        key = "was_interrupted" if found.index else "was_interrupted_between"
+        yield word(key, language, job=found.job, name=found.name, index=found.index, step=found.step)
+    waiting = sum(queue.counts.values()) - (queue.recovery is not None)
+    if waiting:
+        paused = queue.mode is not QueueMode.RUNNING
+        yield word("still_waiting_paused" if paused else "still_waiting", language, count=waiting, reason=queue.reason)
+    yield word("next", language)

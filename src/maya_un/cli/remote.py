@@ -1,0 +1,85 @@
+"""Serving other machines: where, under which certificate, for which pages; nothing of it happens by accident."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from maya_un.errors import InvalidCommandLine, InvalidValue
+from maya_un.server.doors import Door, far_door, tls_of
+from maya_un.server.edge import Edge, host_of, origin_of
+
+PORT = 4134
+"""The usual port for other machines; loopback has one of its own."""
+
+_COMMAND = "maya up"
+_ANYWHERE = {"0.0.0.0", "::"}
+
+
+class Remote(NamedTuple):
+    """What the command line says of other machines; `listen` is None where they are not let in."""
+
+    listen: str | None = None
+    certificate: str | None = None
+    key: str | None = None
+    plain: bool = False
+    origins: Sequence[str] = ()
+
+    def check(self) -> None:
+        """Raise `InvalidCommandLine` where what is said does not fit together."""
+        if (self.certificate is None) != (self.key is None):
+            raise InvalidCommandLine(reason="--tls-cert and --tls-key belong together", command=_COMMAND)
+        if self.plain and self.certificate is not None:
+            raise InvalidCommandLine(reason="--plain goes without a certificate", command=_COMMAND)
+        if self.listen is None and (self.plain or self.certificate is not None):
+            reason = "--tls-cert, --tls-key and --plain are for --listen; loopback needs no TLS"
+            raise InvalidCommandLine(reason=reason, command=_COMMAND)
+        if self.listen is not None and not self.plain and self.certificate is None:
+            reason = "--listen needs --tls-cert and --tls-key; say --plain where everybody on the network is trusted"
+            raise InvalidCommandLine(reason=reason, command=_COMMAND)
+
+    def door(self) -> Door | None:
+        """Return the open door, None without one; raises `InvalidValue`, `AddressInUse`, `FileUnreadable`."""
+        if self.listen is None:
+            return None
+        host, port = host_and_port(self.listen)
+        tls = None
+        if self.certificate is not None and self.key is not None:
+            tls = tls_of(Path(self.certificate), Path(self.key))
+        return far_door(host, port, tls)
+
+    def edge(self) -> Edge:
+        """Return whom the doors let in; raises `InvalidValue`."""
+        origins = frozenset(map(origin_of, self.origins))
+        hosts = {host_of(origin) for origin in origins}
+        if self.listen is not None:
+            host, _ = host_and_port(self.listen)
+            name = socket.gethostname().lower()
+            hosts |= {name, f"{name}.local"} | ({host.lower()} - _ANYWHERE)
+        return Edge(remote=self.listen is not None, hosts=frozenset(hosts), origins=origins)
+
+
+def require_users(*, kept: bool, listen: str | None) -> None:
+    """Raise `InvalidCommandLine` where other machines are to be let in while nobody is kept who could be told apart."""
+    if listen is not None and not kept:
+        reason = (
+            "other machines are let in once users are kept: start `maya up` without --listen, "
+            "say `maya user add NAME admin`, and start it again"
+        )
+        raise InvalidCommandLine(reason=reason, command=_COMMAND)
+
+
+def host_and_port(text: str) -> tuple[str, int]:
+    """Return host and port of HOST, HOST:PORT, [IPV6] or [IPV6]:PORT; raises `InvalidValue`."""
+    if text.startswith("["):
+        host, bracket, rest = text[1:].partition("]")
+        port = rest.removeprefix(":")
+        good = bool(bracket) and (rest == "" or rest.startswith(":"))
+    else:
+        host, colon, port = text.partition(":")
+        good = not colon or bool(port)
+    if not good or not host or (port and not (port.isdecimal() and int(port) < 65536)):
+        raise InvalidValue(key="--listen", value=text, reason="it is HOST, HOST:PORT or [IPV6]:PORT")
+    return host, int(port) if port else PORT
