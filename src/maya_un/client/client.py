@@ -20,7 +20,7 @@ from maya_un.client.twin import FAST, TwinProcess
 class Client(Verbs, BlockingDriver):
     """A running Maya, twin or robot, over HTTP and websocket. Units are m, rad, s.
 
-    It finds the `maya up` of this user, and shows his token; `url` and `token` name others, as $MAYA_URL and $MAYA_TOKEN
+    It finds the `maya up` of this user and shows his token; `url` and `token` name others, as $MAYA_URL and $MAYA_TOKEN
     do. `ca` is the file with the certificate of a service that has one of its own. `queue`, `history`, `poses`,
     `pallets`, `zones` and `lease` are its rooms. Errors are the leaves of `maya_un.errors` that the robot raised.
     Nothing is asked before the first call.

@@ -12,6 +12,11 @@ class Held:
         self.id = ""
         self._lost: LeaseLost | None = None
 
+    @property
+    def missed(self) -> bool:
+        """Whether it was lost and nobody has been told yet."""
+        return self._lost is not None
+
     def begin(self, lease: str) -> None:
         """Show `lease` from now on."""
         self.id = lease

@@ -39,6 +39,11 @@ def wish(wish: Mapping[str, object], *, timeout: float | None = None) -> Plan[Jo
     since = (yield from persistently(status())).last_event
     request = Request("POST", "/v1/tasks", JobReport, body=dict(wish), key=new_key())
     number = (yield from persistently(request)).id
+    return (yield from followed(number, since, timeout))
+
+
+def followed(number: int, since: int, timeout: float | None = None) -> Plan[JobReport]:
+    """Wait for the end of a wish of which nothing before the event `since` is news; raises as `wish` does."""
     try:
         report = yield from ended(number, since, timeout)
     except (KeyboardInterrupt, asyncio.CancelledError):

@@ -1,0 +1,90 @@
+"""A service that says what a test wants, over real sockets, and notes what it was asked."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any, NamedTuple
+
+from maya_un.api.messages import to_data
+from maya_un.errors import MayaError
+
+
+class Asked(NamedTuple):
+    """One request."""
+
+    method: str
+    path: str
+    headers: dict[str, str]
+    body: Any
+
+
+Says = Callable[[Asked], Any]
+"""From a request to its answer: a message, an error of ours to refuse it with, None to hang up without a word."""
+
+
+class Stand:
+    """The service: where it is, and what it was asked, in order."""
+
+    def __init__(self, url: str) -> None:
+        self.url = url
+        self.asked: list[Asked] = []
+
+    @property
+    def paths(self) -> list[str]:
+        """What it was asked, in short."""
+        return [f"{asked.method} {asked.path}" for asked in self.asked]
+
+
+@contextmanager
+def service(says: Says) -> Iterator[Stand]:
+    """Serve what `says` says on a free port while the block runs."""
+
+    class Handler(BaseHTTPRequestHandler):
+        protocol_version = "HTTP/1.1"
+        timeout = 20.0
+
+        def answer(self) -> None:
+            body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
+            headers = {key.lower(): value for key, value in self.headers.items()}
+            asked = Asked(self.command, self.path, headers, json.loads(body) if body else None)
+            stand.asked.append(asked)
+            value = says(asked)
+            if value is None:
+                self.close_connection = True
+                return
+            status, text = _written(value)
+            self.send_response(status)
+            self.send_header("Maya", "0.1.0")
+            self.send_header("Content-Length", str(len(text)))
+            self.end_headers()
+            self.wfile.write(text)
+
+        do_GET = do_POST = do_PUT = do_DELETE = do_PATCH = answer  # noqa: N815 - the names that the base class looks for
+
+        def log_message(self, format: str, *args: object) -> None:
+            pass
+
+    class Server(ThreadingHTTPServer):
+        daemon_threads = True
+        block_on_close = False
+
+    with Server(("127.0.0.1", 0), Handler) as server:
+        stand = Stand(f"http://127.0.0.1:{server.server_port}")
+        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
+        thread.start()
+        try:
+            yield stand
+        finally:
+            server.shutdown()
+            thread.join()
+
+
+def _written(value: Any) -> tuple[int, bytes]:
+    if isinstance(value, MayaError):
+        problem = {"code": value.code, "details": value.details, "detail": str(value)}
+        return 409, json.dumps(problem).encode()
+    return 200, json.dumps(value if isinstance(value, dict | list) else to_data(value)).encode()
