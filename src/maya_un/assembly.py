@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import random
 from collections.abc import AsyncIterator, Mapping
-from contextlib import asynccontextmanager
-from dataclasses import dataclass
+from contextlib import AbstractAsyncContextManager, asynccontextmanager, nullcontext
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from maya_un.address import SIM, meant, split
@@ -25,6 +26,9 @@ from maya_un.process.journal.protocol import Journal
 from maya_un.process.journal.rows import EventRow
 from maya_un.process.lease import Lease
 from maya_un.process.process import Process
+from maya_un.recorder.header import Origin, TwinSource
+from maya_un.recorder.recorder import Recorder
+from maya_un.recorder.shelf import Shelf
 from maya_un.robot.robot import Robot
 from maya_un.values import Point
 from maya_un.virtual.machine import VirtualDmc
@@ -98,46 +102,58 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
     journal: Journal | None = None,
     calendar: Calendar | None = None,
     users: Store | None = None,
+    recordings: Shelf | None = None,
 ) -> AsyncIterator[Stack]:
     """Wire all floors on the controller at `address` ("sim", "real" or HOST[:PORT]) for the length of the block.
 
     `speed` is how fast the loop's clock runs, for whoever asks the service; it changes nothing here. Taught places are
     kept in the file at `places`, without one for as long as the stack lives. So are the queue and its history, the
     events and the audit log in `journal`, which whoever opened it closes; what it knows was not finished waits for a
-    person. `calendar` tells dates, `users` keeps who may sign in.
+    person. `calendar` tells dates, `users` keeps who may sign in. Where there are `recordings` to add to, a live stack
+    is recorded.
     Raises what connecting raises (`ConnectFailed`, `LinkTimeout`, `WrongController`, `ParameterMismatch`), and
     `MarkerMissing` where `skip_home` finds no mark.
     """
     address = meant(address, config.controller.address)
     twin = make_twin(seed=seed, truth=truth, parts=parts) if address == SIM else None
     patient = config if twin is None else _patient(config, speed)
-    controller = GalilController(_dial(address, config, twin), address, patient, live=live)
+    recorder = _recorder(config, address, speed, twin, seed, recordings) if live else None
+    controller = GalilController(_dial(address, config, twin, recorder), address, patient, live=live)
     if journal is not None:
         _keep_events(controller.events, journal, calendar)
     try:
-        await controller.open()
-        if skip_home:
-            await controller.skip_home()
-        robot = Robot(controller, config)
-        book = Book(controller.mechanism, places)
-        lease = Lease(controller.events, speed)
-        dates = None if calendar is None else calendar.after
-        process = Process(robot, controller, config, book.taught, journal=journal, lease=lease, dates=dates)
-        note = process.journal.note
-        entrance = Entrance.new(lease, store=users, calendar=calendar, note=note, speed=speed)
-        try:
-            await entrance.register.open()
-            await process.open()
-            service = Service(
-                process, robot, controller, config, address=address, speed=speed, book=book, entrance=entrance
-            )
-            gate = Gate(service, lease, entrance.audit.asked)
-            yield Stack(
-                config, address, controller, robot, process, service, gate, entrance, lease, process.journal, twin
-            )
-        finally:
-            await process.close()
-            lease.close()
+        async with _watched(recorder, controller):
+            await controller.open()
+            if skip_home:
+                await controller.skip_home()
+            robot = Robot(controller, config)
+            book = Book(controller.mechanism, places)
+            lease = Lease(controller.events, speed)
+            dates = None if calendar is None else calendar.after
+            process = Process(robot, controller, config, book.taught, journal=journal, lease=lease, dates=dates)
+            note = process.journal.note
+            entrance = Entrance.new(lease, store=users, calendar=calendar, note=note, speed=speed)
+            try:
+                await entrance.register.open()
+                await process.open()
+                service = Service(
+                    process,
+                    robot,
+                    controller,
+                    config,
+                    address=address,
+                    speed=speed,
+                    book=book,
+                    entrance=entrance,
+                    recorder=recorder,
+                )
+                gate = Gate(service, lease, entrance.audit.asked)
+                yield Stack(
+                    config, address, controller, robot, process, service, gate, entrance, lease, process.journal, twin
+                )
+            finally:
+                await process.close()
+                lease.close()
     finally:
         await controller.close()
         if twin is not None:
@@ -164,7 +180,25 @@ def _patient(config: Config, speed: float) -> Config:
     return config.model_copy(update={"controller": controller, "safety": safety})
 
 
-def _dial(address: str, config: Config, twin: Twin | None) -> Dial:
+def _recorder(
+    config: Config, address: str, speed: float, twin: Twin | None, seed: int, recordings: Shelf | None
+) -> Recorder | None:
+    """Return a flight recorder for the robot, None where nothing is to be recorded."""
+    if recordings is None or not config.recorder.enabled:
+        return None
+    source = None
+    if twin is not None:
+        a, b, c = twin.mechanics.start
+        born = asyncio.get_running_loop().time() - twin.controller.machine.now
+        source = TwinSource(seed, asdict(twin.mechanics.truth), (a, b, c), twin.mechanics.parts, born)
+    return Recorder(config.recorder, Origin.of(config, address, speed=speed, twin=source), recordings)
+
+
+def _watched(recorder: Recorder | None, controller: GalilController) -> AbstractAsyncContextManager[None]:
+    return nullcontext() if recorder is None else recorder.watching(controller)
+
+
+def _dial(address: str, config: Config, twin: Twin | None, recorder: Recorder | None) -> Dial:
     async def to_twin() -> Transport:
         assert twin is not None
         return twin.controller.loopback()
@@ -173,4 +207,10 @@ def _dial(address: str, config: Config, twin: Twin | None) -> Dial:
         host, port = split(address)
         return await TcpTransport.connect(host, port, config.controller.timeout)
 
-    return to_box if twin is None else to_twin
+    dial = to_box if twin is None else to_twin
+
+    async def recorded() -> Transport:
+        assert recorder is not None
+        return recorder.recorded(await dial())
+
+    return dial if recorder is None else recorded

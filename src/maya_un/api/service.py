@@ -18,6 +18,7 @@ from maya_un.api.leasing import Leasing
 from maya_un.api.messages import HeldJog, JobAccepted, Reach, Status
 from maya_un.api.people import People
 from maya_un.api.queueing import Queueing
+from maya_un.api.recording import Recordings
 from maya_un.api.teaching import Teaching, at_rest
 from maya_un.api.zoning import drop_zone, put_zone, zones_of
 from maya_un.config import Config
@@ -36,6 +37,7 @@ from maya_un.process.process import Process
 from maya_un.process.report import JobReport
 from maya_un.process.submitting import Asked
 from maya_un.process.view import JobLine, QueueMode
+from maya_un.recorder.recorder import Recorder
 from maya_un.robot.plan import Pose
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import Robot
@@ -52,7 +54,7 @@ class Service:
     changes the book of taught places, from which `process` recalls them; without a `book` it has an empty one.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - every room of the service is a parameter
         self,
         process: Process,
         robot: Robot,
@@ -63,6 +65,7 @@ class Service:
         speed: float = 1.0,
         book: Book | None = None,
         entrance: Entrance | None = None,
+        recorder: Recorder | None = None,
     ) -> None:
         kept = Book(controller.mechanism) if book is None else book
         self.teaching = Teaching(kept, config.cell.grasp_height, lambda: at_rest(controller))
@@ -78,6 +81,7 @@ class Service:
         self.entrance = shared
         self.queue = Queueing(process, shared.lease)
         self.lease = Leasing(shared, self._held.halt)
+        self.recorder = Recordings(recorder)
         self.users = People(shared, self.lease.rights_ended)
 
     async def submit(
