@@ -8,6 +8,7 @@ import hmac
 import secrets
 from collections.abc import Callable
 from dataclasses import replace
+from typing import NoReturn
 
 from maya_un.api.access import tokens
 from maya_un.api.access.attempts import Attempts
@@ -54,7 +55,7 @@ class Callers:
         self._attempts = Attempts(self._scale)
         self._key = secrets.token_bytes(32)
         self._known: dict[bytes, Token] = {}
-        self._turn = asyncio.Lock()
+        self._looked_at: dict[bytes, asyncio.Future[Token]] = {}
 
     @property
     def kept(self) -> bool:
@@ -95,8 +96,7 @@ class Callers:
         right = await self._hasher.matches("" if user is None else user.password, password)
         still = self._register.users.get(name)
         if not right or still is None or user is None or still.password != user.password:
-            await self._fail(name, source)
-        assert still is not None
+            await self._fail("" if user is None else name, source)
         self._attempts.succeeded(source)
         return still
 
@@ -105,20 +105,29 @@ class Callers:
         self._keep(shown, self._register.tokens[shown.id])
 
     async def _verified(self, text: str, source: str) -> Token:
+        """Return the token of a text that was not seen before; several requests that show it wait for one answer."""
+        digest = self._digest(f"{source} {text}")
+        looked_at = self._looked_at.get(digest)
+        if looked_at is None:
+            looked_at = asyncio.ensure_future(self._looked_up(text, source))
+            self._looked_at[digest] = looked_at
+            looked_at.add_done_callback(lambda done: self._looked_at.pop(digest) and done.exception())
+        found = self._valid(await asyncio.shield(looked_at))
+        if found is None:
+            raise NotSignedIn(reason="it was revoked just now")
+        return found
+
+    async def _looked_up(self, text: str, source: str) -> Token:
         shown = tokens.parse(text)
         meant = None if shown is None else self._register.tokens.get(shown.id)
         # Who shows a token that there is has attempts of his own: somebody else's do not keep him from saying stop.
         counted = source if meant is None else f"{source} {meant.id}"
         self._attempts.begin(counted, self._now())
-        async with self._turn:
-            known = self._recalled(text)  # several requests at a time show the same token
-            found = known or await self._compared(shown, meant)
-        if found is None:
-            await self._fail("" if meant is None else meant.user, source)
-        assert found is not None
+        found = await self._compared(shown, meant)
+        if found is None or shown is None:
+            return await self._fail("" if meant is None else meant.user, source)
         self._attempts.succeeded(counted)
-        if known is None and shown is not None:
-            self._keep(shown, found)
+        self._keep(shown, found)
         return found
 
     async def _compared(self, shown: tokens.Shown | None, meant: Token | None) -> Token | None:
@@ -127,7 +136,7 @@ class Callers:
         right = await self._hasher.matches("" if meant is None else meant.secret, secret)
         return self._valid(meant) if right and meant is not None else None
 
-    async def _fail(self, name: str, source: str) -> None:
+    async def _fail(self, name: str, source: str) -> NoReturn:
         self._refused(name, source)
         await asyncio.sleep(FAILURE_COSTS * self._scale)
         raise NotSignedIn(reason="what was shown is wrong, has expired or was revoked")
