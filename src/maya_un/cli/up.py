@@ -18,6 +18,7 @@ from maya_un.cli.configure import configuration, taught_places
 from maya_un.cli.ending import Ending, brought_to_rest
 from maya_un.cli.greeting import Greeting, greet
 from maya_un.cli.quantities import clock_factor, host_and_port, target_address
+from maya_un.cli.record import shelf
 from maya_un.cli.remote import Remote, require_users
 from maya_un.cli.settings import Settings
 from maya_un.cli.twin import on_the_table, require_twin
@@ -147,6 +148,7 @@ async def _running(robot: _Robot) -> AsyncIterator[Stack]:
             journal=journal,
             calendar=dates,
             users=users,
+            recordings=shelf(robot.config.recorder),
         ) as running:
             yield running
     finally:
