@@ -22,6 +22,8 @@ from tests.streaming import Client, Sluggard, Watched, connected, streamed
 
 pytestmark = pytest.mark.system
 
+ROOT = Path(__file__).resolve().parents[2]
+
 TEXT = "x" * 2000
 """Makes events long, so that what the system keeps for a reader is soon full."""
 
@@ -43,7 +45,7 @@ while True:
 @contextmanager
 def stopped_process(url: str) -> Iterator[None]:
     """Let a process read the stream that the system stops before it has read much."""
-    command = [sys.executable, "-c", READER, url, str(Path.cwd())]
+    command = [sys.executable, "-c", READER, url, str(ROOT)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         try:
             assert process.stdout is not None

@@ -12,7 +12,9 @@ from maya_un.cli import output, record_commands, teach_commands, zone_commands
 from maya_un.cli.access import commands as access
 from maya_un.cli.calibrate import commands as calibrate
 from maya_un.cli.dmc_tools import commands as dmc_tools
+from maya_un.cli.doctor import commands as doctor
 from maya_un.cli.help import EVERYWHERE
+from maya_un.cli.logs import commands as logs
 from maya_un.cli.quantities import angle, length, share
 from maya_un.cli.queueing import commands as queueing
 from maya_un.cli.settings import Settings
@@ -346,6 +348,8 @@ teach_commands.register(app, _HOW)
 zone_commands.register(app, _HOW)
 record_commands.register(app, _HOW)
 queueing.register(app, _HOW)
+logs.register(app, _HOW)
+doctor.register(app, _HOW)
 access.register(app, _HOW)
 
 

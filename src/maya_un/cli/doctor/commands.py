@@ -1,0 +1,31 @@
+"""The command `maya doctor`: its arguments and its help."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from maya_un.cli.settings import Settings
+
+
+def register(app: typer.Typer, how: dict[str, Any]) -> None:
+    """Put the command under `app`; `how` is what all commands have in common."""
+    app.command(**how)(doctor)
+
+
+def doctor(
+    context: typer.Context,
+    address: Annotated[
+        str | None, typer.Option(metavar="WHERE", help="the controller to look at: real, HOST or HOST:PORT")
+    ] = None,
+) -> int:
+    """Look what is wrong, and say what to do about it; nothing moves, nothing is changed.
+
+    A service that runs here is asked; a controller gets a handle of its own only where none does.
+    """
+    from maya_un.cli.doctor import show
+
+    settings = context.obj
+    assert isinstance(settings, Settings)
+    return show.doctor(address, settings)

@@ -1,0 +1,136 @@
+"""What a controller tells of itself on a handle of our own: questions only, nothing is set and nothing moves."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+from collections.abc import AsyncIterator
+
+from maya_un.address import split
+from maya_un.cli.doctor.finding import Finding, fail, ok, warn
+from maya_un.cli.doctor.service import limits
+from maya_un.config import Config
+from maya_un.controller import faults
+from maya_un.controller.registers import identify
+from maya_un.errors import CommandRejected, MayaError
+from maya_un.galil.driver import Driver
+from maya_un.galil.hardware import SAMPLES
+from maya_un.galil.numbers import parse_number
+from maya_un.galil.transport import TcpTransport
+from maya_un.values import AXES
+
+PATIENCE = 2.0
+"""Longest wait for the connection and for each answer [s]."""
+
+SPAN = 0.25
+"""How long the controller's clock is watched [s]."""
+
+FEW = 2
+"""With so few handles free, whoever is cut off may not get in again."""
+
+THREADS = 8
+
+_HANDLE = re.compile(r"IH([A-H])\s+(.*)")
+
+
+async def findings(address: str, config: Config, language: str) -> list[Finding]:
+    """Ask the controller at HOST or HOST:PORT."""
+    host, port = split(address)
+    loop = asyncio.get_running_loop()
+    try:
+        began = loop.time()
+        driver = await Driver.open(await TcpTransport.connect(host, port, PATIENCE), timeout=PATIENCE)
+    except MayaError as error:
+        return [fail("controller", "controller_silent", error=error.text(language))]
+    try:
+        return [finding async for finding in _asked(driver, address, config, language, began)]
+    finally:
+        await driver.close()
+
+
+async def _asked(driver: Driver, address: str, config: Config, language: str, began: float) -> AsyncIterator[Finding]:
+    try:
+        firmware = await identify(driver, address)
+        took = asyncio.get_running_loop().time() - began
+        yield ok("controller", "controller_answers", address=address, milliseconds=took * 1e3)
+        yield ok("firmware", "firmware", firmware=firmware)
+    except MayaError as error:
+        yield fail("controller", "controller_wrong", error=error.text(language))
+        return
+    for look in (_handles, _record, _level, _program, _memory, _clock):
+        try:
+            async for finding in look(driver, config, language):
+                yield finding
+        except CommandRejected as error:
+            yield warn("controller", "controller_refuses", command=error.details["command"], reason=str(error))
+        except MayaError as error:
+            yield fail("controller", "controller_wrong", error=error.text(language))
+            return
+
+
+async def _handles(driver: Driver, _: Config, __: str) -> AsyncIterator[Finding]:
+    """Tell who has its Ethernet handles (Galil DMC-41x3, commands TH and WH)."""
+    lines = [found for line in (await driver.send("TH")).splitlines() if (found := _HANDLE.search(line))]
+    own = (await driver.send("WH")).strip()
+    taken = [(f"IH{line[1]}", line[2].strip()) for line in lines if "AVAILABLE" not in line[2]]
+    others = "; ".join(f"{handle} {_peer(what)}" for handle, what in taken if handle != own) or "–"
+    free = len(lines) - len(taken)
+    key = "handles_short" if free < FEW else "handles_free"
+    found = warn if free < FEW else ok
+    yield found("handles", key, free=free, all=len(lines), own=own, others=others)
+
+
+def _peer(what: str) -> str:
+    """Return the other end of a handle, as TH lists it, the way people write it."""
+    found = re.search(r"(TCP|UDP).*TO IP ADDRESS (\d+),(\d+),(\d+),(\d+) PORT (\d+)", what)
+    return what if found is None else f"{found[1]} {found[2]}.{found[3]}.{found[4]}.{found[5]}:{found[6]}"
+
+
+async def _record(driver: Driver, config: Config, language: str) -> AsyncIterator[Finding]:
+    record, order = await driver.record(), faults.indices(config)
+    if max(order) >= len(record.axes):
+        return
+    axes = [record.axes[place] for place in order]
+    yield limits([axis.forward_limit_active for axis in axes], [axis.reverse_limit_active for axis in axes])
+    off = [name for name, axis in zip(AXES, axes, strict=True) if axis.motor_off]
+    yield warn("motors", "motors_off", axes=", ".join(off)) if off else ok("motors", "motors_on")
+    error = faults.grave(record, order)
+    if error is not None:
+        yield warn("motors", "controller_fault", error=error.text(language))
+
+
+async def _level(driver: Driver, config: Config, _: str) -> AsyncIterator[Finding]:
+    """Compare at which level switches count as active (Galil DMC-41x3, command CN) with the configuration."""
+    wanted, found = config.wiring.limit_active_level, await driver.value("_CN0")
+    if found == wanted:
+        yield ok("limits", "level_same", found=f"{found:.0f}")
+    else:
+        yield warn("limits", "level_differs", found=f"{found:.0f}", wanted=wanted)
+
+
+async def _program(driver: Driver, _: Config, __: str) -> AsyncIterator[Finding]:
+    """Tell which threads run (Galil DMC-41x3, operand _XQ: the line, -1 for none)."""
+    lines = await driver.batch([f"MG _XQ{thread}" for thread in range(THREADS)])
+    running = [str(thread) for thread, line in enumerate(lines) if parse_number(line) >= 0.0]
+    if running:
+        yield warn("program", "program_runs", threads=", ".join(running))
+    else:
+        yield ok("program", "program_none")
+
+
+async def _memory(driver: Driver, _: Config, __: str) -> AsyncIterator[Finding]:
+    """Tell whether what is burned was sound at power-up (Galil DMC-41x3, operand _RS)."""
+    found = await driver.value("_RS")
+    yield warn("memory", "memory_damaged", found=found) if found else ok("memory", "memory_sound")
+
+
+async def _clock(driver: Driver, _: Config, __: str) -> AsyncIterator[Finding]:
+    """Watch its clock for a moment (Galil DMC-41x3, operands TIME and _TM)."""
+    loop = asyncio.get_running_loop()
+    period = await driver.value("_TM")
+    first, began = await driver.value("TIME"), loop.time()
+    await asyncio.sleep(SPAN)
+    counts = (await driver.value("TIME") - first) / (loop.time() - began)
+    right = abs(counts / SAMPLES - 1.0) <= 0.2 and period == 1000.0
+    found, key = (ok, "controller_clock") if right else (warn, "controller_clock_off")
+    yield found("controller clock", key, counts=counts, period=period)

@@ -1,0 +1,161 @@
+"""What can be known of this computer without asking any robot: configuration, storage, ports, clock, ROS."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import sqlite3
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import NamedTuple
+from urllib.parse import urlsplit
+
+from maya_un import runtime
+from maya_un.cli.configure import configuration
+from maya_un.cli.doctor.finding import Finding, fail, ok, skipped, warn
+from maya_un.cli.doctor.sockets import Listener
+from maya_un.cli.settings import Settings
+from maya_un.config import default_path
+from maya_un.config.state import state_folder
+from maya_un.errors import MayaError, StorageDamaged
+from maya_un.process.journal import copying, faults, file, tail
+
+_LITTLE, _SHORT = 0.2, 2.0
+"""Room on the disk [GB]: with less than the first nothing can be kept soon, less than the second is worth a look."""
+
+_LAG = 60.0
+"""A clock that is so far behind what was written down was set back [s]."""
+
+
+class Port(NamedTuple):
+    """A port that programs around Maya use, and the names of programs that may well have it."""
+
+    number: int
+    use: str
+    usual: tuple[str, ...]
+
+
+PORTS = (
+    Port(4133, "maya up", ("maya",)),
+    Port(5023, "maya dmc serve", ("maya",)),
+    Port(9090, "rosbridge", ("rosbridge", "maya")),
+    Port(11311, "ROS master", ("rosmaster", "roscore", "roslaunch")),
+)
+"""The ports that are looked at."""
+
+
+def config_file(settings: Settings) -> Path | None:
+    """Return the configuration file in force, None where the manual's values hold."""
+    named = settings.config or os.environ.get("MAYA_CONFIG")
+    place = Path(named) if named else default_path()
+    return place if named or place.exists() else None
+
+
+def config(settings: Settings) -> Iterator[Finding]:
+    """Look whether the configuration in force is good."""
+    place = config_file(settings)
+    try:
+        configuration(settings)
+    except MayaError as error:
+        yield fail("configuration", "config_bad", error=error.text(settings.language))
+        return
+    yield ok("configuration", "config_none") if place is None else ok("configuration", "config_good", path=str(place))
+
+
+def storage(settings: Settings, *, served_by: int) -> Iterator[Finding]:
+    """Look at the file of the queue, whole where nobody uses it; `served_by` is the process that does, 0 for none."""
+    folder = state_folder()
+    path = folder / file.NAME
+    if not _writable(folder):
+        yield fail("storage", "storage_unwritable", path=str(folder))
+    elif not path.exists():
+        yield ok("storage", "storage_none", path=str(folder))
+    elif served_by:
+        yield ok("storage", "storage_in_use", path=str(path), pid=served_by)
+    else:
+        yield _kept(path, settings)
+
+
+def _kept(path: Path, settings: Settings) -> Finding:
+    try:
+        with copying.reading(path) as connection:
+            file.check(connection, path)
+            runs = connection.execute("SELECT value FROM meta WHERE name = 'run'").fetchone()[0]
+    except sqlite3.Error as error:
+        damage = StorageDamaged(path=path, reason=faults.reason(error))
+        return fail("storage", "storage_bad", error=damage.text(settings.language))
+    except MayaError as error:
+        return fail("storage", "storage_bad", error=error.text(settings.language))
+    return ok("storage", "storage_good", path=str(path), runs=runs, size=path.stat().st_size / 1e6)
+
+
+def _writable(folder: Path) -> bool:
+    """Tell whether a file can be made in a folder, or the folder itself, by the rights that stand there."""
+    there = next(place for place in (folder, *folder.parents) if place.exists())
+    return there.is_dir() and os.access(there, os.W_OK | os.X_OK)
+
+
+def disk() -> Iterator[Finding]:
+    """Look how much room is left where the queue is kept."""
+    folder = state_folder()
+    there = next(place for place in (folder, *folder.parents) if place.exists())
+    free = shutil.disk_usage(there).free / 1e9
+    if free >= _SHORT:
+        yield ok("disk", "disk_room", free=free)
+    else:
+        found = fail if free < _LITTLE else warn
+        yield found("disk", "disk_short", free=free, path=str(folder / "recordings"))
+
+
+def ports(there: Sequence[Listener]) -> Iterator[Finding]:
+    """Look who has the ports that programs around Maya use."""
+    running = runtime.find()
+    for port in PORTS:
+        held = next((one for one in there if one.port == port.number), None)
+        if held is None:
+            yield ok("ports", "port_free", port=port.number, use=port.use)
+            continue
+        ours = (running is not None and held.pid == running.pid) or held.name.startswith(port.usual)
+        key = "port_ours" if ours else "port_taken"
+        yield (ok if ours else warn)("ports", key, port=port.number, use=port.use, who=held.who)
+
+
+def clock(now: datetime | None = None, root: Path = Path("/")) -> Iterator[Finding]:
+    """Look who keeps the clock, and whether it was set back."""
+    behind = _newest() - (datetime.now(UTC) if now is None else now).timestamp()
+    if behind > _LAG:
+        yield fail("clock", "clock_back", seconds=behind)
+        return
+    keepers = {
+        "systemd-timesyncd": "run/systemd/timesync/synchronized",
+        "chrony": "run/chrony/chronyd.pid",
+        "ntpd": "run/ntpd.pid",
+    }
+    keeper = next((name for name, mark in keepers.items() if (root / mark).exists()), None)
+    yield warn("clock", "clock_alone") if keeper is None else ok("clock", "clock_good", keeper=keeper)
+
+
+def _newest() -> float:
+    """Return the date of the newest event that was kept [s since 1970], 0 where there is none."""
+    with suppress(MayaError, ValueError):
+        for _, row in tail.newest(state_folder() / file.NAME, 1):
+            return datetime.fromisoformat(row.date).timestamp()
+    return 0.0
+
+
+def ros() -> Iterator[Finding]:
+    """Look whether ROS is there, and its master."""
+    installed = shutil.which("roscore") or Path("/opt/ros").is_dir()
+    if not installed:
+        yield skipped("ROS", "ros_none")
+        return
+    uri = os.environ.get("ROS_MASTER_URI", "http://localhost:11311")
+    try:
+        place = urlsplit(uri)
+        with socket.create_connection((place.hostname or "localhost", place.port or 11311), timeout=1.0):
+            yield ok("ROS", "ros_master", uri=uri)
+    except (OSError, ValueError):
+        yield warn("ROS", "ros_no_master", uri=uri)

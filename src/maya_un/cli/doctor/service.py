@@ -1,0 +1,143 @@
+"""What the running service tells of itself, the robot, the queue and who drives; it is asked, and not disturbed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from http.client import HTTPConnection, HTTPException
+from typing import Any, cast
+from urllib.parse import urlsplit
+
+from maya_un import __version__, runtime
+from maya_un.cli.client import Client
+from maya_un.cli.doctor.finding import Finding, fail, ok, skipped, warn
+from maya_un.errors import MayaError
+
+PATIENCE = 3.0
+"""Longest wait for each answer [s]."""
+
+
+class Service:
+    """The running service, once it was found to answer."""
+
+    def __init__(self, running: runtime.Running, client: Client, language: str) -> None:
+        self.running = running
+        self._client = client
+        self._language = language
+
+    def ask(self, path: str) -> dict[str, Any]:
+        """Return an answer; raises as `Client.get`."""
+        answer = self._client.get(path, timeout=PATIENCE)
+        return cast("dict[str, Any]", answer) if isinstance(answer, dict) else {}
+
+    def findings(self) -> Iterator[Finding]:
+        """Ask for everything."""
+        yield ok("service", "service_runs", pid=self.running.pid, url=self.running.url)
+        for look in (self._readiness, self._robot, self._lease, self._queue):
+            try:
+                yield from look()
+            except MayaError as error:
+                yield warn("service", "service_refuses", message=error.text(self._language))
+                return
+
+    def _readiness(self) -> Iterator[Finding]:
+        reasons = _reasons(self.running.url, self._language)
+        for reason in reasons:
+            yield fail("service", "service_not_ready", message=reason)
+        if not reasons:
+            yield ok("service", "service_ready")
+
+    def _robot(self) -> Iterator[Finding]:
+        status = self.ask("/v1/status")
+        yield _version(str(status["version"]))
+        state, address = status["state"], status["address"]
+        if state["mode"] == "disconnected":
+            yield fail("robot", "robot_disconnected", address=address)
+            return
+        if state["fault"] is not None:
+            yield fail("robot", "robot_fault", **state["fault"])
+        elif not state["homed"]:
+            yield warn("robot", "robot_not_homed", address=address)
+        else:
+            yield ok("robot", "robot_well", address=address, mode=state["mode"])
+        yield limits(state["forward_limit"], state["reverse_limit"])
+
+    def _lease(self) -> Iterator[Finding]:
+        lease = self.ask("/v1/lease")
+        if lease["holder"]:
+            yield ok("lease", "lease_held", holder=lease["holder"], since=float(lease["since"]))
+        else:
+            yield ok("lease", "lease_free")
+
+    def _queue(self) -> Iterator[Finding]:
+        queue = self.ask("/v1/queue")
+        if queue["recovery"] is not None:
+            yield warn("queue", "queue_asks", job=queue["recovery"]["job"])
+        elif queue["mode"] == "paused":
+            waiting = queue["counts"].get("queued", 0)
+            yield warn("queue", "queue_paused", reason=queue["reason"], waiting=waiting)
+        else:
+            yield ok("queue", "queue_runs")
+
+
+def limits(forward: list[bool], reverse: list[bool]) -> Finding:
+    """Return what is to be said of switches that are active, or not."""
+    both = [axis for axis, plus, minus in zip("abc", forward, reverse, strict=True) if plus and minus]
+    if both:
+        return fail("limits", "limits_both", axes=", ".join(both))
+    sides = ((forward, "+"), (reverse, "−"))
+    names = [axis + sign for side, sign in sides for axis, active in zip("abc", side, strict=True) if active]
+    if names:
+        return warn("limits", "limits_active", names=" ".join(names))
+    return ok("limits", "limits_quiet")
+
+
+def found(language: str) -> tuple[Service | None, list[Finding]]:
+    """Return the running service, or why there is none that could be asked."""
+    running = runtime.find()
+    if running is None:
+        return None, [skipped("service", "service_none")]
+    try:
+        client = Client(running.url, PATIENCE)
+        ours = _marked(client)
+    except MayaError:
+        return None, [fail("service", "service_gone", pid=running.pid, url=running.url)]
+    except (OSError, HTTPException) as error:
+        if isinstance(error, ConnectionRefusedError):
+            return None, [fail("service", "service_gone", pid=running.pid, url=running.url)]
+        reason = str(error) or type(error).__name__
+        return None, [fail("service", "service_hangs", pid=running.pid, url=running.url, reason=reason)]
+    if not ours:
+        return None, [fail("service", "service_stranger", url=running.url)]
+    return Service(running, client, language), []
+
+
+def _marked(client: Client) -> bool:
+    """Tell whether who answers is ours: every answer of ours has the header `Maya`."""
+    connection = HTTPConnection(client.host, client.port, timeout=PATIENCE)
+    try:
+        connection.request("GET", "/v1/health")
+        return connection.getresponse().headers["Maya"] is not None
+    finally:
+        connection.close()
+
+
+def _reasons(url: str, language: str) -> list[str]:
+    """Return what stands in the way of wishes, in words."""
+    import json
+
+    place = urlsplit(url)
+    connection = HTTPConnection(place.hostname or "127.0.0.1", place.port or 80, timeout=PATIENCE)
+    with suppress(OSError, HTTPException, ValueError, KeyError, TypeError):
+        connection.request("GET", "/v1/ready", headers={"Accept-Language": language})
+        found = json.loads(connection.getresponse().read())
+        connection.close()
+        return [str(reason["message"]) for reason in found["reasons"]]
+    connection.close()
+    return []
+
+
+def _version(of_service: str) -> Finding:
+    if of_service == __version__:
+        return ok("version", "version_same", version=__version__)
+    return warn("version", "version_differs", own=__version__, version=of_service)

@@ -1,0 +1,115 @@
+"""`maya doctor`: every check in turn, printed as it is done."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from collections.abc import Callable, Iterator
+
+from maya_un.address import REAL, SIM
+from maya_un.cli import output
+from maya_un.cli.configure import configuration
+from maya_un.cli.doctor import certificate, controller, house, service
+from maya_un.cli.doctor.finding import Finding, Outcome, fail, skipped
+from maya_un.cli.doctor.sockets import listeners
+from maya_un.cli.doctor.words import meaning, name, remedy
+from maya_un.cli.quantities import target_address
+from maya_un.cli.settings import Settings
+from maya_un.config import Config
+from maya_un.errors import MayaError
+from maya_un.server.crash import written_down
+
+_MARKS = {
+    Outcome.OK: ("ok", "32"),
+    Outcome.WARN: ("WARN", "33"),
+    Outcome.FAIL: ("FAIL", "31"),
+    Outcome.SKIPPED: ("–", "2"),
+}
+
+
+def doctor(address: str | None, settings: Settings) -> int:
+    """Look at everything and say it; return 1 where something fails, else 0.
+
+    The controller at `address` is asked by a handle of its own, and only while no service runs here; without an address
+    it is the configured one, where there is a configuration. Raises `InvalidValue` for what is no address.
+    """
+    config = _config(settings)
+    target = address if address is not None else REAL if house.config_file(settings) else None
+    place = None if target is None else target_address(target, config.controller.address)
+    found: list[Finding] = []
+    for finding in _all(place, config, settings):
+        found.append(finding)
+        if not settings.json:
+            output.say(_line(finding, settings.language, coloured=sys.stdout.isatty()))
+    if settings.json:
+        output.emit({"findings": [_data(finding, settings.language) for finding in found]})
+    return output.FAILED if any(finding.outcome is Outcome.FAIL for finding in found) else output.DONE
+
+
+def _config(settings: Settings) -> Config:
+    """Return the configuration in force, the manual's values where it is broken: a check of its own says so."""
+    try:
+        return configuration(settings)
+    except MayaError:
+        return Config()
+
+
+def _all(target: str | None, config: Config, settings: Settings) -> Iterator[Finding]:
+    there = listeners()
+    running, trouble = service.found(settings.language)
+    yield from trouble
+    pid = 0 if running is None else running.running.pid
+    looks: list[tuple[str, Callable[[], Iterator[Finding]]]] = [
+        ("configuration", lambda: house.config(settings)),
+        ("controller", lambda: _controller(target, config, settings.language, asked=running is not None)),
+        ("storage", lambda: house.storage(settings, served_by=pid)),
+        ("disk", house.disk),
+        ("ports", lambda: house.ports(there)),
+        ("certificate", lambda: certificate.findings(there, pid) if pid else iter(())),
+        ("clock", house.clock),
+        ("ROS", house.ros),
+    ]
+    if running is not None:
+        looks.insert(0, ("service", running.findings))
+    for check, look in looks:
+        yield from _guarded(check, look)
+
+
+def _guarded(check: str, look: Callable[[], Iterator[Finding]]) -> Iterator[Finding]:
+    """Go on with the next check where one fails in a way that nobody foresaw."""
+    try:
+        yield from look()
+    except Exception as defect:  # noqa: BLE001 - one check that fails must not keep the others from helping
+        written_down(defect)
+        yield fail(check, "check_failed", reason=f"{type(defect).__name__}: {defect}")
+
+
+def _controller(target: str | None, config: Config, language: str, *, asked: bool) -> Iterator[Finding]:
+    if asked:
+        yield skipped("controller", "controller_asked")
+    elif target is None:
+        yield skipped("controller", "controller_unnamed")
+    elif target == SIM:
+        yield skipped("controller", "controller_twin")
+    else:
+        yield from asyncio.run(controller.findings(target, config, language))
+
+
+def _line(finding: Finding, language: str, *, coloured: bool) -> str:
+    mark, colour = _MARKS[finding.outcome]
+    shown = f"{mark:<5}"
+    head = f"\x1b[{colour}m{shown}\x1b[0m" if coloured else shown
+    advice = remedy(finding, language)
+    text = f"{head} {name(finding.check, language)}: {meaning(finding, language)}"
+    return f"{text}\n      → {advice}" if advice else text
+
+
+def _data(finding: Finding, language: str) -> dict[str, object]:
+    return {
+        "check": finding.check,
+        "outcome": finding.outcome.value,
+        "key": finding.key,
+        "meaning": meaning(finding, language),
+        "remedy": remedy(finding, language),
+        "details": dict(finding.details),
+    }

@@ -1,0 +1,61 @@
+"""One thing that happened, whether it stands in the journal or in the log."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from maya_un.process.journal.rows import EventRow
+
+LEVELS = ("debug", "info", "warning", "error", "critical")
+"""How grave something is, from the least."""
+
+_EVENTS = {
+    "phase": "debug",
+    "moving": "debug",
+    "idle": "debug",
+    "limit": "warning",
+    "disconnected": "warning",
+    "fault": "error",
+    "estop": "error",
+    "storage": "error",
+}
+"""Kinds of events that are not just information."""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """What happened at `time` (ISO 8601, UTC).
+
+    `kind` is an event's, or the part of the program that wrote a line of the log: http, defect. `code` is 0, or an
+    error's; `run` and `seq` are an event's numbers, 0 for others.
+    """
+
+    time: str
+    level: str
+    kind: str
+    text: str
+    code: int = 0
+    run: int = 0
+    seq: int = 0
+    detail: Mapping[str, Any] = field(default_factory=dict[str, Any])
+
+
+def of_event(row: EventRow) -> Entry:
+    """Return an event of the journal."""
+    level = _EVENTS.get(row.kind, "warning" if row.code else "info")
+    words = " ".join(f"{key}={value}" for key, value in row.detail.items() if key != "message")
+    message = str(row.detail.get("message", ""))
+    text = "  ".join(part for part in (words, message) if part)
+    return Entry(row.date, level, row.kind, text, row.code, row.run, row.seq, row.detail)
+
+
+def of_line(line: Mapping[str, Any]) -> Entry:
+    """Return a line of the log; raises `KeyError`, `TypeError` or `ValueError` for what is none."""
+    known = {"time", "level", "logger", "message", "code"}
+    kind = str(line["logger"]).rpartition(".")[2]
+    detail = {key: value for key, value in line.items() if key not in known}
+    return Entry(
+        str(line["time"]), str(line["level"]), kind, str(line["message"]), int(line.get("code", 0)), 0, 0, detail
+    )

@@ -1,0 +1,128 @@
+"""`maya logs`: what has happened, newest last; works from the files alone, and only reads them."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from dataclasses import asdict
+from datetime import UTC, datetime
+from typing import NamedTuple
+
+from maya_un.cli import output
+from maya_un.cli.logs.entry import LEVELS, Entry, of_event
+from maya_un.cli.logs.file import LogFile
+from maya_un.cli.logs.when import moment
+from maya_un.cli.logs.words import word
+from maya_un.cli.settings import Settings
+from maya_un.config.state import state_folder
+from maya_un.errors import FileUnreadable, MayaError, UnknownName
+from maya_un.process.journal import tail
+from maya_un.process.journal.file import NAME
+from maya_un.server.log import log_path
+
+MOST = 10_000
+"""Lines that can be asked for."""
+
+LOOK = 0.3
+"""How often the files are looked at while they are followed [s]."""
+
+_COLOURS = {"debug": "2", "warning": "33", "error": "31", "critical": "31;1"}
+
+
+class Wanted(NamedTuple):
+    """Which entries: the newest `lines`, not older than `since`, of these `kinds` (all where there are none).
+
+    `level` is the least grave that is shown.
+    """
+
+    lines: int
+    since: str
+    kinds: tuple[str, ...]
+    level: str
+
+    def has(self, entry: Entry) -> bool:
+        """Tell whether an entry is wanted."""
+        grave = LEVELS.index(entry.level) if entry.level in LEVELS else len(LEVELS)
+        alike = not self.kinds or entry.kind in self.kinds
+        return alike and grave >= LEVELS.index(self.level) and entry.time >= self.since
+
+
+class Sources:
+    """The journal and the log, read again and again; `trouble` says why one of them cannot be read, "" where it can."""
+
+    def __init__(self) -> None:
+        self._journal = state_folder() / NAME
+        self._number = 0
+        self.trouble: MayaError | None = None
+        events = self._events(1, "")
+        self._log = LogFile(log_path(), events=not events)
+        self._number = 0
+
+    def read(self, most: int, since: str) -> list[Entry]:
+        """Return what came since the last time, oldest first, as if it stood in one file."""
+        return sorted([*self._log.read(), *self._events(most, since)], key=lambda entry: entry.time)
+
+    def _events(self, most: int, since: str) -> list[Entry]:
+        if not self._journal.exists():
+            return []
+        try:
+            found = tail.newest(self._journal, most, above=self._number, since=since)
+        except MayaError as error:
+            self.trouble = error
+            return []
+        if found:
+            self._number = found[-1][0]
+        return [of_event(row) for _, row in found]
+
+
+def show(wanted: Wanted, settings: Settings, *, follow: bool, wait: Callable[[float], object] = time.sleep) -> int:
+    """Print entries, and with `follow` more as they come, until Ctrl-C; return the exit code.
+
+    Raises `UnknownName` for a level, `FileUnreadable` where there is neither a journal nor a log.
+    """
+    if wanted.level not in LEVELS:
+        raise UnknownName(name=wanted.level, known=", ".join(LEVELS))
+    sources = Sources()
+    found = [entry for entry in sources.read(MOST, wanted.since) if wanted.has(entry)][-wanted.lines :]
+    if sources.trouble is not None:
+        output.complain(sources.trouble, settings._replace(json=False))
+    if not found and not follow and not (state_folder() / NAME).exists() and not log_path().exists():
+        raise FileUnreadable(path=state_folder(), reason=word("nothing_kept", settings.language))
+    _print(found, settings)
+    with suppress(KeyboardInterrupt):
+        while follow:
+            wait(LOOK)
+            _print((entry for entry in sources.read(MOST, "") if wanted.has(entry)), settings)
+    return output.DONE
+
+
+def wanted(lines: int, since: str | None, kinds: Sequence[str], level: str) -> Wanted:
+    """Return what a command line asks for; raises `InvalidValue`."""
+    begin = "" if since is None else moment(since, datetime.now(UTC))
+    return Wanted(lines if since is None else MOST, begin, tuple(kinds), level)
+
+
+def _print(entries: Iterable[Entry], settings: Settings) -> None:
+    coloured = sys.stdout.isatty()
+    for entry in entries:
+        output.say(json.dumps(asdict(entry), ensure_ascii=False) if settings.json else _line(entry, coloured=coloured))
+
+
+def _line(entry: Entry, *, coloured: bool) -> str:
+    clock = _here(entry.time)
+    code = f" ({entry.code})" if entry.code else ""
+    text = f"{clock}  {entry.level:<7}  {entry.kind:<14}  {entry.text}{code}"
+    if "traceback" in entry.detail:
+        text += "\n" + "\n".join(f"    {line}" for line in str(entry.detail["traceback"]).splitlines())
+    colour = _COLOURS.get(entry.level)
+    return f"\x1b[{colour}m{text}\x1b[0m" if coloured and colour else text
+
+
+def _here(date: str) -> str:
+    try:
+        return datetime.fromisoformat(date).astimezone().isoformat(sep=" ", timespec="milliseconds")[:23]
+    except ValueError:
+        return date
