@@ -11,8 +11,10 @@ from maya_un.api.access.caller import LOCAL, Caller
 from maya_un.api.access.callers import Callers
 from maya_un.api.access.operations import Operation
 from maya_un.api.gate import Gate
+from maya_un.api.history import MOST_EVENTS
+from maya_un.api.messages import EventMessage
 from maya_un.api.service import Service
-from maya_un.events import Event, EventLog
+from maya_un.events import EventLog
 from maya_un.process.journal.protocol import Journal
 from maya_un.process.lease import Lease
 from maya_un.values import Point
@@ -79,23 +81,31 @@ class Bridge:
 
         return await asyncio.wrap_future(asyncio.run_coroutine_threadsafe(carried_out(), self._loop))
 
-    async def events(self, since: int, patience: float = 0.0, caller: Caller = LOCAL) -> list[Event]:
-        """Return all events numbered above `since`; without any, wait up to `patience` [s, real time] for one."""
-        past = await self._past(caller, since)
-        if past or patience <= 0.0:
-            return past
+    async def events(
+        self, caller: Caller, since: int, patience: float = 0.0, run: int | None = None, limit: int = MOST_EVENTS
+    ) -> list[EventMessage]:
+        """Return events of a `run`, of the present without one, numbered above `since`; of both, the first `limit`.
+
+        Where the present run has none yet, wait up to `patience` [s, real time] for one. Raises `EventsForgotten`.
+        """
+
+        async def past(service: Service) -> list[EventMessage]:
+            present = (await service.status()).run if run is None else run
+            return await service.history.events(present, since, limit)
+
+        async def soon(service: Service) -> None:
+            if run in {None, (await service.status()).run}:
+                await _next_event(service, since)
+
+        found = await self.call(caller, Operation.READ, past)
+        if found or patience <= 0.0:
+            return found
         try:
             async with asyncio.timeout(patience):
-                await self.call(caller, Operation.READ, lambda service: _next_event(service, since))
+                await self.call(caller, Operation.READ, soon)
         except TimeoutError:
             return []
-        return await self._past(caller, since)
-
-    async def _past(self, caller: Caller, since: int) -> list[Event]:
-        async def looked_up(service: Service) -> list[Event]:
-            return service.events_since(since)
-
-        return await self.call(caller, Operation.READ, looked_up)
+        return await self.call(caller, Operation.READ, past)
 
 
 def _unwatched(service: Service) -> Gate:
@@ -103,10 +113,10 @@ def _unwatched(service: Service) -> Gate:
     return Gate(service, lease)
 
 
-async def _next_event(service: Service, since: int) -> Event:
+async def _next_event(service: Service, since: int) -> None:
     events = service.follow_events(since)
     try:
-        return await anext(events)
+        await anext(events)
     finally:
         if isinstance(events, AsyncGenerator):
             await events.aclose()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Mapping
 
-from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram
+from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, disable_created_metrics
 from prometheus_client.exposition import CONTENT_TYPE_LATEST, generate_latest
 
 from maya_un.api.messages import Status
@@ -30,6 +30,7 @@ class Metrics:
     """Counts for one server; any thread may count."""
 
     def __init__(self) -> None:
+        disable_created_metrics()  # a date beside every count, which nobody asks for
         self._registry = registry = CollectorRegistry()
         requests = ("method", "path", "status")
         self._requests = Counter("maya_http_requests", "Requests answered", requests, registry=registry)

@@ -29,7 +29,7 @@ TokenBody = Annotated[TokenWish, sent(TokenWish, optional=True)]
 def add_sessions(routes: Routes, bridge: Bridge) -> None:
     """Add the paths of whoever asks."""
 
-    @routes.add("GET", "/v1/me", Operation.ME, tag=_ME, gives=Me)
+    @routes.add("GET", "/v1/me", Operation.READ, tag=_ME, gives=Me)
     async def me(ask: Ask) -> Response:
         """Tell who asks, as whom this robot sees it."""
         return answer(await ask(lambda service: service.users.me(ask.caller)))

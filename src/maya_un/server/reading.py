@@ -7,13 +7,15 @@ from typing import Annotated
 from fastapi import Query, Response
 
 from maya_un.api.access.operations import Operation
+from maya_un.api.history import MOST_EVENTS
 from maya_un.api.messages import EventMessage, Status
 from maya_un.api.service import Service
-from maya_un.errors import NotFound
+from maya_un.errors import EventsForgotten, NotFound
 from maya_un.server.asking import Ask
 from maya_un.server.bodies import Table
 from maya_un.server.bridge import Bridge
 from maya_un.server.exchange import answer
+from maya_un.server.numbers import MOST
 from maya_un.server.routes import Routes
 
 LONGEST_WAIT = 60.0
@@ -30,14 +32,16 @@ def add_reading(routes: Routes, bridge: Bridge) -> None:
         """Tell the latest state of the robot and of the queue."""
         return answer(await ask(lambda service: service.status()))
 
-    @routes.add("GET", "/v1/events", Operation.READ, tag=_TAG, gives=list[EventMessage])
+    @routes.add("GET", "/v1/events", Operation.READ, tag=_TAG, gives=list[EventMessage], refuses=(EventsForgotten,))
     async def events(
         ask: Ask,
-        since: Annotated[int, Query(ge=0)] = 0,
-        wait: Annotated[float, Query(ge=0, le=LONGEST_WAIT)] = 0.0,
+        since: Annotated[int, Query(ge=0, le=MOST, description="numbered above")] = 0,
+        wait: Annotated[float, Query(ge=0, le=LONGEST_WAIT, description="for one, where there is none [s]")] = 0.0,
+        run: Annotated[int | None, Query(ge=1, le=MOST, description="of this run; without it, of the present")] = None,
+        limit: Annotated[int, Query(ge=1, le=MOST_EVENTS, description="so many at most")] = MOST_EVENTS,
     ) -> Response:
-        """Return the events numbered above `since`; without any, wait up to `wait` seconds for one."""
-        return answer([EventMessage.of(event) for event in await bridge.events(since, wait, ask.caller)])
+        """Return the events numbered above `since`, oldest first; without any, wait up to `wait` seconds for one."""
+        return answer(await bridge.events(ask.caller, since, wait, run, limit))
 
     @routes.add("GET", "/v1/twin", Operation.READ, tag=_TAG, gives=Table, refuses=(NotFound,))
     async def twin(ask: Ask) -> Response:

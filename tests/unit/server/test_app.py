@@ -5,13 +5,14 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import AsyncIterator, Awaitable, Callable
+from dataclasses import dataclass
 from typing import Any, cast
 
 import httpx
 import pytest
 
 from maya_un.api.access.caller import Caller
-from maya_un.api.messages import HeldJog
+from maya_un.api.messages import EventMessage, HeldJog
 from maya_un.api.service import Service
 from maya_un.controller.protocol import Jogged
 from maya_un.errors import Busy, CannotPause, InvalidJob, LinkLost, MayaError, NotFound, NotPaused, Unreachable
@@ -23,6 +24,13 @@ from maya_un.server.bridge import Bridge
 from maya_un.server.guard import BODY_LIMIT
 from maya_un.values import Point, StopReport
 from tests.virtual_time import elapse
+
+
+@dataclass(frozen=True)
+class Now:
+    """As much of a status as is looked at."""
+
+    run: int = 3
 
 
 class StandIn:
@@ -41,9 +49,12 @@ class StandIn:
         if self.error is not None:
             raise self.error
 
-    async def status(self) -> dict[str, str]:
+    async def status(self) -> Now:
         self._note("status")
-        return {"mode": "idle"}
+        return Now()
+
+    async def events(self, run: int, above: int, limit: int) -> list[EventMessage]:
+        return [EventMessage.of(event) for event in self.log.since(above)[:limit]] if run == Now().run else []
 
     async def submit(self, job: dict[str, Any], *, by: Caller, options: Options, key: str) -> dict[str, int]:
         self.options, self.key = options, key
@@ -105,9 +116,6 @@ class StandIn:
 
     async def recover(self) -> None:
         self._note("recover")
-
-    def events_since(self, seq: int) -> list[Event]:
-        return self.log.since(seq)
 
     def follow_events(self, seq: int) -> AsyncIterator[Event]:
         return self.log.follow(seq)
@@ -198,6 +206,18 @@ async def test_events_are_given_by_number() -> None:
     assert events == [
         {"seq": 2, "time": 0.0, "kind": "fault", "code": 2302, "detail": {"axis": "b", "message": "stuck"}}
     ]
+
+
+@pytest.mark.parametrize(("run", "numbers"), [(3, [1, 2]), (2, [])])
+async def test_events_are_those_of_a_run(run: int, numbers: list[int]) -> None:
+    service = StandIn()
+    service.log.emit(Kind.HOMING)
+    service.log.emit(Kind.HOMED)
+    async with door(service) as client:
+        events = (await client.get(f"/v1/events?run={run}&wait=1")).json()
+        first = (await client.get("/v1/events?limit=1")).json()
+    assert [event["seq"] for event in events] == numbers
+    assert [event["seq"] for event in first] == [1]
 
 
 async def test_a_patient_client_gets_the_next_event() -> None:
