@@ -7,7 +7,7 @@ import json
 import ssl
 import time
 from collections.abc import AsyncIterator
-from contextlib import AsyncExitStack, suppress
+from contextlib import AsyncExitStack, closing, suppress
 from typing import Any, TypeVar, cast
 
 import httpx
@@ -53,14 +53,14 @@ class AwaitingDriver(Awaiting):
     async def iterate(self, source: Source[T]) -> AsyncIterator[T]:
         """Yield the items of a source as they come."""
         course: Course[None] = Course(source)
-        async with AsyncExitStack() as lines:
-            lines.callback(course.close)
-            while (step := course.step) is not None:
-                if isinstance(step, Item):
-                    yield cast("Item[T]", step).value
-                    course.answered(None)
-                else:
-                    await self._advance(course, step, lines)
+        with closing(course):
+            async with AsyncExitStack() as lines:
+                while (step := course.step) is not None:
+                    if isinstance(step, Item):
+                        yield cast("Item[T]", step).value
+                        course.answered(None)
+                    else:
+                        await self._advance(course, step, lines)
 
     async def close(self) -> None:
         """End all connections."""

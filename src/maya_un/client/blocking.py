@@ -7,7 +7,7 @@ import ssl
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, closing, suppress
 from typing import Any, TypeVar, cast
 
 import httpx
@@ -57,8 +57,7 @@ class BlockingDriver(Blocking):
     def iterate(self, source: Source[T]) -> Iterator[T]:
         """Yield the items of a source as they come."""
         course: Course[None] = Course(source)
-        with ExitStack() as lines:
-            lines.callback(course.close)
+        with closing(course), ExitStack() as lines:
             while (step := course.step) is not None:
                 if isinstance(step, Item):
                     yield cast("Item[T]", step).value

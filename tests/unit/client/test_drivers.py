@@ -80,9 +80,12 @@ def test_who_hangs_does_not_answer() -> None:
 
 
 def test_somebody_else_at_the_port_is_found_out_by_both() -> None:
-    with http_service(lambda *_: (200, b"<html>")) as url, Client(url) as client:
-        with pytest.raises(ServiceNotAnswering):
-            client.status()
+    with (
+        http_service(lambda *_: (200, b"<html>")) as url,
+        Client(url) as client,
+        pytest.raises(ServiceNotAnswering),
+    ):
+        client.status()
 
 
 def test_a_submission_whose_answer_is_lost_is_said_again_with_its_key() -> None:
@@ -159,34 +162,50 @@ def test_inside_the_block_the_lease_is_shown_and_renewed_and_given_back_at_its_e
 
 def test_a_lease_that_is_lost_is_told_by_the_next_thing_that_is_asked_for() -> None:
     leasing = Leasing(1)
-    with service(leasing) as stand, Client(stand.url) as client:
-        with pytest.raises(LeaseLost, match="broken"), client.lease():
-            for _ in range(2):
-                assert leasing.renewed.acquire(timeout=10.0)
-            while True:
-                client.speed(1.0)
+    with (
+        service(leasing) as stand,
+        Client(stand.url) as client,
+        pytest.raises(LeaseLost, match="broken"),
+        client.lease(),
+    ):
+        for _ in range(2):
+            assert leasing.renewed.acquire(timeout=10.0)
+        while True:
+            client.speed(1.0)
 
 
 def test_a_lease_that_is_lost_is_told_by_the_end_of_the_block_at_the_latest() -> None:
     leasing = Leasing(0)
-    with service(leasing) as stand, Client(stand.url) as client:
-        with pytest.raises(LeaseLost, match="broken"), client.lease():
-            while not client.held.missed:
-                leasing.renewed.acquire(timeout=0.01)
+    with (
+        service(leasing) as stand,
+        Client(stand.url) as client,
+        pytest.raises(LeaseLost, match="broken"),
+        client.lease(),
+    ):
+        while not client.held.missed:
+            leasing.renewed.acquire(timeout=0.01)
 
 
 def test_what_fails_inside_the_block_is_raised_and_the_lease_is_given_back() -> None:
-    with service(Leasing(99)) as stand, Client(stand.url) as client:
-        with pytest.raises(ZeroDivisionError), client.lease():
-            raise ZeroDivisionError
+    with (
+        service(Leasing(99)) as stand,
+        Client(stand.url) as client,
+        pytest.raises(ZeroDivisionError),
+        client.lease(),
+    ):
+        raise ZeroDivisionError
         assert client.held.id == ""
     assert stand.paths[-1] == "DELETE /v1/lease"
 
 
 def test_a_lease_that_somebody_else_has_is_not_begun() -> None:
-    with service(lambda _: LeaseHeld(holder="berta", since="3 s")) as stand, Client(stand.url) as client:
-        with pytest.raises(LeaseHeld, match="berta"), client.lease():
-            pytest.fail("the block ran")
+    with (
+        service(lambda _: LeaseHeld(holder="berta", since="3 s")) as stand,
+        Client(stand.url) as client,
+        pytest.raises(LeaseHeld, match="berta"),
+        client.lease(),
+    ):
+        pytest.fail("the block ran")
 
 
 def test_a_task_keeps_the_lease_of_a_client_that_awaits() -> None:
