@@ -33,7 +33,12 @@ steps = st.lists(
         st.tuples(st.just("release"), names),
         st.tuples(st.just("offer"), names, names),
         st.tuples(st.just("drop"), names),
-        st.tuples(st.just("drive"), names, st.booleans(), st.sampled_from([3.0, 15.0, 90.0, 90.0])),
+        st.tuples(
+            st.just("drive"),
+            names,
+            st.sampled_from(["lease", "direct", "job"]),
+            st.sampled_from([3.0, 15.0, 90.0, 90.0]),
+        ),
         st.tuples(st.just("wait"), pauses),
     ),
     min_size=5,
@@ -43,16 +48,16 @@ steps = st.lists(
 
 @dataclass
 class Drive:
-    """What somebody drives: until when, under a lease or without one."""
+    """What goes on: a wish under a lease, a direct one, or a job; until when."""
 
     name: str
-    shown: bool
+    kind: str
     until: float
 
 
 @dataclass
 class Model:
-    """The rules once more: who holds a lease until when, what goes on, to whom it is offered."""
+    """The rules once more: who holds a lease until when, and what goes on."""
 
     holder: str = ""
     until: float = 0.0
@@ -60,28 +65,30 @@ class Model:
     drives: list[Drive] = field(default_factory=list[Drive])
 
     def pass_to(self, now: float) -> None:
-        """Let time pass: what is over, and a lease that was not renewed, in the order of their ends."""
+        """Let time pass: what is over, and a lease that was not renewed."""
         if self.holder and now > self.until:
-            self.end(self.until)
+            self.end()
         self.drives = [drive for drive in self.drives if drive.until > now]
 
-    def end(self, _now: float) -> None:
+    def end(self) -> None:
         """End the lease; what was driven under it ends with it."""
         self.holder = ""
-        self.drives = [drive for drive in self.drives if not drive.shown]
+        self.drives = [drive for drive in self.drives if drive.kind != "lease"]
 
-    def going(self) -> set[str]:
-        """Return whose wishes or jobs go on without a lease."""
-        return {drive.name for drive in self.drives if not drive.shown}
+    def going(self, *kinds: str) -> set[str]:
+        """Return whose these are."""
+        return {drive.name for drive in self.drives if drive.kind in kinds}
 
-    def free_for(self, name: str) -> bool:
-        """Tell whether nobody else drives."""
-        return self.holder in ("", name) and self.going() <= {name}
+    def free_for(self, name: str, implicit: str) -> bool:
+        """Tell whether `name` may drive without a lease; `implicit` is who is seen to while nobody holds it."""
+        if self.holder:
+            return self.holder == name
+        return not self.going("direct", "job") or implicit == name
 
     def take(self, name: str, now: float, patience: float) -> None:
-        """Give it to `name`; what others drive ends, and what is driven under any lease."""
+        """Give it to `name`; what others drive ends, jobs apart, and what is driven under any lease."""
         self.holder, self.patience, self.until = name, patience, now + patience
-        self.drives = [drive for drive in self.drives if drive.name == name and not drive.shown]
+        self.drives = [one for one in self.drives if one.kind == "job" or (one.kind == "direct" and one.name == name)]
 
 
 class Scene:
@@ -99,9 +106,12 @@ class Scene:
     def now(self) -> float:
         return asyncio.get_running_loop().time()
 
-    async def carried(self, name: str, lease: str, seconds: float) -> None:
-        """Drive, as the gate does: a wish in a task of its own, cancelled once the lease is lost."""
-        with self.lease.driving(name, name, lease) as drive:
+    async def carried(self, name: str, kind: str, lease: str, seconds: float) -> None:
+        """Drive, as the gate and the queue do: in a task of its own, which is cancelled once the lease is lost."""
+        with self.lease.driving(name, name, lease, direct=kind != "job") as drive:
+            if kind == "job":
+                await elapse(seconds)
+                return
             wish = asyncio.ensure_future(self.commanded(name, seconds))
             drive.carry(wish)
             try:
@@ -119,7 +129,7 @@ class Scene:
     def take(self, name: str, patience: float, force: bool) -> None:
         """Take it; the model says whether that may be."""
         model, offered = self.model, self.lease.offered_to == name
-        others = model.going() - {name}
+        others = model.going("direct") - {name}
         may = force or (not others and (offered or not model.holder))
         try:
             self.ids[name] = self.lease.take(name, name, patience=patience, force=force).id
@@ -138,24 +148,25 @@ class Scene:
         """Give it back."""
         self._shown(name, lambda lease: self.lease.release(lease, name))
         if self.model.holder == name:
-            self.model.end(self.now)
+            self.model.end()
 
     def drop(self, name: str) -> None:
         """Take somebody's rights."""
         self.lease.drop(name, "removed")
         if self.model.holder == name:
-            self.model.end(self.now)
+            self.model.end()
 
-    async def drive(self, name: str, shown: bool, seconds: float) -> None:
+    async def drive(self, name: str, kind: str, seconds: float) -> None:
         """Begin to drive, and go on with the next step meanwhile."""
-        model, lease = self.model, self.ids.get(name, "") if shown else ""
-        may = model.holder == name if lease else model.free_for(name)
-        task = asyncio.ensure_future(self.carried(name, lease, seconds))
+        model, lease = self.model, self.ids.get(name, "") if kind == "lease" else ""
+        kind = kind if lease or kind != "lease" else "direct"
+        may = model.holder == name if lease else model.free_for(name, self.seen)
+        task = asyncio.ensure_future(self.carried(name, kind, lease, seconds))
         await elapse(0.0)
         if may:
             assert not task.done(), f"{name} could not drive with {model}"
             self.tasks.append(task)
-            model.drives.append(Drive(name, bool(lease), self.now + seconds))
+            model.drives.append(Drive(name, kind, self.now + seconds))
             if lease:
                 model.until = self.now + model.patience
         else:
@@ -182,8 +193,8 @@ class Scene:
                 self.drop(name)
             case ("offer", str(name), str(by)):
                 self.lease.offer(name, by)
-            case ("drive", str(name), bool(shown), float(seconds)):
-                await self.drive(name, shown, seconds)
+            case ("drive", str(name), str(kind), float(seconds)):
+                await self.drive(name, kind, seconds)
             case ("wait", float(seconds)):
                 await elapse(seconds)
             case _:
@@ -195,14 +206,20 @@ class Scene:
 
     def compare(self) -> None:
         """Hold the lease against the model, and the model against the log."""
-        holder, going = self.lease.holder, self.model.going()
+        holder = self.lease.holder
         explicit = holder.name if holder is not None and not holder.implicit else ""
         assert explicit == self.model.holder
-        assert len(going) <= 1
+        assert len(self.model.going("direct")) <= 1
+        going = self.model.going("direct", "job")
         if going and not explicit:
-            assert holder is not None and {holder.name} == going
+            assert self.seen in going
         for name in NAMES:
-            assert self.lease.may_begin(name) is self.model.free_for(name)
+            assert self.lease.may_begin(name) is self.model.free_for(name, self.seen)
+
+    @property
+    def seen(self) -> str:
+        """Who is shown to drive."""
+        return "" if self.lease.holder is None else self.lease.holder.name
 
     async def end(self) -> None:
         """Let everything end; nobody drives then."""

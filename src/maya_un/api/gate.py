@@ -66,7 +66,7 @@ class Gate:
         shown = caller.lease
         if not shown and not caller.implicit:
             self._lease.require(shown, caller.name)
-        with self._lease.driving(caller.name, caller.source, shown) as drive:
+        with self._lease.driving(caller.name, caller.source, shown, direct=True) as drive:
             task = asyncio.ensure_future(wish(self._service))
             drive.carry(task)
             try:

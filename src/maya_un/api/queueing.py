@@ -146,7 +146,8 @@ class Queueing:
     def proposes(self, by: Caller) -> bool:
         """Tell whether what `by` wants to be done waits for somebody who approves it."""
         holder = self._lease.holder
-        return by.role < Role.OPERATOR and (holder is None or holder.name != by.name)
+        drives = holder is not None and holder.name == by.name and not holder.implicit
+        return by.role < Role.OPERATOR and not drives  # that a job of his runs does not make him the driver
 
     async def require_over(self, number: int, operation: Operation, by: Caller) -> None:
         """Raise `NotAllowed` where `by` may not do this to the job, `NotFound` where there is none."""

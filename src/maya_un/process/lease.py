@@ -2,7 +2,8 @@
 
 Whoever takes it says again and again that he is still there; one that is silent for its patience loses it, and what he
 held moving stops. It passes on visibly: it is offered to somebody, who takes it. Whoever needs none of his own drives
-implicitly for the length of a wish, and so does the owner of a job while it runs. Stop needs no lease.
+implicitly for the length of a wish, and so does the owner of a job while it runs; whoever takes the lease meanwhile takes
+the job over, and may slow it down, hold it and stop it. Stop needs no lease.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import asyncio
 import secrets
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded
@@ -21,7 +22,7 @@ PATIENCE = 10.0
 """A lease that is not renewed for so long ends [s, real time]."""
 
 OFFER = 60.0
-"""An offer stands for so long [s, real time], and as long again from when it can be taken."""
+"""An offer stands for so long [s, real time]."""
 
 LINGER = 2.0
 """Who drove implicitly is shown for so long [s, real time], so that many wishes in a row are one drive."""
@@ -52,10 +53,15 @@ class Holder:
 
 @dataclass(slots=True, eq=False)
 class Drive:
-    """Something that goes on under the lease: a wish, or a job. `lost` is why the lease was lost meanwhile, else ""."""
+    """Something that goes on: a wish under the `lease` that was shown, a `direct` one without, or a job.
+
+    `lost` is why it was lost meanwhile, "" where it was not.
+    """
 
     name: str
-    lease: str
+    source: str = ""
+    lease: str = ""
+    direct: bool = False
     lost: str = ""
     _task: asyncio.Future[Any] | None = None
 
@@ -107,11 +113,8 @@ class Lease:
 
     @property
     def offered_to(self) -> str | None:
-        """To whom it is offered, None where to nobody. An offer stands as long as a job keeps it from being taken."""
-        offer = self._offer
-        if offer is None or (self._now() > offer.until and not self._goes_on(but=offer.to)):
-            return None
-        return offer.to
+        """To whom it is offered, None where to nobody."""
+        return None if self._offer is None or self._now() > self._offer.until else self._offer.to
 
     @property
     def asked_by(self) -> str | None:
@@ -134,15 +137,15 @@ class Lease:
     def may_begin(self, owner: str) -> bool:
         """Tell whether a job of `owner` may begin: nobody drives, or he does."""
         holder = self._holder
-        return holder is None or holder.name == owner or (holder.implicit and not self._goes_on())
+        return holder is None or holder.name == owner or not self._in_force(holder)
 
     def take(
         self, name: str, source: str, *, note: str = "", patience: float = PATIENCE, force: bool = False
     ) -> Holder:
-        """Become the driver; with `force` also where somebody else is, whose wishes and job then end.
+        """Become the driver, of the job under way too; with `force` also where somebody else is, whose wishes then end.
 
-        It ends where it is not renewed within `patience` [s, real time]. One that is offered is taken from its holder,
-        though not while a job of his runs. Raises `LeaseHeld`.
+        It ends where it is not renewed within `patience` [s, real time]. One that is offered is taken from its holder.
+        Raises `LeaseHeld`.
         """
         before, offer = self._holder, self._offer
         offered = offer is not None and self.offered_to == name
@@ -203,28 +206,28 @@ class Lease:
                 return holder
         elif lease:
             raise LeaseLost(reason=self._ended.get(lease, "it is not known here"))
-        raise LeaseNeeded if holder is None or not self._in_force(holder) else self._held(holder)
+        if holder is None or self._given_way(holder, name, offered=False):
+            raise LeaseNeeded
+        raise self._held(holder)
 
     @contextmanager
-    def driving(self, name: str, source: str, lease: str = "") -> Iterator[Drive]:
-        """Drive for the length of the block: under the `lease` that is shown, or without one while it is free.
+    def driving(self, name: str, source: str, lease: str = "", *, direct: bool = False) -> Iterator[Drive]:
+        """Drive for the length of the block: a job of `name`, or a wish by the `lease` that is shown, or a `direct` one.
 
-        What is driven under a lease is lost with it. What is driven without one, several blocks of one name together,
-        goes on when that name's own lease ends, and is lost only to force. Raises as `renew`, `LeaseHeld` where
-        somebody else drives.
+        A wish is lost with the lease that was shown, a direct one only to force. A job is never lost: whoever takes the
+        lease takes it over. Raises as `renew`, and `LeaseHeld` where somebody else drives.
         """
         if lease:
             self.renew(lease, name)
         else:
             self._join(name, source)
-        if self.offered_to is None:
-            self._offer = None  # it has lapsed, and what begins now does not keep it standing
-        drive = Drive(name, lease)
+        drive = Drive(name, source, lease, direct)
         self._drives.append(drive)
         try:
             yield drive
         finally:
-            self._leave(drive)
+            self._drives.remove(drive)
+            self._settle()
 
     def close(self) -> None:
         """Forget the watch; the loop ends."""
@@ -233,15 +236,17 @@ class Lease:
             self._watch = None
 
     def _given_way(self, holder: Holder, name: str, *, offered: bool) -> bool:
-        """Tell whether `holder` gives way to `name`: he offers it, or drives implicitly, and nothing of his goes on."""
-        return (offered or holder.implicit) and not self._goes_on(but=name)
+        """Tell whether `holder` gives way to `name`: he offers it, or only a job of his runs."""
+        others = any(drive.direct and not drive.lost and drive.name != name for drive in self._drives)
+        return (offered or holder.implicit) and not others
 
     def _in_force(self, holder: Holder) -> bool:
-        return not holder.implicit or self._goes_on()
+        """Tell whether somebody drives: by the lease, or because something goes on."""
+        return not holder.implicit or bool(self._going())
 
-    def _goes_on(self, *, but: str = "") -> bool:
-        """Tell whether anything goes on that is driven without a lease, that of one name left out."""
-        return any(not (drive.lease or drive.lost) and drive.name != but for drive in self._drives)
+    def _going(self) -> list[Drive]:
+        """Return what goes on without a lease."""
+        return [drive for drive in self._drives if not drive.lease and not drive.lost]
 
     def _join(self, name: str, source: str) -> None:
         """Begin to drive without a lease, or with others of the same name."""
@@ -251,40 +256,38 @@ class Lease:
         if holder is None or holder.name != name:
             self._become(Holder(name, source, self._now(), implicit=True), "taken")
 
-    def _leave(self, drive: Drive) -> None:
-        """End a drive; the last one without a lease leaves an implicit holder to be seen for a moment."""
-        offer, offered_to = self._offer, self.offered_to
-        self._drives.remove(drive)
-        if offer is not None and offered_to not in (None, drive.name) and not drive.lease:
-            self._offer = replace(offer, until=max(offer.until, self._now() + OFFER * self._scale))
-        if self._holder is not None and not self._in_force(self._holder):
+    def _settle(self) -> None:
+        """Have whoever goes on without a lease be seen as the driver; the last one is for a moment longer."""
+        holder, going = self._holder, self._going()
+        if holder is not None and (not holder.implicit or holder.name in {drive.name for drive in going}):
+            return
+        if going:
+            self._become(Holder(going[0].name, going[0].source, self._now(), implicit=True), "taken")
+        elif holder is not None:
             self._watch_until(self._now() + LINGER * self._scale)
 
     def _become(self, new: Holder, why: str) -> None:
-        """Make somebody the holder; what others drive is lost."""
+        """Make somebody the holder; what others drive is lost, jobs apart."""
         before, self._holder = self._holder, new
         self.close()
-        self._offer = None
-        if self._asked is not None and self._asked[0] == new.name:
-            self._asked = None
+        if not new.implicit:
+            self._offer = self._asked = None
         self._remember(before, why)
         for drive in self._drives:
-            if drive.lease or drive.name != new.name:
+            if drive.lease or (drive.direct and drive.name != new.name):
                 drive.lose(why)
         self._changed(why, before)
 
     def _end(self, why: str) -> None:
-        """End the holder's lease; what he drives without one, a job of his, keeps him driving implicitly."""
+        """End the holder's lease; what goes on without one has its owner drive implicitly."""
         before, self._holder = self._holder, None
-        assert before is not None
         self.close()
         self._remember(before, why)
         for drive in self._drives:
             if drive.lease:
                 drive.lose(why)
         self._changed(why, before)
-        if self._holder is None and self._goes_on():
-            self._become(Holder(before.name, before.source, self._now(), implicit=True), "taken")
+        self._settle()
 
     def _remember(self, holder: Holder | None, why: str) -> None:
         """Keep why the last leases ended, so that who shows one is told."""
@@ -302,7 +305,7 @@ class Lease:
         """End a lease that was not renewed, or look again when it is due."""
         self._watch = None
         holder = self._holder
-        if holder is None or (holder.implicit and self._goes_on()):
+        if holder is None or (holder.implicit and self._going()):
             return
         if self._now() < self._until - _ROUNDING:
             self._watch_until(self._until)
@@ -333,7 +336,7 @@ class Lease:
 
 def cancel_once(task: asyncio.Future[Any] | None) -> None:
     """Cancel a task; a second time would cut short its wait for the axes to come to rest."""
-    if isinstance(task, asyncio.Task) and not task.cancelling():
+    if task is not None and not (isinstance(task, asyncio.Task) and task.cancelling()):
         task.cancel()
 
 

@@ -80,7 +80,7 @@ async def test_secrets_are_nowhere_but_in_the_answer(tmp_path: Path) -> None:
     signed = await owner.people.sign_in("root", PASSWORD, "10.0.0.1")
     shown = repr((await owner.people.list(), await owner.people.tokens("root", LOCAL), owner.events.since(0)))
     await owner.entrance.register.close()
-    kept = b"".join(file.read_bytes() for file in sorted(tmp_path.iterdir()))
+    kept = b"".join(map(Path.read_bytes, tmp_path.iterdir()))  # noqa: ASYNC240 - nothing else is going on
     for token in (made.token, signed.token):
         secret = token.split("_")[2]
         assert secret not in shown

@@ -136,9 +136,10 @@ async def test_an_offer_stands_when_its_holder_has_gone() -> None:
 async def test_force_takes_it_from_anybody_and_ends_what_he_drives() -> None:
     async with leased() as (lease, events):
         ann = lease.take("ann", "")
-        with lease.driving("ann", "", ann.id) as wish, lease.driving("ann", "") as job:
+        by_lease, direct = lease.driving("ann", "", ann.id), lease.driving("ann", "", direct=True)
+        with by_lease as wish, direct as other, lease.driving("ann", "job 1") as job:
             lease.take("root", "", force=True)
-            assert (wish.lost, job.lost) == ("broken", "broken")
+            assert (wish.lost, other.lost, job.lost) == ("broken", "broken", "")
         assert held_by(lease) == "root"
         assert changes(events) == ["taken ann", "broken root"]
 
@@ -166,7 +167,7 @@ async def test_what_is_lost_is_cancelled_once() -> None:
 
 async def test_something_carried_after_the_loss_is_cancelled_too() -> None:
     task = asyncio.ensure_future(elapse(1.0))
-    drive = Drive("ann", "x")
+    drive = Drive("ann", lease="x")
     drive.lose("expired")
     drive.carry(task)
     await asyncio.wait({task})
@@ -175,12 +176,12 @@ async def test_something_carried_after_the_loss_is_cancelled_too() -> None:
 
 async def test_one_without_ceremony_drives_for_the_length_of_a_wish() -> None:
     async with leased() as (lease, events):
-        with lease.driving("local", "local"):
+        with lease.driving("local", "local", direct=True):
             assert lease.holder is not None
             assert (lease.holder.implicit, lease.expires_in) == (True, None)
             with pytest.raises(LeaseHeld):
                 lease.take("ann", "")
-            with pytest.raises(LeaseHeld), lease.driving("ros", "ros"):
+            with pytest.raises(LeaseHeld), lease.driving("ros", "ros", direct=True):
                 pass
             assert not lease.may_begin("ros")
             assert lease.may_begin("local")
@@ -225,48 +226,36 @@ async def test_a_job_keeps_its_owner_driving_when_his_lease_expires() -> None:
         assert lease.take("bob", "").name == "bob"
 
 
-async def test_the_owner_of_a_job_takes_the_lease_while_it_runs() -> None:
-    async with leased() as (lease, _):
+async def test_who_takes_the_lease_takes_the_job_over() -> None:
+    async with leased() as (lease, events):
         with lease.driving("ann", "job 1") as job:
-            assert not lease.take("ann", "").implicit
+            with pytest.raises(LeaseNeeded):
+                lease.require("", "bob")
+            bob = lease.take("bob", "")
+            assert not lease.may_begin("ann")
+            with lease.driving("bob", "", bob.id, direct=True):
+                assert held_by(lease) == "bob"
+            lease.release(bob.id, "bob")
+            assert held_by(lease) == "ann"
             assert not job.lost
+        assert changes(events) == ["taken ann", "taken bob", "released", "taken ann"]
 
 
-async def test_what_is_offered_is_taken_once_the_job_has_ended() -> None:
+async def test_nothing_else_is_driven_beside_a_job_without_a_lease() -> None:
     async with leased() as (lease, _):
-        lease.take("ann", "", patience=1e4)
-        with lease.driving("ann", "job 1") as job:
-            lease.offer("sam", "ann")
-            await elapse(10 * OFFER)
-            with pytest.raises(LeaseHeld):
-                lease.take("sam", "")
-            assert not job.lost
-        await elapse(OFFER - 1.0)
-        assert lease.take("sam", "").name == "sam"
-
-
-async def test_an_offer_that_has_lapsed_is_not_woken_by_a_job() -> None:
-    async with leased() as (lease, _):
-        lease.take("ann", "", patience=1e4)
-        lease.offer("sam", "ann")
-        await elapse(OFFER + 1.0)
         with lease.driving("ann", "job 1"):
-            await elapse(1.0)
-        with pytest.raises(LeaseHeld):
-            lease.take("sam", "")
+            with pytest.raises(LeaseHeld), lease.driving("ros", "ros", direct=True):
+                pass
+            assert not lease.may_begin("bob")
 
 
-async def test_drives_of_two_that_were_forced_apart_do_not_mix() -> None:
-    """The first one's wish still comes to rest while a third one drives for a moment and leaves."""
+async def test_an_offer_is_taken_while_a_job_runs_and_stands_when_one_begins() -> None:
     async with leased() as (lease, _):
-        with lease.driving("ann", "") as first:
-            root = lease.take("root", "", force=True)
-            assert first.lost == "broken"
-            lease.release(root.id, "root")
-            with lease.driving("ros", "ros"):
-                assert held_by(lease) == "ros"
-            assert lease.take("bob", "").name == "bob"
-        assert held_by(lease) == "bob"
+        lease.offer("sam", "olga")
+        with lease.driving("ann", "job 1") as job:
+            assert lease.offered_to == "sam"
+            assert lease.take("sam", "").lender == "olga"
+            assert not job.lost
 
 
 async def test_his_own_is_taken_anew_only_by_force_and_stays_lent() -> None:
@@ -332,3 +321,13 @@ async def test_one_who_is_told_may_drive_at_once() -> None:
         lease.release(ann.id, "ann")
         assert (held_by(lease), len(drives)) == ("queue", 1)
         assert changes(events) == ["taken ann", "released", "taken queue"]
+
+
+async def test_what_is_carried_may_be_a_future() -> None:
+    async with leased() as (lease, _):
+        told: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        ann = lease.take("ann", "")
+        with lease.driving("ann", "", ann.id) as drive:
+            drive.carry(told)
+            lease.take("root", "", force=True)
+            assert told.cancelled()
