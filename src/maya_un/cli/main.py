@@ -69,6 +69,10 @@ def _dispatch(rest: list[str], settings: Settings) -> int:
         from maya_un.cli import quick
 
         return quick.run(rest[0], rest[1:], settings)
+    if rest[:2] == ["completion", "values"]:
+        from maya_un.cli.completion import values
+
+        return values.run(rest[2:])
     from maya_un.cli import app
 
     return app.run(rest, settings)

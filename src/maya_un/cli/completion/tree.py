@@ -1,0 +1,96 @@
+"""The commands as a shell has to know them, read from the parser's own table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+FILES, JOBS, PLACES = "@files", "@jobs", "@places"
+"""Kinds of values that are no fixed words: names of files, numbers of jobs, names of taught places."""
+
+EVERYWHERE = {"--json": "", "--lang": "en es", "--config": FILES, "--help": ""}
+"""Options of every command; those without a value have none."""
+
+_FILES = {"FILE", "[FILE]", "SCRIPT", "OUT", "JOB"}
+_PLACES = {"NAME|X", "NAME|A", "[POSE]..."}
+_ADDRESSES = {"HOST", "[HOST]", "HOST[:PORT]", "WHERE"}
+
+
+class Option(NamedTuple):
+    """An option: whether a value follows, and which: words, or one of the kinds above, "" where nobody knows."""
+
+    name: str
+    valued: bool
+    values: str
+    about: str
+
+
+class Command(NamedTuple):
+    """A command by its whole path, "maya job show": what may follow it; `arguments` has the values of each in turn."""
+
+    path: str
+    about: str
+    commands: tuple[tuple[str, str], ...]
+    options: tuple[Option, ...]
+    arguments: tuple[str, ...]
+
+
+def commands() -> list[Command]:
+    """Return all commands, the root first."""
+    import typer
+
+    from maya_un.cli.app import app
+
+    return list(_walk(typer.main.get_command(app), "maya"))
+
+
+def _walk(command: Any, path: str) -> Iterator[Command]:
+    below: dict[str, Any] = {name: one for name, one in getattr(command, "commands", {}).items() if not one.hidden}
+    named = dict(_hurried()) if path == "maya" else {}
+    named |= {name: _about(one) for name, one in below.items()}
+    options = [option for one in command.params if one.param_type_name == "option" for option in _options(one)]
+    options += [Option(name, bool(values), values, "") for name, values in EVERYWHERE.items()]
+    arguments = [_values(one, path) for one in command.params if one.param_type_name == "argument"]
+    yield Command(path, _about(command), tuple(sorted(named.items())), tuple(dict.fromkeys(options)), tuple(arguments))
+    if path == "maya":
+        stop = Option("--address", valued=True, values="real", about="tell the controller directly")
+        common = tuple(option for option in options if option.name in EVERYWHERE)
+        yield Command("maya status", named["status"], (), common, ())
+        yield Command("maya stop", named["stop"], (), (stop, *common), ())
+    for name, one in below.items():
+        yield from _walk(one, f"{path} {name}")
+
+
+def _hurried() -> Iterator[tuple[str, str]]:
+    """Return the commands that go past the parser."""
+    yield "status", "Tell what the running robot is doing."
+    yield "stop", "Stop the running robot on its path."
+
+
+def _about(command: Any) -> str:
+    """Return the first sentence of a command's help."""
+    lines = (command.help or "").strip().splitlines() or [""]
+    return str(lines[0]).strip()
+
+
+def _options(parameter: Any) -> Iterator[Option]:
+    about = str(parameter.help or "")
+    for name in (*parameter.opts, *parameter.secondary_opts):
+        if name.startswith("--") and name not in EVERYWHERE:
+            yield Option(name, not parameter.is_flag, "" if parameter.is_flag else _values(parameter, name), about)
+
+
+def _values(parameter: Any, where: str) -> str:
+    """Return what can stand in the place of a parameter of a command, or of an option, by its type and its metavar."""
+    choices = getattr(parameter.type, "choices", None)
+    if choices:
+        return " ".join(str(choice) for choice in choices)
+    metavar = parameter.metavar or ""
+    whole = parameter.type.name.startswith("int")
+    if whole and metavar.strip("[]") == "JOB":
+        return JOBS
+    if where == "--address" or metavar in _ADDRESSES:
+        return "sim real"
+    if metavar in _PLACES or where in {"maya poses remove", "maya poses rename"}:
+        return PLACES
+    return FILES if metavar in _FILES and not whole else ""
