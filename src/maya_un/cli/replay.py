@@ -29,7 +29,7 @@ HORIZON = 1e9
 """Longest recording that is replayed [s]."""
 
 OF_A_TWIN = Tolerances(counts=2.0, seconds=0.02)
-"""How much a twin's own recording may differ from its replay; instants by as much more as its clock ran faster."""
+"""How much a twin's own recording may differ from its replay; by as much more as its clock ran faster."""
 
 OF_A_MACHINE = Tolerances(counts=50.0, seconds=0.1)
 """How much a machine may differ from a twin before that is said: 50 µm of a line, a tenth of a second."""
@@ -74,8 +74,8 @@ def replay(file: str, options: Options, settings: Settings) -> int:
 def tolerated(recording: Recording, options: Options) -> Tolerances:
     """Return what may differ: as asked, else what belongs to a twin or to a machine."""
     origin = recording.header.origin
-    counts, seconds = OF_A_MACHINE if origin.twin is None else OF_A_TWIN
-    seconds *= max(1.0, origin.speed)
+    factor = max(1.0, origin.speed)
+    counts, seconds = (factor * least for least in (OF_A_MACHINE if origin.twin is None else OF_A_TWIN))
     return Tolerances(
         counts if options.counts is None else options.counts, seconds if options.seconds is None else options.seconds
     )

@@ -240,6 +240,10 @@ _SETTLE = 0.01
 """So long is waited for what the twin has to say [s, virtual]."""
 
 
+_TURNS = 8
+"""Turns of the loop in which a twin has answered what it was told at the same instant."""
+
+
 class _Player:
     """Says the pieces of a scene to a twin, and keeps both sides of what is said then."""
 
@@ -300,6 +304,8 @@ class _Player:
 
     async def _do(self, piece: Piece) -> None:
         if piece.event == "end":
+            for _ in range(_TURNS):
+                await asyncio.sleep(0)
             await self._end(piece.link)
             return
         if piece.event == "open":

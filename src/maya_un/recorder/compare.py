@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict, deque
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise, zip_longest
+from itertools import groupby, pairwise, zip_longest
 from math import inf
 from typing import NamedTuple
 
@@ -126,32 +126,54 @@ def _texts(pairs: Sequence[Pair], tolerances: Tolerances) -> Iterator[Difference
 
 
 def _records(pairs: Sequence[Pair], tolerances: Tolerances, gap: float) -> Iterator[Difference]:
-    """Yield stretches of data records that differ; that something came a record earlier or later is no difference."""
+    """Yield stretches of data records that differ.
+
+    That something came a record earlier or later is no difference, nor that something else than a position differs for
+    no longer than instants may.
+    """
     asked = [(one, other) for one, other in pairs if isinstance(one.reply, Record)]
-    first: Difference | None = None
-    for number, (one, other) in enumerate(asked):
-        how = difference("QR", one.reply, None if other is None else other.reply, *tolerances)
-        beside = [other for _, other in asked[max(0, number - 1) : number + 2]]
-        if how and not _shifted(one, other, beside, tolerances, gap):
-            first = Difference(one.time, one.link, "data record", how, 0) if first is None else first
-            first = first._replace(times=first.times + 1)
-        elif first is not None:
-            yield first
-            first = None
-    if first is not None:
-        yield first
+    hows = [_how(asked, number, tolerances, gap) for number in range(len(asked))]
+    for differs, stretch in groupby(range(len(asked)), lambda number: bool(hows[number])):
+        places = list(stretch)
+        first, last = places[0], places[-1]
+        around = asked[max(0, first - 1)][0].time, asked[min(len(asked) - 1, last + 1)][0].time
+        within = first > 0 and last + 1 < len(asked) and around[1] - around[0] <= tolerances.seconds + gap
+        if differs and not (within and any(_more_than_places(*asked[place]) for place in places)):
+            one = asked[first][0]
+            yield Difference(one.time, one.link, "data record", hows[first], len(places))
+
+
+def _how(asked: Sequence[Pair], number: int, tolerances: Tolerances, gap: float) -> str:
+    one, other = asked[number]
+    how = difference("QR", one.reply, None if other is None else other.reply, *tolerances)
+    if how and other is not None and _shifted(one, other, asked, number, tolerances, gap):
+        return ""
+    return how
+
+
+def _more_than_places(one: Exchange, other: Exchange | None) -> bool:
+    return other is not None and bool(difference("QR", one.reply, other.reply, inf))
 
 
 def _shifted(
-    one: Exchange, other: Exchange | None, beside: Sequence[Exchange | None], tolerances: Tolerances, gap: float
+    one: Exchange, other: Exchange, asked: Sequence[Pair], number: int, tolerances: Tolerances, gap: float
 ) -> bool:
-    """Tell whether a record differs in more than positions, and is like one just before or behind its like."""
-    if other is None or not difference("QR", one.reply, other.reply, inf):
+    """Tell whether a record differs in more than positions, and is like one that the replay has about that time."""
+    if not _more_than_places(one, other):
         return False
     counts, seconds = tolerances
-    return any(
-        near is not None and not difference("QR", one.reply, near.reply, counts, seconds + gap) for near in beside
-    )
+    near = (other for _, other in _around(asked, number, seconds + gap) if other is not None)
+    return any(not difference("QR", one.reply, other.reply, counts, seconds + gap) for other in near)
+
+
+def _around(asked: Sequence[Pair], number: int, seconds: float) -> Iterator[Pair]:
+    """Yield the neighbours of a record, one on either side at least, and all within so many seconds."""
+    time = asked[number][0].time
+    for step in (-1, 1):
+        place = number + step
+        while 0 <= place < len(asked) and (place == number + step or abs(asked[place][0].time - time) <= seconds):
+            yield asked[place]
+            place += step
 
 
 def _happened(kind: str, recorded: Sequence[Fact], replayed: Sequence[Fact], seconds: float) -> Iterator[Difference]:
