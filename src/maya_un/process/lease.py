@@ -2,8 +2,8 @@
 
 Whoever takes it says again and again that he is still there; one that is silent for its patience loses it, and what he
 held moving stops. It passes on visibly: it is offered to somebody, who takes it. Whoever needs none of his own drives
-implicitly for the length of a wish, and so does the owner of a job while it runs; whoever takes the lease meanwhile takes
-the job over, and may slow it down, hold it and stop it. Stop needs no lease.
+implicitly for the length of a wish, and so does the owner of a job while it runs; whoever takes the lease meanwhile
+takes the job over, and may slow it down, hold it and stop it. Stop needs no lease.
 """
 
 from __future__ import annotations
@@ -212,7 +212,7 @@ class Lease:
 
     @contextmanager
     def driving(self, name: str, source: str, lease: str = "", *, direct: bool = False) -> Iterator[Drive]:
-        """Drive for the length of the block: a job of `name`, or a wish by the `lease` that is shown, or a `direct` one.
+        """Drive for the length of the block: a job of `name`, a wish by the `lease` that is shown, or a `direct` one.
 
         A wish is lost with the lease that was shown, a direct one only to force. A job is never lost: whoever takes the
         lease takes it over. Raises as `renew`, and `LeaseHeld` where somebody else drives.
