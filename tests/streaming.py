@@ -18,8 +18,11 @@ from websockets.frames import Frame, Opcode
 from websockets.protocol import State as Phase
 from websockets.uri import parse_uri
 
-from maya_un.api.access.callers import Callers
+from maya_un.api.access.entrance import Entrance
+from maya_un.api.gate import Gate
+from maya_un.api.leasing import Leasing
 from maya_un.api.messages import EventMessage
+from maya_un.api.people import People
 from maya_un.api.service import Service
 from maya_un.events import Event, EventLog, Kind
 from maya_un.server.bridge import Bridge
@@ -72,6 +75,9 @@ class Watched:
         self.views = 0
         self.forgotten = 0
         self._newer = asyncio.Event()
+        self.entrance = Entrance.alone(self.log)
+        self.lease = Leasing(self.entrance, lambda: None)
+        self.users = People(self.entrance, self.lease.rights_ended)
 
     @property
     def service(self) -> Service:
@@ -135,11 +141,10 @@ class Watched:
 
 
 @asynccontextmanager
-async def streamed(
-    watched: Watched, *, callers: Callers | None = None, most_behind: int = MOST_EVENTS
-) -> AsyncIterator[str]:
+async def streamed(watched: Watched, *, most_behind: int = MOST_EVENTS) -> AsyncIterator[str]:
     """Serve the stream of a service that lives in the running loop; yields its address."""
-    bridge = Bridge(asyncio.get_running_loop(), watched.service, callers=callers)
+    gate = Gate(watched.service, watched.entrance.lease)
+    bridge = Bridge(asyncio.get_running_loop(), watched.service, gate=gate, callers=watched.entrance.callers)
     app = FastAPI()
     add_stream(app, bridge, most_behind)
     with bound_socket(0) as door:

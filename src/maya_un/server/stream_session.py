@@ -14,7 +14,7 @@ from maya_un import __version__
 from maya_un.api.access.caller import Caller
 from maya_un.api.access.operations import Operation
 from maya_un.api.messages import EventMessage
-from maya_un.errors import InvalidRequest, MayaError, StreamLagging
+from maya_un.errors import InvalidRequest, MayaError, NotSignedIn, StreamLagging
 from maya_un.server.bridge import Bridge
 from maya_un.server.crash import written_down
 from maya_un.server.stream_entrance import Entrance, received
@@ -68,7 +68,6 @@ class Session:
         try:
             while (text := await self._next()) is not None:
                 await self._wire.writable.wait()  # who does not read is not listened to either
-                self._caller = await self._entrance.caller()
                 await self._hear(text)
         finally:
             self._stop_catching_up()
@@ -88,22 +87,23 @@ class Session:
         message: dict[str, Any] = {}
         try:
             message = decoded(text)
-            match kind_of(message):
-                case "hello":
-                    await self._meet(message)
+            kind = kind_of(message)
+            if kind == "hello":
+                self._caller = await self._entrance.meet(message)
+                self._greet(message)
+                return
+            self._caller = await self._entrance.caller()
+            match kind:
                 case "subscribe":
                     self._subscribe(message)
                 case "renew":
                     await self._renew(message)
                 case _:
                     self._wire.write(plain_frame("pong", message))
+        except NotSignedIn:
+            raise
         except MayaError as error:
             self._wire.write(error_frame(error, self._language, message))
-
-    async def _meet(self, message: Mapping[str, Any]) -> None:
-        """Take the client for whoever it shows the token of, and greet it again."""
-        self._caller = await self._entrance.meet(message)
-        self._greet(message)
 
     def _greet(self, about: Mapping[str, Any]) -> None:
         who = {"name": self._caller.name, "role": self._caller.role.word}

@@ -5,17 +5,21 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Awaitable, Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
+from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
 from maya_un import __version__
+from maya_un.api.access.caller import LOCAL
 from maya_un.loops import ScaledLoop, run
+from maya_un.server import stream, stream_session, stream_wire
 from maya_un.server.stream_wire import LONGEST_MESSAGE
-from tests.streaming import Client, Watched, connected, streamed
+from tests.streaming import Client, Sluggard, Watched, connected, streamed
 
 Story = Callable[[Watched, Client], Awaitable[None]]
 
@@ -225,5 +229,148 @@ def test_a_message_in_bytes_is_a_message() -> None:
     async def story(_: Watched, client: Client) -> None:
         await client.connection.send(json.dumps({"type": "ping"}).encode())
         assert (await client.hear())["type"] == "pong"
+
+    told(story)
+
+
+async def guarded(watched: Watched) -> tuple[str, str]:
+    """Have users kept; return the tokens of an administrator and of a viewer."""
+    admin = await watched.users.add("ada", "admin")
+    viewer = await watched.users.add("vera", "viewer")
+    return admin.token, viewer.token
+
+
+def test_who_shows_a_token_by_header_is_greeted_by_name() -> None:
+    async def main() -> None:
+        watched = Watched()
+        _, viewer = await guarded(watched)
+        async with streamed(watched) as url, connected(url, Authorization=f"Bearer {viewer}") as client:
+            assert client.got[0]["who"] == {"name": "vera", "role": "viewer"}
+            await client.ask("subscribe", state={"rate": 10})
+            assert (await client.until("state"))["state"]["mode"] == "idle"
+
+    run(main())
+
+
+def test_a_browser_shows_its_token_by_the_first_message() -> None:
+    async def main() -> None:
+        watched = Watched()
+        _, viewer = await guarded(watched)
+        async with streamed(watched) as url, connect(url, compression=None, proxy=None) as connection:
+            client = Client(connection)
+            await client.say("hello", token=viewer, protocol=1)
+            assert (await client.hear())["who"]["name"] == "vera"
+
+    run(main())
+
+
+@pytest.mark.parametrize(
+    ("first", "code"),
+    [
+        ({"type": "subscribe"}, 4101),
+        ({"type": "hello"}, 4101),
+        ({"type": "hello", "token": "maya_wrong_token"}, 4101),
+        ({"type": "hello", "token": 5}, 4005),
+        ({"type": "hello", "protocol": 2}, 4005),
+        ({"type": "what"}, 4005),
+    ],
+)
+def test_who_shows_nothing_that_is_right_is_told_why_and_let_go(first: dict[str, Any], code: int) -> None:
+    async def main() -> None:
+        watched = Watched()
+        await guarded(watched)
+        async with streamed(watched) as url, connect(url, compression=None, proxy=None) as connection:
+            client = Client(connection)
+            await connection.send(json.dumps(first))
+            assert (await client.hear())["code"] == code
+            with pytest.raises(ConnectionClosed):
+                await client.hear()
+            assert connection.close_code == code
+
+    run(main())
+
+
+def test_who_says_nothing_is_let_go(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stream, "INTRODUCTION", 0.05)
+
+    async def main() -> None:
+        watched = Watched()
+        await guarded(watched)
+        async with streamed(watched) as url, connected(url) as client:
+            assert client.got[0]["code"] == 4101
+
+    run(main())
+
+
+def test_a_token_that_is_revoked_ends_the_stream_though_the_client_is_silent(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stream_session, "LOOK_AGAIN", 0.05)
+
+    async def main() -> None:
+        watched = Watched()
+        _, viewer = await guarded(watched)
+        async with streamed(watched) as url, connected(url, Authorization=f"Bearer {viewer}") as client:
+            await client.ask("subscribe", state={"rate": 10})
+            await watched.users.revoke(viewer.split("_")[1], replace(LOCAL, name="ada"))
+            assert (await client.until("error"))["code"] == 4101
+            with pytest.raises(ConnectionClosed):
+                await client.hear()
+
+    run(main())
+
+
+def test_a_client_may_become_another_by_a_token() -> None:
+    async def story(watched: Watched, client: Client) -> None:
+        _, viewer = await guarded(watched)
+        assert (await client.ask("hello", token=viewer))["who"]["name"] == "vera"
+        assert (await client.ask("renew", lease="x"))["code"] == 4102
+
+    told(story)
+
+
+def test_a_lease_is_renewed_and_one_that_is_bound_ends_with_the_connection() -> None:
+    async def main() -> None:
+        watched = Watched()
+        taken = await watched.lease.take(LOCAL)
+        async with streamed(watched) as url:
+            async with connected(url) as client:
+                renewed = await client.ask("renew", lease=taken.id)
+                assert (renewed["type"], renewed["bound"]) == ("renewed", False)
+                assert 0.0 < renewed["expires_in"] <= 10.0
+            async with connected(url) as client:
+                assert watched.entrance.lease.holder is not None
+                assert (await client.ask("renew", lease=taken.id, bound=True))["bound"]
+                assert (await client.ask("renew", lease="another"))["code"] == 4105
+            async with connected(url) as client:
+                await client.ask("subscribe", events={"since": 0})
+                while client.got[-1].get("event", {}).get("detail", {}).get("change") != "released":
+                    await client.until("event")
+        assert watched.entrance.lease.holder is None
+
+    run(main())
+
+
+def test_a_client_that_does_not_answer_pings_is_cut_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stream_wire, "PING_INTERVAL", 0.05)
+    monkeypatch.setattr(stream_wire, "PING_TIMEOUT", 0.05)
+
+    async def main() -> None:
+        watched, loop = Watched(), asyncio.get_running_loop()
+        async with streamed(watched) as url:
+            dead = await loop.run_in_executor(None, Sluggard, url)
+            got = await loop.run_in_executor(None, dead.read_on)
+            assert [message["type"] for message in got] == ["hello"]
+            dead.close()
+
+    run(main())
+
+
+def test_there_are_not_too_many_clients(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stream, "MOST_CLIENTS", 1)
+
+    async def story(_: Watched, client: Client) -> None:
+        async with connected(
+            f"ws://{client.connection.remote_address[0]}:{client.connection.remote_address[1]}/v1/stream"
+        ) as other:
+            assert other.got[0]["code"] == 4106
 
     told(story)
