@@ -9,6 +9,8 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import client_page
+
 from maya_un import messages
 from maya_un.config import template
 from maya_un.errors import MachineError, MayaError, by_code
@@ -163,6 +165,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "reference/errors.md": errors_page,
     "reference/events.md": events_page,
     "reference/faults.md": faults_page,
+    "reference/python-client.md": lambda: f"{NOTE}\n{client_page.page()}",
     "reference/twin.md": twin_page,
 }
 """Every generated page by its path under docs/."""

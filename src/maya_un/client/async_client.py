@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any, Self
+from typing import Self, Unpack
 
 from maya_un.client import notebook
 from maya_un.client.awaiting import AwaitingDriver
@@ -52,7 +52,7 @@ class AsyncClient(Verbs, AwaitingDriver):
         client._twin = twin
         return client
 
-    async def submit(self, job: JobLike, **options: Any) -> AsyncJobHandle:
+    async def submit(self, job: JobLike, **options: Unpack[jobs.SubmitOptions]) -> AsyncJobHandle:
         """Append a job to the queue, and return what it can be waited for by; `options` as for `Client.submit`."""
         return AsyncJobHandle(self, (await self.perform(jobs.submit(job, **options))).job)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any, Self
+from typing import Self, Unpack
 
 from maya_un.client import notebook
 from maya_un.client.blocking import BlockingDriver
@@ -58,7 +58,7 @@ class Client(Verbs, BlockingDriver):
         client._twin = twin
         return client
 
-    def submit(self, job: JobLike, **options: Any) -> JobHandle:
+    def submit(self, job: JobLike, **options: Unpack[jobs.SubmitOptions]) -> JobHandle:
         """Append a job to the queue, and return what it can be waited for by.
 
         `options` are priority (-100 to 100), held, depends_on (numbers of jobs), notes, on_failure ("continue" or

@@ -39,6 +39,9 @@ class Picture:
 
         style.save(self.figure, Path(path))
 
+    def __repr__(self) -> str:
+        return "<picture of a job>"
+
     def _repr_svg_(self) -> str:
         from maya_un.plots import style  # noqa: PLC0415 - as above
 

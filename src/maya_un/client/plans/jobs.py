@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Sequence
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, TypedDict, Unpack, cast
 
 from maya_un.api.messages import EventMessage, JobAccepted
 from maya_un.client.jobs import JobLike, body_of
 from maya_un.client.plans.asking import status
 from maya_un.client.plans.patience import persistently
 from maya_un.client.plans.waiting import remark
-from maya_un.client.steps import Clock, Item, Plan, Request, Scalar, Source, get
+from maya_un.client.steps import Clock, Item, Plan, Request, Source, get
 from maya_un.errors import EventsForgotten
 from maya_un.process.report import JobReport
 
@@ -21,8 +21,6 @@ LOOK = 2.0
 AT_REST = 120.0
 """Longest wait for the robot to come to rest, or to end a job that is cancelled [s]."""
 
-OnFailure = Literal["continue", "pause"]
-
 
 class Submitted(NamedTuple):
     """A job that the service took, and the number of the newest event before that."""
@@ -31,28 +29,27 @@ class Submitted(NamedTuple):
     since: int
 
 
-def submit(  # noqa: PLR0913 - every option of a submission is a parameter
-    job: JobLike,
-    *,
-    priority: int = 0,
-    held: bool = False,
-    depends_on: Sequence[int] = (),
-    notes: str = "",
-    on_failure: OnFailure = "continue",
-    retries: int = 0,
-    stepwise: bool = False,
-    key: str = "",
-) -> Plan[Submitted]:
+class SubmitOptions(TypedDict, total=False):
+    """How a job is to be queued.
+
+    The greater `priority` (-100 to 100) goes first. With `held` it waits for somebody to release it. It begins after
+    all jobs of `depends_on` are done. `on_failure` is what the queue does if it fails, `retries` how often a step that
+    failed is tried again where that is harmless; `stepwise` pauses the queue after every step.
+    """
+
+    priority: int
+    held: bool
+    depends_on: Sequence[int]
+    notes: str
+    on_failure: Literal["continue", "pause"]
+    retries: int
+    stepwise: bool
+
+
+def submit(job: JobLike, *, key: str = "", **options: Unpack[SubmitOptions]) -> Plan[Submitted]:
     """Append a job to the queue, once, however often the connection breaks meanwhile."""
-    query: dict[str, Scalar | tuple[Scalar, ...]] = {
-        "priority": priority or None,
-        "held": held or None,
-        "depends_on": tuple(depends_on),
-        "notes": notes or None,
-        "on_failure": None if on_failure == "continue" else on_failure,
-        "retries": retries or None,
-        "stepwise": stepwise or None,
-    }
+    said = cast("dict[str, Any]", options)
+    query = {name: tuple(value) if name == "depends_on" else value for name, value in said.items()}
     since = (yield from persistently(status())).last_event
     wish = Request("POST", "/v1/jobs", JobAccepted, query, body_of(job), key=key or new_key())
     return Submitted((yield from persistently(wish)), since)
