@@ -40,11 +40,18 @@ class Asking:
 
 async def _asking(request: Request) -> Asking:
     rule = rule_of(request)
-    _refuse_unknown(request, rule)
     bridge: Bridge = request.app.state.bridge
     caller = await caller_of(request, bridge, rule.operations)
     request.state.who = caller.name
-    return Asking(bridge, caller, rule.operations, _subject(request))
+    subject = _subject(request)
+    if not any(allowed(caller.role, operation) for operation in rule.operations):
+        await bridge.call(caller, rule.operations[-1], _nothing, subject)  # refused there, before anything is read
+    _refuse_unknown(request, rule)
+    return Asking(bridge, caller, rule.operations, subject)
+
+
+async def _nothing(_service: Service) -> None:
+    """Ask for nothing."""
 
 
 def _subject(request: Request) -> str:

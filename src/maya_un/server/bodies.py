@@ -163,11 +163,15 @@ class UserWish:
 
 @dataclass(frozen=True, slots=True)
 class UserChange:
-    """What is to change of a user; an empty password takes it away."""
+    """What is to change of a user; an empty password takes it away.
+
+    Who is no administrator says the `old` password with a new one.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
     role: RoleName | None = None
     password: Password | None = None
+    old: Password = ""
 
 
 @dataclass(frozen=True, slots=True)

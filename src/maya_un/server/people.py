@@ -83,7 +83,10 @@ def add_users(routes: Routes) -> None:
         tag=_USERS,
         gives=UserLine,
         refuses=(UnknownName, StorageFailed),
-        examples={"another role": {"role": "operator"}, "another password": {"password": "correct horse battery"}},
+        examples={
+            "another role": {"role": "operator"},
+            "another password of one's own": {"old": "correct horse battery", "password": "four words are enough"},
+        },
     )
     async def change_user(ask: Ask, name: str, body: ChangeBody) -> Response:
         """Change a role or a password; everybody may change a password of his own."""

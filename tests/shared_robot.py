@@ -1,0 +1,114 @@
+"""A robot on the twin that many share: its HTTP door on a real socket, users of every role, its clock fast."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Awaitable, Callable, Iterator
+from concurrent.futures import Future
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TypeVar
+
+from fastapi import FastAPI
+
+from maya_un.api.access.caller import Role
+from maya_un.api.access.store import FileStore
+from maya_un.assembly import Stack, stack
+from maya_un.config import Config
+from maya_un.loops import ScaledLoop
+from maya_un.process.journal.sqlite import SqliteJournal
+from maya_un.server import dates
+from maya_un.server.app import create_app
+from maya_un.server.bridge import Bridge
+from maya_un.server.edge import Edge
+from maya_un.server.limits import Rate
+from maya_un.server.thread import bound_socket, served
+
+T = TypeVar("T")
+
+SPEED = 1000.0
+"""How fast the twin's clock runs."""
+
+PASSWORD = "correct horse battery"
+"""Everybody's."""
+
+_UNBOUNDED = Rate(1e6, 1e6)
+
+
+@dataclass(slots=True)
+class SharedRobot:
+    """The robot: where it is served, what it runs, a token of each role by its word; "" for nobody's."""
+
+    url: str
+    app: FastAPI
+    loop: asyncio.AbstractEventLoop
+    stack: Stack
+    over: asyncio.Event
+    tokens: dict[str, str] = field(default_factory=dict[str, str])
+
+    def do(self, work: Callable[[Stack], Awaitable[T]]) -> T:
+        """Return what `work` answers in the robot's loop."""
+
+        async def done() -> T:
+            return await work(self.stack)
+
+        return asyncio.run_coroutine_threadsafe(done(), self.loop).result(60.0)
+
+    def headers(self, role: str) -> dict[str, str]:
+        """Return what somebody of a role shows; nobody shows nothing."""
+        token = self.tokens.get(role, "")
+        return {"Authorization": f"Bearer {token}"} if token else {}
+
+
+@contextmanager
+def shared_robot(state: Path, *, users: bool) -> Iterator[SharedRobot]:
+    """Keep a homed robot running while the block runs, its journal in the folder `state`; with `users` of each role."""
+    started: Future[SharedRobot] = Future()
+    thread = threading.Thread(target=_run, args=(state, users, started), name="shared robot")
+    thread.start()
+    robot = started.result(60.0)
+    try:
+        yield robot
+    finally:
+        robot.loop.call_soon_threadsafe(robot.over.set)
+        thread.join()
+
+
+def _run(state: Path, users: bool, started: Future[SharedRobot]) -> None:
+    with asyncio.Runner(loop_factory=lambda: ScaledLoop(SPEED)) as runner:
+        try:
+            runner.run(_serve(state, users, started))
+        except BaseException as error:
+            if not started.done():
+                started.set_exception(error)
+            raise
+
+
+async def _serve(state: Path, users: bool, started: Future[SharedRobot]) -> None:
+    loop, over = asyncio.get_running_loop(), asyncio.Event()
+    file = state / "maya.db"
+    journal = await SqliteJournal.open(file)
+    try:
+        async with stack(Config(), speed=SPEED, journal=journal, calendar=dates, users=FileStore(file)) as running:
+            gate, callers = running.gate, running.entrance.callers
+            bridge = Bridge(loop, running.service, dict, gate=gate, callers=callers, journal=journal)
+            app = create_app(bridge, Edge(near=_UNBOUNDED))
+            with bound_socket(0) as near:
+                async with served(app, near) as url:
+                    robot = SharedRobot(url, app, loop, running, over)
+                    await _prepare(robot, users=users)
+                    started.set_result(robot)
+                    await over.wait()
+    finally:
+        await journal.close()
+
+
+async def _prepare(robot: SharedRobot, *, users: bool) -> None:
+    service = robot.stack.service
+    await service.wish({"command": "gripper", "open": True})
+    await service.wish({"command": "home"})
+    for role in reversed(Role) if users else ():
+        made = await service.users.add(f"the-{role.word}", role.word, PASSWORD)
+        robot.tokens[role.word] = made.token

@@ -1,0 +1,275 @@
+"""Who may do what: every path of the interface as every role, with the control lease and without.
+
+The table below says by hand what each path is for; what follows from that for a role stands in `RULES`. A path that is
+not in the table fails the test.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterator, Mapping
+from http.client import HTTPConnection
+from json import dumps, loads
+from typing import Any, NamedTuple
+from urllib.parse import urlsplit
+
+import pytest
+
+from maya_un.api.access.caller import Role
+from maya_un.api.access.operations import RULES, Operation
+from maya_un.assembly import Stack
+from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded, NotAllowed, NotSignedIn
+from maya_un.server.openapi import ruled
+from tests.shared_robot import PASSWORD, SharedRobot, shared_robot
+
+pytestmark = pytest.mark.system
+
+NOBODY = "nobody"
+PEOPLE = (NOBODY, *(role.word for role in Role))
+FREE, TAKEN, OWN = "free", "somebody else's", "one's own"
+WITHOUT_TOKEN = frozenset({Operation.STOP, Operation.ABORT})
+
+_JOB = {"steps": [{"gripper": "open"}]}
+_BOX = {"kind": "box", "low": [0.0, -2.0, 0.0], "high": [0.1, -1.9, 0.1]}
+_GRID = {"corners": [[0.3, 1.0, 0.4], [0.5, 1.0, 0.4], [0.3, 1.2, 0.4]], "rows": 2, "columns": 2}
+_WISH = {"command": "gripper", "open": True}
+
+
+class Asked(NamedTuple):
+    """What a path is for, and a body that it understands; none of them: it is open to everybody."""
+
+    operations: tuple[Operation, ...]
+    body: object = None
+
+
+def for_(*operations: Operation, body: object = None) -> Asked:
+    """Return a line of the table."""
+    return Asked(operations, body)
+
+
+_READ = for_(Operation.READ)
+_CHANGE = (Operation.CHANGE_JOB, Operation.PROPOSE)
+_SUBMIT = (Operation.SUBMIT, Operation.PROPOSE)
+
+TABLE: dict[str, Asked] = {
+    "GET /v1/health": for_(),
+    "GET /v1/ready": for_(),
+    "GET /v1/openapi.json": for_(),
+    "POST /v1/session": for_(body={"name": "the-viewer", "password": "this is not it"}),
+    "GET /metrics": _READ,
+    "GET /v1/status": _READ,
+    "GET /v1/config": _READ,
+    "GET /v1/reach?x=0.5&y=1.2&z=0.4": _READ,
+    "GET /v1/fk?a=0.4&b=1.5&c=1.6": _READ,
+    "GET /v1/ik?x=0.5&y=1.2&z=0.4": _READ,
+    "GET /v1/events": _READ,
+    "GET /v1/twin": _READ,
+    "GET /v1/jobs": _READ,
+    "GET /v1/jobs/{job}": _READ,
+    "GET /v1/jobs/{job}/body": _READ,
+    "GET /v1/queue": _READ,
+    "GET /v1/queue/recovery": _READ,
+    "GET /v1/lease": _READ,
+    "GET /v1/poses": _READ,
+    "GET /v1/poses/{name}": _READ,
+    "GET /v1/pallets": _READ,
+    "GET /v1/pallets/{name}": _READ,
+    "GET /v1/zones": _READ,
+    "GET /v1/recordings": _READ,
+    "GET /v1/me": _READ,
+    "POST /v1/preview": for_(Operation.PREVIEW, body=_JOB),
+    "POST /v1/inspect": for_(Operation.PREVIEW, body=_JOB),
+    "POST /v1/stop": for_(Operation.STOP),
+    "POST /v1/abort": for_(Operation.ABORT),
+    "POST /v1/jobs?held=true": for_(*_SUBMIT, body=_JOB),
+    "POST /v1/tasks?held=true": for_(*_SUBMIT, body=_WISH),
+    "POST /v1/tasks?wait=true": for_(Operation.WISH, body=_WISH),
+    "POST /v1/jobs/{job}/again": for_(*_SUBMIT, body={}),
+    "PATCH /v1/jobs/{job}": for_(*_CHANGE, body={"notes": "x"}),
+    "POST /v1/jobs/{job}/hold": for_(*_CHANGE),
+    "POST /v1/jobs/{job}/move": for_(Operation.CHANGE_JOB, body={"to": "first"}),
+    "POST /v1/jobs/{job}/release": for_(Operation.APPROVE),
+    "DELETE /v1/jobs/{job}": for_(Operation.CANCEL, Operation.PROPOSE),
+    "POST /v1/queue/pause": for_(Operation.PAUSE, body={"when": "after step"}),
+    "POST /v1/queue/resume": for_(Operation.RESUME),
+    "POST /v1/queue/step": for_(Operation.STEP),
+    "POST /v1/queue/clear": for_(Operation.CLEAR),
+    "POST /v1/queue/recovery": for_(Operation.RESTART, body={"choice": "redo"}),
+    "POST /v1/pause": for_(Operation.PAUSE),
+    "POST /v1/resume": for_(Operation.RESUME),
+    "POST /v1/speed": for_(Operation.SPEED, body={"ratio": 1.0}),
+    "POST /v1/recover": for_(Operation.RECOVER),
+    "POST /v1/jog": for_(Operation.JOG, body={"hold": False}),
+    "PUT /v1/poses/{name}": for_(Operation.TEACH),
+    "PATCH /v1/poses/{name}": for_(Operation.TEACH, body={"name": "another"}),
+    "DELETE /v1/poses/{name}": for_(Operation.TEACH),
+    "PUT /v1/pallets/{name}": for_(Operation.TEACH, body=_GRID),
+    "PATCH /v1/pallets/{name}": for_(Operation.TEACH, body={"name": "another"}),
+    "DELETE /v1/pallets/{name}": for_(Operation.TEACH),
+    "PUT /v1/zones/{name}": for_(Operation.ZONES, body=_BOX),
+    "DELETE /v1/zones/{name}": for_(Operation.ZONES),
+    "POST /v1/recordings": for_(Operation.RECORD),
+    "GET /v1/recordings/{name}": for_(Operation.RECORD),
+    "GET /v1/audit": for_(Operation.AUDIT),
+    "POST /v1/backup": for_(Operation.BACKUP),
+    "GET /v1/users": for_(Operation.USERS),
+    "POST /v1/users": for_(Operation.USERS, body={"name": "newcomer", "role": "viewer"}),
+    "DELETE /v1/users/{name}": for_(Operation.USERS),
+    "PATCH /v1/users/{name}": for_(Operation.USERS, Operation.ME, body={"old": PASSWORD, "password": PASSWORD}),
+    "GET /v1/users/{name}/tokens": for_(Operation.USERS, Operation.ME),
+    "POST /v1/users/{name}/tokens": for_(Operation.USERS, Operation.ME, body={"note": "one more"}),
+    "DELETE /v1/tokens/{token}": for_(Operation.USERS, Operation.ME),
+    "DELETE /v1/session": for_(Operation.ME),
+    # A student takes the lease only where an operator offers it to him.
+    "POST /v1/lease": for_(Operation.LEND, body={}),
+    "POST /v1/lease/offer": for_(Operation.LEND, body={"to": "the-student"}),
+    "POST /v1/lease/ask": for_(Operation.LEASE),
+    "POST /v1/lease/renew": for_(Operation.RENEW),
+    "DELETE /v1/lease": for_(Operation.LEASE),
+}
+"""Every path, what it is for, most powerful first; where two are named, a role that has but the second does it to what
+is its own."""
+
+
+class Answer(NamedTuple):
+    """What came: the status, and our code, 0 where it is no refusal."""
+
+    status: int
+    code: int
+
+
+class Door:
+    """Asks a robot as somebody who shows a token, and the lease where he has it."""
+
+    def __init__(self, robot: SharedRobot) -> None:
+        address = urlsplit(robot.url)
+        assert address.hostname is not None
+        self.robot = robot
+        self._connection = HTTPConnection(address.hostname, address.port, timeout=30.0)
+
+    def close(self) -> None:
+        """Hang up."""
+        self._connection.close()
+
+    def ask(self, wish: str, body: object, headers: Mapping[str, str]) -> tuple[Answer, Any]:
+        """Return what comes of "METHOD /path"."""
+        method, path = wish.split(" ", 1)
+        payload = None if body is None else dumps(body)
+        self._connection.request(method, path, payload, {"Content-Type": "application/json", **headers})
+        response = self._connection.getresponse()
+        text = response.read()
+        kind = response.getheader("Content-Type", "")
+        value: Any = loads(text) if "json" in kind else None
+        return Answer(response.status, value["code"] if "problem" in kind else 0), value
+
+    def must(self, wish: str, body: object, headers: Mapping[str, str]) -> Any:
+        """Return the answer to a wish that is carried out."""
+        answer, value = self.ask(wish, body, headers)
+        assert answer.status < 300, f"{wish}: {value}"
+        return value
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SharedRobot]:
+    with shared_robot(tmp_path_factory.mktemp("shared"), users=True) as robot:
+        made = robot.do(lambda stack: stack.service.users.add("somebody-else", "operator"))
+        robot.tokens["somebody else"] = made.token
+        yield robot
+
+
+@pytest.fixture
+def door(robot: SharedRobot) -> Iterator[Door]:
+    door = Door(robot)
+    yield door
+    door.close()
+
+
+def test_every_path_is_in_the_table(robot: SharedRobot) -> None:
+    declared = {f"{method} {route.path_format}" for route, _ in ruled(robot.app) for method in route.methods or ()}
+    assert {wish.partition("?")[0] for wish in TABLE} == declared
+
+
+def test_every_operation_is_asked_for_by_some_path() -> None:
+    asked = {operation for line in TABLE.values() for operation in line.operations}
+    assert set(Operation) - asked == {Operation.BREAK}  # a question of POST /v1/lease with force, by whom it is held
+
+
+def set_lease(door: Door, who: str, state: str) -> dict[str, str]:
+    """Have the lease be as `state` says; return the header that `who` shows."""
+    robot = door.robot
+    robot.do(_freed)
+    if state == FREE:
+        return {}
+    if state == TAKEN:
+        door.must("POST /v1/lease", {"patience": 1000}, robot.headers("somebody else"))
+        return {}
+    if who == Role.STUDENT.word:
+        door.must("POST /v1/lease/offer", {"to": "the-student"}, robot.headers("operator"))
+    taken = door.must("POST /v1/lease", {"patience": 1000}, robot.headers(who))
+    return {"Maya-Lease": taken["id"]}
+
+
+async def _freed(stack: Stack) -> None:
+    """End whatever lease there is, and wait for who drives without one."""
+    lease = stack.lease
+    if lease.holder is not None:
+        lease.drop(lease.holder.name, "the next test")
+    changed = asyncio.Event()
+    lease.on_change.append(lambda _: changed.set())
+    while lease.holder is not None:
+        await changed.wait()
+        changed.clear()
+    lease.on_change.pop()
+
+
+def own(door: Door, wish: str, who: str) -> str:
+    """Return a wish about what is somebody's own, where it can be."""
+    name = f"the-{who}" if "/users/" in wish and not wish.startswith("DELETE") else "unheard-of"
+    job = 1
+    if "{job}" in wish and who not in PEOPLE[:2]:
+        job = door.must("POST /v1/jobs?held=true", _JOB, door.robot.headers(who))["id"]
+    return wish.format(job=job, name=name, token="no-such-token")
+
+
+def expected(operations: tuple[Operation, ...], who: str, lease: str) -> set[int]:
+    """Return the codes one of which a wish must be answered with; empty where it must not be refused for who asks."""
+    if who == NOBODY:
+        return set() if set(operations) <= WITHOUT_TOKEN else {NotSignedIn.code}
+    role = next(role for role in Role if role.word == who)
+    may = [one for one in operations if role >= RULES[one].role]
+    if operations and not may:
+        return {NotAllowed.code}
+    if not operations or not RULES[may[0]].drives or lease == OWN:
+        return set()
+    return {LeaseNeeded.code} if lease == FREE else {LeaseHeld.code}
+
+
+def is_refused(wish: str, answer: Answer, value: Any) -> bool:
+    """Tell whether a wish was refused for who asks: the paths of the lease tell more than one thing by its codes."""
+    if answer.code not in ACCESS_CODES:
+        return False
+    if wish.partition(" ")[2].startswith("/v1/lease"):
+        return answer.code == NotSignedIn.code or value["details"].get("needed") in {"student", "operator"}
+    return True
+
+
+ACCESS_CODES = {kind.code for kind in (NotSignedIn, NotAllowed, LeaseNeeded, LeaseHeld, LeaseLost)}
+CASES = [(who, lease) for who in PEOPLE for lease in (FREE, TAKEN, OWN) if lease != OWN or who not in PEOPLE[:2]]
+
+
+@pytest.mark.parametrize(("who", "lease"), CASES, ids=[f"{who}, the lease {lease}" for who, lease in CASES])
+def test_a_role_does_what_it_may_and_nothing_else(who: str, lease: str, door: Door) -> None:
+    robot = door.robot
+    wrong: list[str] = []
+    for wish, line in TABLE.items():
+        shown = set_lease(door, who, lease)
+        headers = robot.headers(who) | shown
+        if wish == "DELETE /v1/session" and who != NOBODY:
+            one_more = door.must(f"POST /v1/users/the-{who}/tokens", {}, headers)
+            headers["Authorization"] = f"Bearer {one_more['token']}"
+        answer, value = door.ask(own(door, wish, who), line.body, headers)
+        must = expected(line.operations, who, lease)
+        as_it_must = answer.code in must if must else not is_refused(wish, answer, value) or not line.operations
+        if not as_it_must or answer.status >= 500:
+            wrong.append(f"{wish}: {answer}, not {must or 'allowed'}: {value}")
+    assert wrong == []
