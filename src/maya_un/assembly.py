@@ -153,6 +153,7 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
                 )
             finally:
                 await process.close()
+                await entrance.register.close()
                 lease.close()
     finally:
         await controller.close()

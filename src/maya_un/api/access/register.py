@@ -8,6 +8,7 @@ from typing import Protocol
 
 from maya_un.api.access.operations import Operation, allowed
 from maya_un.api.access.store import Change, Store, Token, User
+from maya_un.errors import StorageFailed
 
 _TO_THE_MINUTE = 16
 
@@ -73,10 +74,12 @@ class Register:
             self._used[token.id] = date
 
     async def close(self) -> None:
-        """Write when tokens were used last, and close the store."""
+        """Write when tokens were used last, which is no loss where it cannot be written, and close the store."""
         async with self.turn:
             try:
                 if self._used:
                     await self.change(Change())
+            except StorageFailed:
+                self._used.clear()
             finally:
                 await self._store.close()
