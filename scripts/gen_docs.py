@@ -12,6 +12,8 @@ from pathlib import Path
 import client_page
 
 from maya_un import messages
+from maya_un.api.access.caller import Role
+from maya_un.api.access.operations import OWN, RULES, Operation, Rule, allowed
 from maya_un.config import template
 from maya_un.errors import MachineError, MayaError, by_code
 from maya_un.events import Kind
@@ -159,6 +161,29 @@ def _fault_lines() -> Iterator[str]:
             yield f"| `{parameter.name}` | {default} | {parameter.unit} | {parameter.words} |"
 
 
+def roles_page() -> str:
+    """Return the table of operations: which role may ask for what, and what needs the control lease."""
+    return "\n".join(_role_lines()) + "\n"
+
+
+def _role_lines() -> Iterator[str]:
+    yield f"{NOTE}\n# Roles\n"
+    yield "Each role may all that the ones before it may. What *drives* needs the control lease too; how to"
+    yield "[share the robot](../how-to/share-the-robot.md) tells of both. A request that the role does not include is refused"
+    yield "with 4102, one without a valid token with 4101."
+    yield f"\n| operation | what | {' | '.join(role.word for role in Role)} | drives |"
+    yield f"|---|---|{'---|' * (len(Role) + 1)}"
+    yield from (_role_row(operation, rule) for operation, rule in RULES.items())
+    own = " and ".join(f"`{operation}`" for operation in Operation if operation in OWN)
+    yield f"\nWhoever may `{Operation.PROPOSE}` may {own} jobs of his own. `{Operation.STOP}` and `{Operation.ABORT}`"
+    yield "need neither a lease nor more than a valid token, and on the robot's own machine not even that."
+
+
+def _role_row(operation: Operation, rule: Rule) -> str:
+    marks = " | ".join("yes" if allowed(role, operation) else "" for role in Role)
+    return f"| `{operation}` | {rule.meaning} | {marks} | {'yes' if rule.drives else ''} |"
+
+
 PAGES: dict[str, Callable[[], str]] = {
     "decisions/README.md": decisions_page,
     "reference/configuration.md": configuration_page,
@@ -166,6 +191,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "reference/events.md": events_page,
     "reference/faults.md": faults_page,
     "reference/python-client.md": lambda: f"{NOTE}\n{client_page.page()}",
+    "reference/roles.md": roles_page,
     "reference/twin.md": twin_page,
 }
 """Every generated page by its path under docs/."""
