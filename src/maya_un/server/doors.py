@@ -43,10 +43,11 @@ def bound_socket(port: int, host: str = LOOPBACK) -> socket.socket:
     """Return a listening place (`port` 0: any free one); raises `AddressInUse`, `InvalidValue` for no such `host`."""
     address = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
     try:
-        family, kind, _, _, place = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
+        found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
     except (OSError, UnicodeError) as error:
         raise InvalidValue(key="--listen", value=address, reason="there is no such address") from error
-    door = socket.socket(family, kind)
+    family, kind, protocol, _, place = found[0]
+    door = socket.socket(family, kind, protocol)  # TCP by name: else asyncio leaves Nagle's wait of 40 ms on
     try:
         door.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         door.bind(place)
