@@ -169,8 +169,8 @@ def roles_page() -> str:
 def _role_lines() -> Iterator[str]:
     yield f"{NOTE}\n# Roles\n"
     yield "Each role may all that the ones before it may. What *drives* needs the control lease too; how to"
-    yield "[share the robot](../how-to/share-the-robot.md) tells of both. What the role does not include is refused with"
-    yield "4102, a request without a valid token with 4101."
+    yield "[share the robot](../how-to/share-the-robot.md) tells of both. What the role does not include is refused"
+    yield "with 4102, a request without a valid token with 4101."
     yield f"\n| operation | what | {' | '.join(role.word for role in Role)} | drives |"
     yield f"|---|---|{'---|' * (len(Role) + 1)}"
     yield from (_role_row(operation, rule) for operation, rule in RULES.items())
