@@ -90,7 +90,11 @@ def add_users(routes: Routes) -> None:
     )
     async def change_user(ask: Ask, name: str, body: ChangeBody) -> Response:
         """Change a role or a password; everybody may change a password of his own."""
-        changed = ask(lambda service: service.users.change(name, role=body.role, password=body.password, by=ask.caller))
+        changed = ask(
+            lambda service: service.users.change(
+                name, role=body.role, password=body.password, old=body.old, by=ask.caller
+            )
+        )
         return answer(await changed)
 
     @routes.add(
