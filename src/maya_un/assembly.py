@@ -130,7 +130,9 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
             book = Book(controller.mechanism, places)
             lease = Lease(controller.events, speed)
             dates = None if calendar is None else calendar.after
-            process = Process(robot, controller, config, book.taught, journal=journal, lease=lease, dates=dates)
+            process = Process(
+                robot, controller, config, book.taught, journal=journal, lease=lease, dates=dates, speed=speed
+            )
             note = process.journal.note
             entrance = Entrance.new(lease, store=users, calendar=calendar, note=note, speed=speed)
             try:

@@ -136,7 +136,7 @@ async def _begun(bench: Rig, phase: str, number: int, process: Process) -> None:
     """Wait until a phase has begun; a job of that many steps has every one of them."""
     kind, name, count = PHASES[phase]
     while sum(e.kind is kind and e.detail.get("name", "") == name for e in bench.controller.events.since(0)) < count:
-        report = process.report(number)
+        report = await process.report(number)
         assert report.state not in (TaskState.DONE, TaskState.FAILED), f"the job ended before {phase}"
         await elapse(0.1)
 
@@ -145,7 +145,7 @@ async def _trial(case: Case, phase: str, rng: Random) -> None:
     async with _robot(phase) as (bench, process):
         number = None
         if phase != "at rest":
-            number = process.submit(_job(phase))
+            number = await process.submit(_job(phase))
             await _begun(bench, phase, number, process)
             await _paced(bench, phase, rng)
         await elapse(rng.uniform(0.0, 3.0))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter, defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from maya_un.errors import MayaError, NotFound
@@ -64,7 +64,10 @@ class Item:
 
 
 class Items:
-    """All jobs that have not ended, the order of those that wait, and the last that have ended."""
+    """All jobs that have not ended, the order of those that wait, and the last that have ended.
+
+    `on_change` is called after every change.
+    """
 
     def __init__(self) -> None:
         self._alive: dict[int, Item] = {}
@@ -75,6 +78,7 @@ class Items:
         self._direct: list[int] = []
         self._dependents: defaultdict[int, set[int]] = defaultdict(set)
         self._counts: Counter[TaskState] = Counter()
+        self.on_change: Callable[[], None] = lambda: None
 
     def __iter__(self) -> Iterator[Item]:
         yield from self._ended.values()
@@ -190,6 +194,7 @@ class Items:
         _keep(self._under_way, number, among=going_on and row.state in {TaskState.QUEUED, TaskState.PAUSED})
         _keep(self._interrupted, number, among=row.state is TaskState.INTERRUPTED)
         _keep(self._direct, number, among=item.direct and row.state is TaskState.QUEUED)
+        self.on_change()
 
     def _end(self, item: Item) -> None:
         del self._alive[item.number]

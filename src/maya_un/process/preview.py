@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from maya_un.config import Units
 from maya_un.errors import RequestError
@@ -52,8 +53,20 @@ class JobPreview:
     refusal: Refusal | None
 
 
+class Course(NamedTuple):
+    """What a job will be, and where it leaves the robot, or would be refused."""
+
+    preview: JobPreview
+    end: Pose
+
+
 async def preview_job(robot: Robot, tasks: Sequence[Task], start: Pose) -> JobPreview:
     """Return what `tasks` will be from `start`; sends nothing and lets others run between two steps."""
+    return (await walk(robot, tasks, start)).preview
+
+
+async def walk(robot: Robot, tasks: Sequence[Task], start: Pose) -> Course:
+    """Return what `tasks` will be from `start`, and where they end; sends nothing, as `preview_job`."""
     units = Units.of(robot.config)
     pose = start
     steps: list[StepPreview] = []
@@ -67,13 +80,14 @@ async def preview_job(robot: Robot, tasks: Sequence[Task], start: Pose) -> JobPr
         steps.append(_step(task, step, units))
         pose = step.end
         await asyncio.sleep(0)
-    return JobPreview(
+    preview = JobPreview(
         duration=sum(step.duration for step in steps if step.duration is not None),
         lowest=min((step.lowest for step in steps if step.lowest is not None), default=None),
         highest=max((step.highest for step in steps if step.highest is not None), default=None),
         steps=tuple(steps),
         refusal=refusal,
     )
+    return Course(preview, pose)
 
 
 async def require_possible(robot: Robot, tasks: Sequence[Task], start: Pose) -> None:

@@ -8,7 +8,10 @@ or once a fault is cleared (docs/decisions/0026-a-stop-pauses-the-queue.md). Aft
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 from maya_un.config import Config
@@ -29,6 +32,7 @@ from maya_un.errors import (
 from maya_un.events import Event, Kind
 from maya_un.process.changes import Changes
 from maya_un.process.editing import Editing
+from maya_un.process.forecast import AHEAD, Forecast
 from maya_un.process.inspection import JobInspection, inspect_job
 from maya_un.process.items import Item, Items
 from maya_un.process.job import Job
@@ -57,8 +61,8 @@ from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import Robot
 from maya_un.values import Mode, StopReport
 
-SHOWN = 50
-"""So many jobs that wait are shown, and predicted."""
+SHOWN = AHEAD
+"""So many jobs that wait are shown: those that are predicted."""
 
 LOCAL = Asked(Owner(), ORDINARY)
 """Whoever sits at the machine, and says nothing about how."""
@@ -71,7 +75,8 @@ class Process:
 
     `recall` tells what has been taught, when a job names something that it does not explain itself. A `durable`
     `journal` keeps what was not finished for the next start; without one everything ends with this process. Only whom
-    the `lease` lets may begin. `dates` tells the date; without it dates are the loop's time.
+    the `lease` lets may begin. `dates` tells the date; without it dates are the loop's time. `speed` is how fast the
+    loop's clock runs.
     """
 
     def __init__(
@@ -84,6 +89,7 @@ class Process:
         journal: Journal | None = None,
         lease: Lease | None = None,
         dates: Dates | None = None,
+        speed: float = 1.0,
     ) -> None:
         self._robot = robot
         self._recall = recall
@@ -105,6 +111,10 @@ class Process:
             robot, controller, self._ledger, changes, self._pausing, dates, self._grasp_height, self._durable
         )
         self._recovering = Recovering(self._shared, self._items, changes, self._editing)
+        self._forecast = Forecast(robot, self._items, self._grasp_height, lambda: self._running)
+        self._items.on_change = self._forecast.renew
+        self._dates = dates
+        self._speed = speed
         self._changes = changes
         self._whole = Whole()
         self._running: Item | None = None
@@ -191,21 +201,22 @@ class Process:
         """Return the job under way and the first that wait."""
         running = [] if self._running is None else [self._running]
         waiting = [item for item in self._items.waiting(SHOWN) if item not in running]
-        return tuple(self._line(item) for item in (*running, *waiting))
+        etas = self._etas()
+        return tuple(self._line(item, etas) for item in (*running, *waiting))
 
     def view(self) -> QueueView:
         """Return the queue now."""
-        row, running = self._pausing.row, self._running
-        waiting = tuple(self._line(item) for item in self._items.waiting(SHOWN) if item is not running)
+        row, running, etas = self._pausing.row, self._running, self._etas()
+        waiting = tuple(self._line(item, etas) for item in self._items.waiting(SHOWN) if item is not running)
         return QueueView(
             mode=self.mode,
             reason=row.reason,
             by=row.by,
             since=row.since,
-            running=None if running is None else self._line(running),
+            running=None if running is None else self._line(running, etas),
             waiting=waiting,
             counts=self._items.counts,
-            finish_at=None,
+            finish_at=self._dates(max(etas.values()) / self._speed) if etas else None,
             recovery=self.recovery(),
         )
 
@@ -391,6 +402,7 @@ class Process:
             for item in self._items.waiting(len(self._items.order) + 2):
                 await self._editing.cancel(item.number, Cancelled())
         await self._whole.settle()
+        await self._forecast.close()
         await self._ledger.close()
         for item in self._items:
             if item.ended is not None:
@@ -437,9 +449,21 @@ class Process:
             question = f"what becomes of job {recovery.number}, which was interrupted?"
             raise AnswerNeeded(question=question, options=", ".join(Chosen))
 
-    def _line(self, item: Item) -> JobLine:
+    def _etas(self) -> dict[int, float]:
+        """Return when jobs will have ended [s, loop time from now], none while the queue is paused."""
+        if self._pausing.paused:
+            return {}
+        ratio = self._controller.state.override
+        etas = self._forecast.etas(asyncio.get_running_loop().time())
+        return {number: eta / ratio for number, eta in etas.items()}
+
+    def _line(self, item: Item, etas: Mapping[int, float] = MappingProxyType({})) -> JobLine:
         done = None if item.record is None else item.record.done
-        return line_of(item.row, position=self._items.order.place_of(item.number), done=done)
+        place = self._items.order.place_of(item.number)
+        line = line_of(item.row, position=place, done=done, eta=etas.get(item.number))
+        if line.predicted is None and not item.row.state.ended:
+            line = replace(line, predicted=self._forecast.predicted(item))
+        return line
 
     def _report(self, item: Item) -> JobReport:
         record = item.record
@@ -485,10 +509,26 @@ class Process:
 
     async def _perform(self, item: Item, limit: int | None) -> None:
         item.end_by = None
-        try:
-            await Runner(self._shared, item, limit, self._follows).run()
-        except StorageFailed:
-            self._items.no_longer_direct()
+        with self._driven(item):
+            try:
+                await Runner(self._shared, item, limit, self._follows).run()
+            except StorageFailed:
+                self._items.no_longer_direct()
+
+    @contextmanager
+    def _driven(self, item: Item) -> Iterator[None]:
+        """Have the job's owner drive while it runs; one that goes on under another driver is driven by him."""
+        if self._lease is None:
+            yield
+            return
+        owner, holder = item.row.owner, self._lease.holder
+        if holder is not None and not self._lease.may_begin(owner.name):
+            owner = Owner(holder.name, holder.source)
+        lost: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        lost.add_done_callback(lambda _: self._end(item, Cancelled()))
+        with self._lease.driving(owner.name, owner.source) as drive:
+            drive.carry(lost)
+            yield
 
     def _follows(self, item: Item, ending: Ending) -> None:
         """Do what follows for those that wait."""
@@ -519,7 +559,9 @@ class Process:
                 return
 
     def _end(self, item: Item, error: MayaError, *, brake: bool = True) -> None:
-        """Have the job under way end; a second time would cut short its wait for the axes to come to rest."""
+        """Have a job end that is under way; a second time would cut short its wait for the axes to come to rest."""
+        if item is not self._running:
+            return
         item.end_by = item.end_by or error
         if brake and item.moving and self._runner is not None and not self._runner.cancelling():
             self._runner.cancel()

@@ -10,6 +10,7 @@ from maya_un.process.preview import JobPreview
 from maya_un.process.states import TaskState, advance
 from maya_un.process.tasks import Expansion, Task
 from maya_un.process.view import JobLine
+from maya_un.robot.plan import Pose
 from maya_un.values import Notice, Point, State
 
 
@@ -104,11 +105,18 @@ def where(state: State) -> dict[str, object]:
 
 @dataclass(slots=True)
 class JobRecord:
-    """What is known of the steps of one job."""
+    """What is known of the steps of one job.
+
+    `preview` is what its last check predicted, `end` where that leaves the robot. `current` is the index of the step
+    under way, 0 between two, begun at loop time `current_since` [s].
+    """
 
     expansion: Expansion
     steps: list[StepRecord] = field(init=False)
     preview: JobPreview | None = None
+    end: Pose | None = None
+    current: int = 0
+    current_since: float = 0.0
 
     def __post_init__(self) -> None:
         self.steps = [StepRecord(task, StepRow(task.index, TaskState.QUEUED)) for task in self.expansion.tasks]
@@ -138,9 +146,9 @@ class JobRecord:
             if step.state is TaskState.QUEUED:
                 step.row = step.become(TaskState.SKIPPED)
 
-    def previewed(self, preview: JobPreview) -> None:
+    def previewed(self, preview: JobPreview, end: Pose) -> None:
         """Keep what the check of the steps that remain predicted."""
-        self.preview = preview
+        self.preview, self.end = preview, end
         for step in preview.steps:
             record = self.steps[step.index - 1]
             record.row = replace(record.row, predicted=step.duration)

@@ -24,7 +24,7 @@ from maya_un.process.items import Item
 from maya_un.process.ledger import Entry, Ledger
 from maya_un.process.options import HARMLESS
 from maya_un.process.pausing import Dates, Pausing
-from maya_un.process.preview import preview_job
+from maya_un.process.preview import walk
 from maya_un.process.report import JobRecord, StepRecord, where
 from maya_un.process.states import TaskState
 from maya_un.process.written import expanded
@@ -138,8 +138,8 @@ class Runner:
             item.record = JobRecord(expanded(item.row.body, shared.grasp_height))
         record = item.record
         self._done = record.done
-        preview = await preview_job(shared.robot, [step.task for step in record.remaining], shared.robot.pose)
-        record.previewed(preview)
+        preview, end = await walk(shared.robot, [step.task for step in record.remaining], shared.robot.pose)
+        record.previewed(preview, end)
         if preview.refusal is not None:
             raise _Refused(record.steps[preview.refusal.index - 1], preview.refusal.notice)
 
@@ -184,11 +184,14 @@ class Runner:
         """Do a step that is written as begun; raises what ends the job early."""
         item, loop = self._item, asyncio.get_running_loop()
         began = loop.time()
+        assert item.record is not None
+        item.record.current, item.record.current_since = step.row.index, began
         if self._limit is not None:
             self._limit -= 1
         error: Exception | None = item.end_by
         if error is None:
             error = await self._attempted(step)
+        item.record.current = 0
         await self._end_step(step, error, loop.time() - began)
         if error is not None:
             raise error

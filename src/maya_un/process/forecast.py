@@ -1,0 +1,145 @@
+"""When the jobs that wait will have ended, each worked out in the background from where the one before it ends.
+
+Nothing of it is sent, and the loop is not held: others run between two steps, and a long job is expanded in a thread.
+What has been worked out once is worked out again only where the job, or the place it starts from, has changed.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from typing import NamedTuple
+
+from maya_un.errors import MayaError
+from maya_un.process.items import Item, Items
+from maya_un.process.preview import Course, walk
+from maya_un.process.tasks import Task
+from maya_un.process.written import Body, expanded
+from maya_un.robot.plan import Pose
+from maya_un.robot.robot import Robot
+
+AHEAD = 50
+"""So many jobs that wait are predicted."""
+
+_LONG = 200
+"""A job of more steps is expanded in a thread: that would hold the loop."""
+
+
+class _Known(NamedTuple):
+    """What a job comes to, from where that was worked out."""
+
+    body: Body
+    left: int
+    start: Pose
+    course: Course
+
+
+class Forecast:
+    """Predicts the first jobs that wait; `under_way` tells which job runs.
+
+    A homing counts as nothing: how long it takes nobody knows before.
+    """
+
+    def __init__(self, robot: Robot, items: Items, grasp_height: float, under_way: Callable[[], Item | None]) -> None:
+        self._robot = robot
+        self._items = items
+        self._grasp_height = grasp_height
+        self._under_way = under_way
+        self._known: dict[int, _Known] = {}
+        self._task: asyncio.Task[None] | None = None
+        self._stale = False
+        self._closed = False
+
+    def renew(self) -> None:
+        """Work it out again, because something has changed."""
+        self._stale = True
+        if self._task is None and len(self._items.order) and not self._closed:
+            self._task = asyncio.get_running_loop().create_task(self._work(), name="forecast")
+
+    def predicted(self, item: Item) -> float | None:
+        """Return how long a job will take [s], None where that is not worked out, or it would be refused."""
+        known = self._known.get(item.number)
+        if known is None or known.body is not item.row.body or known.course.preview.refusal is not None:
+            return None
+        return known.course.preview.duration
+
+    def etas(self, now: float) -> dict[int, float]:
+        """Return when jobs will have ended, from loop time `now` [s] on, at full speed; those that can be told."""
+        passed = 0.0
+        found: dict[int, float] = {}
+        running = self._under_way()
+        if running is not None:
+            left = _left(running, now)
+            if left is None:
+                return found
+            found[running.number] = passed = left
+        for item in self._items.waiting(AHEAD):
+            if item is running:
+                continue
+            duration = self.predicted(item)
+            if duration is None:
+                return found
+            passed += duration
+            found[item.number] = passed
+        return found
+
+    async def close(self) -> None:
+        """Work out nothing more."""
+        self._closed = True
+        if self._task is not None:
+            self._task.cancel()
+            await asyncio.wait({self._task})
+
+    async def _work(self) -> None:
+        try:
+            while self._stale:
+                self._stale = False
+                await self._ahead()
+        finally:
+            self._task = None
+
+    async def _ahead(self) -> None:
+        """Work out job after job; ends early where something changes, to begin again."""
+        running = self._under_way()
+        end = None if running is None or running.record is None else running.record.end
+        pose = self._robot.pose if end is None else end
+        waiting = [item for item in self._items.waiting(AHEAD) if item is not running]
+        self._known = {item.number: self._known[item.number] for item in waiting if item.number in self._known}
+        for item in waiting:
+            course = await self._course(item, pose)
+            if self._stale or course is None:
+                return
+            pose = course.end
+
+    async def _course(self, item: Item, start: Pose) -> Course | None:
+        """Return what a job comes to from `start`, None where that cannot be told."""
+        left = -1 if item.record is None else len(item.record.remaining)
+        known = self._known.get(item.number)
+        if known is not None and known.body is item.row.body and (known.left, known.start) == (left, start):
+            return known.course
+        try:
+            course = await walk(self._robot, await self._tasks(item), start)
+        except MayaError:
+            return None
+        if not self._stale:
+            self._known[item.number] = _Known(item.row.body, left, start, course)
+        return course
+
+    async def _tasks(self, item: Item) -> list[Task]:
+        if item.record is not None:
+            return [step.task for step in item.record.remaining]
+        if item.row.steps <= _LONG:
+            return list(expanded(item.row.body, self._grasp_height).tasks)
+        expansion = await asyncio.get_running_loop().run_in_executor(None, expanded, item.row.body, self._grasp_height)
+        return list(expansion.tasks)
+
+
+def _left(item: Item, now: float) -> float | None:
+    """Return how long the job under way will still take [s], None before it has been checked."""
+    record = item.record
+    if record is None or record.preview is None:
+        return None
+    ahead = sum(step.row.predicted or 0.0 for step in record.remaining)
+    current = next((step for step in record.remaining if step.row.index == record.current), None)
+    done = 0.0 if current is None else min(now - record.current_since, current.row.predicted or 0.0)
+    return max(0.0, ahead - done)
