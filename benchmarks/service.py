@@ -25,8 +25,9 @@ class Service(NamedTuple):
 
 
 def alone(folder: str) -> dict[str, str]:
-    """Return this environment with `folder` for runtime files and for a user's configuration."""
-    return {**os.environ, "MAYA_RUNTIME_DIR": folder, "XDG_CONFIG_HOME": folder, "MAYA_CONFIG": ""}
+    """Return this environment with `folder` for runtime files, for what is kept and for a user's configuration."""
+    own = {"MAYA_RUNTIME_DIR": folder, "MAYA_STATE_DIR": folder, "XDG_CONFIG_HOME": folder, "MAYA_CONFIG": ""}
+    return {**os.environ, **own}
 
 
 @contextmanager
@@ -35,7 +36,9 @@ def service(*options: str) -> Iterator[Service]:
     with tempfile.TemporaryDirectory() as folder:
         environment = alone(folder)
         command = [MAYA, "up", "--port", "0", *options]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, env=environment, text=True) as up:
+        with subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment, text=True
+        ) as up:
             try:
                 assert up.stdout is not None
                 if not up.stdout.readline():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import socket
 from collections.abc import Awaitable, Callable
 from dataclasses import replace
 from functools import partial
@@ -18,6 +19,7 @@ from maya_un import __version__
 from maya_un.api.access.caller import LOCAL
 from maya_un.loops import ScaledLoop, run
 from maya_un.server import stream, stream_session, stream_wire
+from maya_un.server.doors import bound_socket
 from maya_un.server.stream_wire import LONGEST_MESSAGE
 from tests.streaming import Client, Sluggard, Watched, connected, streamed
 
@@ -213,6 +215,12 @@ def test_the_end_of_the_server_is_told_to_its_clients(capfd: pytest.CaptureFixtu
 
     assert run(main()) == 1012
     assert capfd.readouterr() == ("", "")
+
+
+def test_a_small_frame_does_not_wait_for_the_acknowledgement_of_the_one_before() -> None:
+    """asyncio switches Nagle's algorithm off for what is TCP by name, and for nothing else."""
+    with bound_socket(0) as door:
+        assert door.proto == socket.IPPROTO_TCP
 
 
 def test_a_flood_of_messages_is_answered_in_order() -> None:
