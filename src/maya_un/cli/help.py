@@ -46,6 +46,8 @@ Ask (no robot needed)
   record [list]   record save|show|export      the last minutes before a fault; replay FILE: again, on a twin
   plot workspace [--point X Y Z]               a picture of what can be reached; plot job JOB: of a job
   config show|check|init
+  doctor          logs [--follow]              what is wrong and what to do; what has happened
+  completion bash|zsh|fish                     let the shell complete commands
   calibrate FILE [--apply]                     fit the constants to measured points (collect gathers them)
 
 Controllers (any DMC-41x3, real or virtual; `maya dmc --help` names more)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
 from maya_un.cli.settings import Settings
+
+Level = Literal["debug", "info", "warning", "error", "critical"]
 
 
 def register(app: typer.Typer, how: dict[str, Any]) -> None:
@@ -19,7 +21,7 @@ def logs(
     follow: Annotated[bool, typer.Option("--follow", help="go on with what comes, until Ctrl-C")] = False,
     since: Annotated[str | None, typer.Option(metavar="WHEN", help="so long ago, like 10m or 2h, or a date")] = None,
     kind: Annotated[list[str] | None, typer.Option(metavar="KIND", help="like fault, job, http; repeatable")] = None,
-    level: Annotated[str, typer.Option(help="debug, info, warning, error, critical: nothing less grave")] = "info",
+    level: Annotated[Level, typer.Option(help="nothing less grave")] = "info",
     lines: Annotated[int, typer.Option(min=1, max=10_000, help="so many of the newest, without --since")] = 50,
 ) -> int:
     """Tell what has happened: events, and what the log says; `maya up` need not run.

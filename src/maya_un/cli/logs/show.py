@@ -18,7 +18,7 @@ from maya_un.cli.logs.when import moment
 from maya_un.cli.logs.words import word
 from maya_un.cli.settings import Settings
 from maya_un.config.state import state_folder
-from maya_un.errors import FileUnreadable, MayaError, UnknownName
+from maya_un.errors import FileUnreadable, MayaError
 from maya_un.process.journal import tail
 from maya_un.process.journal.file import NAME
 from maya_un.server.log import log_path
@@ -81,10 +81,8 @@ class Sources:
 def show(wanted: Wanted, settings: Settings, *, follow: bool, wait: Callable[[float], object] = time.sleep) -> int:
     """Print entries, and with `follow` more as they come, until Ctrl-C; return the exit code.
 
-    Raises `UnknownName` for a level, `FileUnreadable` where there is neither a journal nor a log.
+    Raises `FileUnreadable` where there is neither a journal nor a log.
     """
-    if wanted.level not in LEVELS:
-        raise UnknownName(name=wanted.level, known=", ".join(LEVELS))
     sources = Sources()
     found = [entry for entry in sources.read(MOST, wanted.since) if wanted.has(entry)][-wanted.lines :]
     if sources.trouble is not None:
