@@ -10,7 +10,7 @@ import asyncio
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from maya_un.events import Event
 from maya_un.galil.transcript import Piece, Side
@@ -28,7 +28,16 @@ EVENT_COST = 1_024
 _SHARE = 64
 """A full ring drops a 64th part of its bounds at once, so that dropping costs next to nothing for each entry."""
 
-_Wire: TypeAlias = tuple[float, int, bytes, int, Side, str]
+
+class Way(NamedTuple):
+    """Where a piece of the wire passes: the connection, the side it comes from; or that it begins or ends (`event`)."""
+
+    link: int
+    side: Side
+    event: str = ""
+
+
+_Wire: TypeAlias = tuple[float, bytes, Way]
 _Other: TypeAlias = tuple[float, int, State | Event]
 Entry: TypeAlias = _Wire | _Other
 """An entry as it is held: when, what it costs, and what it is; `Ring.contents` sorts them out."""
@@ -46,7 +55,12 @@ class Contents:
 
 
 class Ring:
-    """Keeps the newest entries: at most so many `seconds` of the loop's time and so many bytes, both above 0."""
+    """Keeps the newest entries: at most so many `seconds` of the loop's time and so many bytes, both above 0.
+
+    What is too old goes when a state or an event comes: a piece of the wire must cost next to nothing.
+    """
+
+    __slots__ = ("_began", "_bytes", "_dropped", "_entries", "_most", "_oldest", "_overdue", "_seconds", "_time")
 
     def __init__(self, seconds: float, most_bytes: int) -> None:
         self._time = asyncio.get_running_loop().time
@@ -67,14 +81,12 @@ class Ring:
         """Bytes counted for everything in it."""
         return self._bytes
 
-    def piece(self, link: int, side: Side, data: bytes, event: str = "") -> None:
-        """Keep what passed over connection `link` now, or its begin or end (`event`)."""
-        now = self._time()
-        cost = len(data) + WIRE_COST
-        self._entries.append((now, cost, data, link, side, event))
-        self._bytes += cost
-        if self._bytes > self._most or now - self._oldest > self._overdue:
-            self._drop(now)
+    def piece(self, way: Way, data: bytes = b"") -> None:
+        """Keep what passes now."""
+        self._entries.append((self._time(), data, way))
+        self._bytes += len(data) + WIRE_COST
+        if self._bytes > self._most:
+            self._drop(self._time())
 
     def state(self, state: State) -> None:
         """Keep a state."""
@@ -95,13 +107,13 @@ class Ring:
         events: list[Event] = []
         wire: list[Piece] = []
         for entry in held:
-            if len(entry) == 6:
-                time, _, data, link, side, event = entry
-                wire.append(Piece(time, link, side, data, event))
-            elif isinstance(entry[2], State):
-                states.append(entry[2])
+            time, _, thing = entry
+            if isinstance(thing, Way):
+                wire.append(Piece(time, thing.link, thing.side, _data(entry), thing.event))
+            elif isinstance(thing, State):
+                states.append(thing)
             else:
-                events.append(entry[2])
+                events.append(thing)
         whole = held[0][0] if self._dropped and held else self._began
         return Contents(tuple(states), tuple(events), tuple(wire), self._dropped, whole)
 
@@ -117,6 +129,16 @@ class Ring:
         bytes_left = self._most - self._most // _SHARE if self._bytes > self._most else self._most
         oldest = now - self._seconds
         while entries and (self._bytes > bytes_left or entries[0][0] < oldest):
-            self._bytes -= entries.popleft()[1]
+            self._bytes -= _cost(entries.popleft())
             self._dropped = True
         self._oldest = entries[0][0] if entries else now
+
+
+def _data(entry: Entry) -> bytes:
+    held = entry[1]
+    return held if isinstance(held, bytes) else b""
+
+
+def _cost(entry: Entry) -> int:
+    held = entry[1]
+    return held if isinstance(held, int) else len(held) + WIRE_COST

@@ -8,27 +8,29 @@ from typing import Protocol
 from maya_un.errors import MachineError
 from maya_un.galil.transcript import Side
 from maya_un.galil.transport import Datagrams, Transport
+from maya_un.recorder.ring import Way
 
 
 class Note(Protocol):
-    """Takes a piece of the wire: connection, side, bytes, or the begin or end of the connection."""
+    """Takes a piece of the wire."""
 
-    def __call__(self, link: int, side: Side, data: bytes, event: str = "") -> None:
-        """Keep it."""
+    def __call__(self, way: Way, data: bytes = b"") -> None:
+        """Keep what passes now; without data, that the connection begins or ends."""
         ...
 
 
 class RecordedTransport:
     """A transport whose bytes, begin and end go to `note` as connection number `link`."""
 
-    __slots__ = ("_ended", "_inner", "_link", "_note")
+    __slots__ = ("_ended", "_inner", "_link", "_note", "_received", "_sent")
 
     def __init__(self, inner: Transport, note: Note, link: int) -> None:
         self._inner = inner
         self._note = note
         self._link = link
+        self._sent, self._received = Way(link, "client"), Way(link, "controller")
         self._ended = False
-        note(link, "client", b"", "open")
+        note(Way(link, "client", "open"))
 
     @property
     def peer(self) -> str:
@@ -43,14 +45,14 @@ class RecordedTransport:
             self._end("controller")
             raise
         if data:
-            self._note(self._link, "controller", data)
+            self._note(self._received, data)
         else:
             self._end("controller")
         return data
 
     def write(self, data: bytes) -> None:
         """Hand over bytes at once; raises as the transport itself."""
-        self._note(self._link, "client", data)
+        self._note(self._sent, data)
         self._inner.write(data)
 
     async def close(self) -> None:
@@ -61,7 +63,7 @@ class RecordedTransport:
     def _end(self, side: Side) -> None:
         if not self._ended:
             self._ended = True
-            self._note(self._link, side, b"", "end")
+            self._note(Way(self._link, side, "end"))
 
 
 class RecordedDatagrams:
@@ -70,13 +72,15 @@ class RecordedDatagrams:
     Its number `link` is negative: what comes there answers nothing.
     """
 
-    __slots__ = ("_inner", "_link", "_note")
+    __slots__ = ("_ended", "_inner", "_link", "_note", "_received", "_sent")
 
     def __init__(self, inner: Datagrams, note: Note, link: int) -> None:
         self._inner = inner
         self._note = note
         self._link = link
-        note(link, "client", b"", "open")
+        self._sent, self._received = Way(link, "client"), Way(link, "controller")
+        self._ended = False
+        note(Way(link, "client", "open"))
 
     @property
     def peer(self) -> str:
@@ -87,25 +91,27 @@ class RecordedDatagrams:
         """Return the next datagram, or `b""` at the end; raises as the way itself."""
         data = await self._inner.read()
         if data:
-            self._note(self._link, "controller", data)
+            self._note(self._received, data)
         return data
 
     def deliver(self, taker: Callable[[bytes], None]) -> None:
         """Hand datagrams to `taker` as they come, from now on; `read` then only tells the end."""
-        note, link = self._note, self._link
+        note, received = self._note, self._received
 
         def take(data: bytes) -> None:
-            note(link, "controller", data)
+            note(received, data)
             taker(data)
 
         self._inner.deliver(take)
 
     def write(self, data: bytes) -> None:
         """Send one datagram."""
-        self._note(self._link, "client", data)
+        self._note(self._sent, data)
         self._inner.write(data)
 
     async def close(self) -> None:
         """Give back what it held; again is harmless."""
-        self._note(self._link, "client", b"", "end")
+        if not self._ended:
+            self._ended = True
+            self._note(Way(self._link, "client", "end"))
         await self._inner.close()

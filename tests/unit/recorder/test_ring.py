@@ -10,11 +10,12 @@ from hypothesis import given
 
 from maya_un.events import Event, Kind
 from maya_un.galil.transcript import Piece
-from maya_un.recorder.ring import EVENT_COST, STATE_COST, WIRE_COST, Ring
+from maya_un.recorder.ring import EVENT_COST, STATE_COST, WIRE_COST, Ring, Way
 from maya_un.values import Joints, Mode, Point, State
 from tests.virtual_time import elapse
 
 MOST = 20_000
+SENT = Way(1, "client")
 
 steps = st.lists(
     st.tuples(
@@ -54,7 +55,7 @@ async def test_whatever_comes_it_keeps_the_newest_within_its_bounds(steps: list[
         now = asyncio.get_running_loop().time()
         if kind == "wire":
             data = bytes([number % 251]) * length
-            ring.piece(1, "client", data)
+            ring.piece(SENT, data)
             came.append((now, Piece(now, 1, "client", data), length + WIRE_COST))
         elif kind == "state":
             ring.state(state(now))
@@ -81,11 +82,13 @@ async def test_whatever_comes_it_keeps_the_newest_within_its_bounds(steps: list[
 
 async def test_what_is_older_than_its_time_goes_when_something_new_comes() -> None:
     ring = Ring(10.0, 1_000_000)
-    for _ in range(30):
-        ring.piece(1, "client", b"TP\r")
+    for second in range(30):
+        ring.piece(SENT, b"TP\r")
+        ring.state(state(float(second)))
         await elapse(1.0)
-    times = [piece.time for piece in ring.contents().wire]
-    assert times == [float(second) for second in range(19, 30)]
+    times = [float(second) for second in range(19, 30)]
+    assert [piece.time for piece in ring.contents().wire] == times
+    assert [state.time for state in ring.contents().states] == times
     assert ring.contents().dropped
     assert ring.contents().whole == 19.0
 
@@ -94,7 +97,7 @@ async def test_a_ring_that_let_go_of_nothing_is_whole_from_its_beginning() -> No
     await elapse(5.0)
     ring = Ring(10.0, 1_000_000)
     await elapse(2.0)
-    ring.piece(1, "client", b"", "open")
+    ring.piece(Way(1, "client", "open"))
     contents = ring.contents()
     assert not contents.dropped
     assert contents.whole == 5.0
@@ -103,7 +106,7 @@ async def test_a_ring_that_let_go_of_nothing_is_whole_from_its_beginning() -> No
 
 async def test_entries_taken_before_can_be_sorted_out_later() -> None:
     ring = Ring(10.0, 1_000_000)
-    ring.piece(1, "client", b"TP\r")
+    ring.piece(SENT, b"TP\r")
     entries = ring.entries()
     ring.state(state(0.0))
     assert ring.contents(entries).states == ()
@@ -118,7 +121,7 @@ async def test_its_memory_is_what_it_counts() -> None:
     try:
         before, _ = tracemalloc.get_traced_memory()
         for number in range(60_000):
-            ring.piece(1, "controller", bytes((number + place) & 0xFF for place in range(29)))
+            ring.piece(Way(1, "controller"), bytes((number + place) & 0xFF for place in range(29)))
             if number % 4 == 0:
                 ring.state(_fresh(float(number)))
         after, _ = tracemalloc.get_traced_memory()

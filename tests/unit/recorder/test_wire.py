@@ -7,6 +7,7 @@ import pytest
 from maya_un.errors import LinkLost
 from maya_un.galil.transcript import Side
 from maya_un.galil.transport import datagram_pair, loopback_pair
+from maya_un.recorder.ring import Way
 from maya_un.recorder.wire import RecordedDatagrams, RecordedTransport
 
 
@@ -16,8 +17,8 @@ class Book:
     def __init__(self) -> None:
         self.pieces: list[tuple[int, Side, bytes, str]] = []
 
-    def __call__(self, link: int, side: Side, data: bytes, event: str = "") -> None:
-        self.pieces.append((link, side, data, event))
+    def __call__(self, way: Way, data: bytes = b"") -> None:
+        self.pieces.append((way.link, way.side, data, way.event))
 
 
 async def test_bytes_of_both_sides_and_the_end_are_written_down() -> None:
@@ -88,6 +89,7 @@ async def test_datagrams_are_written_down_read_or_delivered() -> None:
     way.deliver(taken.append)
     controller.write(b"\x87record")
     assert taken == [b"\x87record"]
+    await way.close()
     await way.close()
     assert [(side, data, event) for _, side, data, event in book.pieces] == [
         ("client", b"", "open"),
