@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -58,10 +59,12 @@ def _owners(proc: Path, inodes: set[str]) -> dict[str, tuple[int, str]]:
 
 def _open_files(process: Path) -> list[str]:
     """Return what a process has open; nothing of another user's."""
-    try:
-        return [os.readlink(link) for link in (process / "fd").iterdir()]  # noqa: PTH115 - not a path: socket:[123]
-    except OSError:
-        return []
+    found: list[str] = []
+    with suppress(OSError):
+        for link in os.listdir(process / "fd"):  # noqa: PTH208 - of every process there is
+            with suppress(OSError):  # closed meanwhile
+                found.append(os.readlink(process / "fd" / link))  # noqa: PTH115 - no path: socket:[123]
+    return found
 
 
 def _name(process: Path) -> str:

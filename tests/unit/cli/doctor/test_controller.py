@@ -1,0 +1,106 @@
+"""A controller is asked on a handle of its own; the twin plays it."""
+
+from __future__ import annotations
+
+import asyncio
+
+from maya_un.cli.doctor import controller
+from maya_un.cli.doctor.finding import Finding, Outcome
+from maya_un.config import Config
+from maya_un.galil.driver import Driver
+from maya_un.galil.transport import TcpTransport
+from maya_un.virtual.wire.server import VirtualController
+from tests.served import ServedTwin, served
+from tests.unit.cli.servers import free_port
+
+
+def asked(address: str, config: Config | None = None) -> dict[str, Finding]:
+    found = asyncio.run(controller.findings(address, config or Config(), "en"))
+    return {finding.key: finding for finding in found}
+
+
+def said(twin: ServedTwin, *commands: str) -> None:
+    """Say commands to a controller by a handle of one's own."""
+
+    async def say() -> None:
+        driver = await Driver.open(await TcpTransport.connect(twin.host, twin.port, 5.0), timeout=5.0)
+        for command in commands:
+            await driver.send(command)
+        await driver.close()
+
+    asyncio.run(say())
+
+
+def test_one_that_is_well_is_well_in_everything_but_its_motors() -> None:
+    with served() as twin:
+        said(twin, "TM 1000", "CN -1")
+        found = asked(twin.address)
+    assert found["firmware"].details["firmware"].startswith("DMC4133")
+    assert {key for key, finding in found.items() if finding.outcome is not Outcome.OK} == {"motors_off"}
+    assert {"handles_free", "limits_quiet", "level_same", "program_none", "memory_sound", "controller_clock"} <= set(
+        found
+    )
+
+
+def test_only_questions_are_asked() -> None:
+    with served() as twin:
+        asked(twin.address)
+        commands = {command for command, _ in twin.said}
+    assert {command.split()[0] for command in commands if command[:1].isalpha()} <= {"MG", "TH", "WH", "QR"}
+    assert twin.refused == []
+
+
+def test_what_somebody_changed_is_told() -> None:
+    with served() as twin:
+        said(twin, "CN 1", "TM 500", "SHABC")
+        found = asked(twin.address)
+    assert (found["level_differs"].details["found"], found["level_differs"].details["wanted"]) == ("1", -1)
+    assert found["controller_clock_off"].details["period"] == 500.0
+    assert "motors_on" in found
+
+
+def test_a_program_that_runs_is_told_by_its_thread() -> None:
+    async def download(twin: ServedTwin) -> None:
+        driver = await Driver.open(await TcpTransport.connect(twin.host, twin.port, 5.0), timeout=5.0)
+        await driver.download("#LOOP\nWT 10\nJP #LOOP\nEN\n")
+        await driver.send("XQ #LOOP,2")
+        await driver.close()
+
+    with served() as twin:
+        asyncio.run(download(twin))
+        assert asked(twin.address)["program_runs"].details == {"threads": "2"}
+
+
+def test_handles_that_run_short_are_told_with_who_has_them() -> None:
+    async def with_many(twin: ServedTwin) -> list[Finding]:
+        others = [await TcpTransport.connect(twin.host, twin.port, 5.0) for _ in range(6)]
+        try:
+            return await controller.findings(twin.address, Config(), "en")
+        finally:
+            for other in others:
+                await other.close()
+
+    with served(udp=False) as twin:
+        found = {finding.key: finding for finding in asyncio.run(with_many(twin))}
+    short = found["handles_short"].details
+    assert (short["free"], short["all"], short["own"]) == (1, 8, "IHG")
+    assert "IHA TCP 127.0.0.1:" in short["others"]
+
+
+def test_one_that_is_silent_or_something_else_is_told() -> None:
+    assert asked(f"127.0.0.1:{free_port()}").keys() == {"controller_silent"}
+    with served(axes=2) as twin:
+        assert asked(twin.address).keys() == {"controller_wrong"}
+
+
+def test_its_handle_is_given_back() -> None:
+    with served() as twin:
+        asked(twin.address)
+
+        def handles(host: VirtualController) -> int:
+            return len(asyncio.all_tasks())
+
+        before = twin.do(handles)
+        for _ in range(10):
+            assert "handles_free" in asked(twin.address)
+        assert twin.do(handles) <= before + 1

@@ -1,0 +1,152 @@
+"""What can be known of this computer without asking any robot."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import shutil
+import socket
+from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from maya_un.cli import runtime
+from maya_un.cli.doctor import house
+from maya_un.cli.doctor.finding import Finding, Outcome
+from maya_un.cli.doctor.sockets import Listener, listeners
+from maya_un.cli.settings import Settings
+from maya_un.process.journal.rows import EventRow
+from maya_un.process.journal.sqlite import SqliteJournal
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    place = tmp_path / "kept"
+    monkeypatch.setenv("MAYA_STATE_DIR", str(place))
+    return place
+
+
+def only(findings: Iterator[Finding]) -> Finding:
+    (found,) = findings
+    return found
+
+
+def keep(folder: Path, date: str = "2026-11-21T10:00:00+00:00") -> None:
+    async def write() -> None:
+        journal = await SqliteJournal.open(folder / "maya.db")
+        journal.note(EventRow(1, 1, date, 0.0, "homed", 0, {}))
+        await journal.close()
+
+    asyncio.run(write())
+
+
+def test_a_configuration_is_good_absent_or_wrong(tmp_path: Path) -> None:
+    assert only(house.config(Settings())).key == "config_none"
+    file = tmp_path / "maya.toml"
+    file.write_text("[cell]\ngrasp_height = 0.4\n")
+    assert only(house.config(Settings(config=str(file)))).key == "config_good"
+    file.write_text("[cell]\ngrasp_hight = 0.4\n")
+    wrong = only(house.config(Settings(config=str(file))))
+    assert (wrong.outcome, "grasp_hight" in wrong.details["error"]) == (Outcome.FAIL, True)
+
+
+def test_storage_that_is_well_is_looked_at_whole(folder: Path) -> None:
+    assert only(house.storage(Settings(), served_by=0)).key == "storage_none"
+    assert not folder.exists(), "a look must not make anything"
+    keep(folder)
+    keep(folder)
+    found = only(house.storage(Settings(), served_by=0))
+    assert (found.key, found.details["runs"]) == ("storage_good", 2)
+    assert only(house.storage(Settings(), served_by=7)).key == "storage_in_use"
+
+
+def test_storage_that_is_damaged_is_told_as_such(folder: Path) -> None:
+    keep(folder)
+    file = folder / "maya.db"
+    data = bytearray(file.read_bytes())
+    data[len(data) // 2 :] = os.urandom(len(data) - len(data) // 2)
+    file.write_bytes(data)
+    found = only(house.storage(Settings(), served_by=0))
+    assert (found.outcome, found.key) == (Outcome.FAIL, "storage_bad")
+    file.write_bytes(b"somebody else's file" * 100)
+    assert only(house.storage(Settings(), served_by=0)).outcome is Outcome.FAIL
+
+
+def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("MAYA_STATE_DIR", str(tmp_path / "file" / "kept"))
+    assert only(house.storage(Settings(), served_by=0)).key == "storage_unwritable"
+
+
+class _Usage(NamedTuple):
+    total: int
+    used: int
+    free: int
+
+
+@pytest.mark.parametrize(
+    ("free", "outcome"), [(5e9, Outcome.OK), (1e9, Outcome.WARN), (1e8, Outcome.FAIL), (0.0, Outcome.FAIL)]
+)
+@pytest.mark.usefixtures("folder")
+def test_room_on_the_disk(free: float, outcome: Outcome, monkeypatch: pytest.MonkeyPatch) -> None:
+    def usage(_: Path) -> _Usage:
+        return _Usage(0, 0, int(free))
+
+    monkeypatch.setattr(shutil, "disk_usage", usage)
+    assert only(house.disk()).outcome is outcome
+
+
+def test_ports_are_free_ours_or_somebody_elses() -> None:
+    there = [Listener(4133, 12, "python"), Listener(9090, 0, ""), Listener(11311, 13, "rosmaster")]
+    found = {finding.details["port"]: finding for finding in house.ports(there)}
+    assert {port: finding.key for port, finding in found.items()} == {
+        4133: "port_taken",
+        5023: "port_free",
+        9090: "port_taken",
+        11311: "port_ours",
+    }
+    assert found[4133].details["who"] == "python (process 12)"
+    runtime.publish(runtime.Running("http://127.0.0.1:4133", 12, None))
+    assert next(house.ports(there)).key == "port_ours"
+
+
+def test_who_listens_is_told_by_the_system() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as door:
+        port = door.getsockname()[1]
+        (found,) = [one for one in listeners() if one.port == port]
+        assert found.pid == os.getpid()
+        assert found.name
+    assert not [one for one in listeners() if one.port == port]
+
+
+def test_a_system_that_does_not_tell_has_no_listeners(tmp_path: Path) -> None:
+    assert listeners(tmp_path) == []
+
+
+def test_the_clock_is_kept_alone_or_behind(folder: Path, tmp_path: Path) -> None:
+    now = datetime(2026, 11, 21, 10, 0, tzinfo=UTC)
+    assert only(house.clock(now, tmp_path)).key == "clock_alone"
+    mark = tmp_path / "run" / "chrony" / "chronyd.pid"
+    mark.parent.mkdir(parents=True)
+    mark.touch()
+    assert only(house.clock(now, tmp_path)).details == {"keeper": "chrony"}
+    keep(folder, (now + timedelta(hours=1)).isoformat())
+    behind = only(house.clock(now, tmp_path))
+    assert (behind.outcome, behind.details["seconds"]) == (Outcome.FAIL, 3600.0)
+    assert only(house.clock(now + timedelta(hours=2), tmp_path)).key == "clock_good"
+
+
+def test_ros_is_looked_for_and_its_master_called(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if not Path("/opt/ros").is_dir() and shutil.which("roscore") is None:
+        assert only(house.ros()).outcome is Outcome.SKIPPED
+    roscore = tmp_path / "roscore"
+    roscore.touch(mode=0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    with socket.create_server(("127.0.0.1", 0)) as door:
+        uri = f"http://127.0.0.1:{door.getsockname()[1]}"
+        monkeypatch.setenv("ROS_MASTER_URI", uri)
+        assert only(house.ros()).key == "ros_master"
+    assert only(house.ros()).key == "ros_no_master"

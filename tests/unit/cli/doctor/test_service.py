@@ -1,0 +1,97 @@
+"""What the running service is asked, and how one that cannot answer is told."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import pytest
+
+from maya_un import __version__
+from maya_un.cli import runtime
+from maya_un.cli.doctor import service
+from maya_un.cli.doctor.finding import Outcome
+from tests.unit.cli.servers import free_port, hanging_service, http_service
+
+STATE: dict[str, Any] = {
+    "mode": "idle",
+    "homed": True,
+    "fault": None,
+    "forward_limit": [False] * 3,
+    "reverse_limit": [False] * 3,
+}
+ANSWERS: dict[str, Any] = {
+    "/v1/health": {"status": "ok"},
+    "/v1/ready": {"ready": True, "reasons": []},
+    "/v1/status": {"version": __version__, "address": "sim", "state": STATE},
+    "/v1/lease": {"holder": "", "since": 0.0},
+    "/v1/queue": {"mode": "running", "reason": "", "counts": {}, "recovery": None},
+}
+
+
+def published(url: str) -> None:
+    runtime.publish(runtime.Running(url, os.getpid(), None))
+
+
+def keys(changes: dict[str, Any], *, ours: bool = True) -> dict[str, Outcome]:
+    """Return what is found of a service that answers otherwise than a healthy one in this."""
+
+    def says(_: str, path: str, __: object) -> tuple[int, object]:
+        answer = (ANSWERS | changes)[path]
+        return answer if isinstance(answer, tuple) else (200, answer)
+
+    with http_service(says, ours=ours) as url:
+        published(url)
+        running, trouble = service.found("en")
+        findings = trouble if running is None else [*running.findings()]
+        return {finding.key: finding.outcome for finding in findings}
+
+
+def state(**changes: object) -> dict[str, Any]:
+    return {"/v1/status": {"version": __version__, "address": "sim", "state": STATE | changes}}
+
+
+def test_where_none_runs_that_is_no_trouble() -> None:
+    running, (finding,) = service.found("en")
+    assert (running, finding.key, finding.outcome) == (None, "service_none", Outcome.SKIPPED)
+
+
+def test_one_that_is_well_is_well_in_everything() -> None:
+    found = keys({})
+    assert set(found.values()) == {Outcome.OK}
+    assert {"service_runs", "service_ready", "version_same", "robot_well", "limits_quiet", "lease_free"} <= found.keys()
+    assert "queue_runs" in found
+
+
+@pytest.mark.parametrize(
+    ("changes", "key", "outcome"),
+    [
+        ({"/v1/ready": (503, {"reasons": [{"code": 5007, "message": "disk"}]})}, "service_not_ready", Outcome.FAIL),
+        ({"/v1/status": {"version": "0.0.1", "address": "sim", "state": STATE}}, "version_differs", Outcome.WARN),
+        (state(mode="disconnected"), "robot_disconnected", Outcome.FAIL),
+        (state(fault={"code": 2306, "message": "off"}), "robot_fault", Outcome.FAIL),
+        (state(homed=False), "robot_not_homed", Outcome.WARN),
+        (state(forward_limit=[False, True, False]), "limits_active", Outcome.WARN),
+        (state(forward_limit=[True] * 3, reverse_limit=[False, False, True]), "limits_both", Outcome.FAIL),
+        ({"/v1/lease": {"holder": "ada", "since": 5.0}}, "lease_held", Outcome.OK),
+        (
+            {"/v1/queue": {"mode": "paused", "reason": "stop", "counts": {"queued": 3}, "recovery": None}},
+            "queue_paused",
+            Outcome.WARN,
+        ),
+        ({"/v1/queue": {"mode": "paused", "recovery": {"job": 7}}}, "queue_asks", Outcome.WARN),
+        ({"/v1/status": (401, {"code": 4101, "details": {"reason": "none"}})}, "service_refuses", Outcome.WARN),
+    ],
+)
+def test_what_is_wrong_is_told(changes: dict[str, Any], key: str, outcome: Outcome) -> None:
+    assert keys(changes)[key] is outcome
+
+
+def test_one_that_is_gone_hangs_or_was_replaced_by_a_stranger(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(service, "PATIENCE", 0.1)
+    assert keys({}, ours=False) == {"service_stranger": Outcome.FAIL}
+    published(f"http://127.0.0.1:{free_port()}")
+    assert service.found("en")[1][0].key == "service_gone"
+    with hanging_service() as url:
+        published(url)
+        assert service.found("en")[1][0].key == "service_hangs"

@@ -1,0 +1,89 @@
+"""`maya doctor` as a command: what it prints, its exit code, and that every finding has its words."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import re
+import string
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from maya_un.cli.doctor import certificate, controller, house, service, show, words
+from maya_un.cli.doctor.finding import Finding, Outcome, ok
+from maya_un.cli.main import main
+from tests.unit.cli.servers import free_port
+
+
+def test_everything_is_looked_at_and_said(capsys: pytest.CaptureFixture[str]) -> None:
+    code = main(["doctor"])
+    lines = capsys.readouterr().out.splitlines()
+    named = {line.split()[1].rstrip(":") for line in lines if not line.startswith(" ")}
+    assert {"service", "configuration", "controller", "storage", "disk", "ports", "clock", "ROS"} <= named
+    assert code == int(any(line.startswith("FAIL") for line in lines))
+
+
+def test_what_fails_is_the_exit_code(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    address = f"127.0.0.1:{free_port()}"
+    assert main(["doctor", "--address", address, "--json"]) == 1
+    found = json.loads(capsys.readouterr().out)["findings"]
+    (failed,) = [one for one in found if one["check"] == "controller"]
+    assert (failed["outcome"], failed["key"]) == ("fail", "controller_silent")
+    assert address in failed["meaning"]
+    assert failed["remedy"]
+    assert list(tmp_path.glob("**/maya.db")) == []
+
+
+def test_it_speaks_spanish(capsys: pytest.CaptureFixture[str]) -> None:
+    main(["doctor", "--lang", "es"])
+    assert "configuración: " in capsys.readouterr().out
+
+
+def test_no_address_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["doctor", "--address", "not an address"]) == 2
+    assert "4001" in capsys.readouterr().err
+
+
+def test_a_check_that_fails_itself_does_not_keep_the_others_from_helping(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def broken() -> None:
+        raise ZeroDivisionError("on purpose")
+
+    monkeypatch.setattr(house, "disk", broken)
+    assert main(["doctor"]) == 1
+    printed = capsys.readouterr().out
+    assert "FAIL  disk: This could not be looked at (ZeroDivisionError: on purpose)." in printed
+    assert "ROS: " in printed
+
+
+@pytest.mark.parametrize("module", [certificate, controller, house, service, show])
+def test_every_finding_has_a_name_and_words_in_both_languages(module: ModuleType) -> None:
+    source = inspect.getsource(module)
+    named = re.findall(r'(?:ok|warn|fail|skipped|found)\(\s*"([^"]+)"', source)
+    keys = set(re.findall(r'"((?:[a-z]+_)+[a-z]+)"', source)) & words._WORDS.keys()
+    assert named or keys
+    assert [check for check in named if check not in words._CHECKS] == []
+
+
+def test_every_word_is_used_and_says_the_same_in_both_languages() -> None:
+    source = "".join(inspect.getsource(module) for module in (certificate, controller, house, service, show))
+    assert [key for key in words._WORDS if f'"{key}"' not in source] == []
+
+    def fields(text: str) -> set[str | None]:
+        return {field for _, field, _, _ in string.Formatter().parse(text) if field is not None}
+
+    for key, (meaning, remedy, significado, remedio) in words._WORDS.items():
+        assert fields(meaning) == fields(significado), key
+        assert fields(remedy) == fields(remedio), key
+        assert bool(remedy) == bool(remedio), key
+
+
+def test_details_are_filled_in() -> None:
+    finding = ok("firmware", "firmware", firmware="DMC4133 Rev 1.3k")
+    assert words.meaning(finding, "en") == "It is DMC4133 Rev 1.3k."
+    assert words.remedy(finding, "es") == ""
+    assert Finding("disk", Outcome.OK, "disk_room", {"free": 5.04}).details == {"free": 5.04}
+    assert words.meaning(Finding("disk", Outcome.OK, "disk_room", {"free": 5.04}), "es").startswith("Quedan 5.0 GB")
