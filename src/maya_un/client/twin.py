@@ -53,6 +53,11 @@ class TwinProcess:
             self.close()
             raise
 
+    @property
+    def pid(self) -> int:
+        """The number of its process."""
+        return self._process.pid
+
     def close(self) -> None:
         """End the twin and forget its files; once is enough."""
         if self._over:

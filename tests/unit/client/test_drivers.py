@@ -23,7 +23,7 @@ from tests.unit.client.stand import Asked, service
 from tests.unit.client.test_plans import NOBODY, REPORT
 
 STOPPING = StopReport(True, 0.5, (0.0, 0.1, 0.1))
-TAKEN = LeaseTaken("lease 1", "ana", "", 0.3)
+TAKEN = LeaseTaken("lease 1", "ana", "", 1.5)
 
 
 def test_both_ask_the_same_and_read_the_same() -> None:
@@ -123,7 +123,7 @@ def test_stop_is_not_behind_what_the_client_waits_for() -> None:
 
 
 class Leasing:
-    """Gives a lease for 0.3 s, renews it, and says that it is lost from the renewal on that the test chooses."""
+    """Gives a lease for 1.5 s, renews it, and says that it is lost from the renewal on that the test chooses."""
 
     def __init__(self, renewals: int) -> None:
         self.left = renewals
@@ -148,7 +148,7 @@ def test_inside_the_block_the_lease_is_shown_and_renewed_and_given_back_at_its_e
     with service(leasing) as stand, Client(stand.url) as client:
         with client.lease(note="calibration") as lease:
             assert lease == TAKEN
-            for _ in range(3):
+            for _ in range(2):
                 assert leasing.renewed.acquire(timeout=10.0)
             client.stop()
         client.stop()

@@ -169,6 +169,20 @@ def test_whoever_interrupts_his_wish_has_it_cancelled(interrupt: type[BaseExcept
     assert player.paths[-1] == "DELETE /v1/jobs/7"
 
 
+def test_a_wish_that_is_interrupted_before_its_answer_is_found_by_its_key_and_cancelled() -> None:
+    service = Service(REPORT)
+    answers: list[Any] = [KeyboardInterrupt()]
+
+    def script(request: Request[Any]) -> Any:
+        return answers.pop() if request.method == "POST" and answers else service(request)
+
+    player = Player(script)
+    with pytest.raises(KeyboardInterrupt):
+        player.perform(moving.pick(0.5, 1.1))
+    assert player.paths[-3:] == ["POST /v1/tasks", "POST /v1/tasks", "DELETE /v1/jobs/7"]
+    assert len({request.key for request in player.asked if request.method == "POST"}) == 1
+
+
 def test_whoever_interrupts_the_waiting_for_a_job_leaves_the_job_alone() -> None:
     service = Service(REPORT)
 
@@ -206,8 +220,8 @@ def test_a_service_that_forgot_the_events_is_asked_for_the_state_anew() -> None:
 
 
 def test_progress_yields_a_report_whenever_something_of_the_job_goes_on() -> None:
-    service = Service(replace(REPORT, state=TaskState.QUEUED), REPORT, ended())
-    service.events = [news(41), news(42, job=9), news(43)]
+    service = Service(replace(REPORT, state=TaskState.QUEUED), REPORT, REPORT, ended())
+    service.events = [news(41), news(42, job=9), news(43), news(44)]
     found = Player(service).items(jobs.progress(7), 9)
     assert [report.state for report in found] == [TaskState.QUEUED, TaskState.RUNNING, TaskState.DONE]
 

@@ -105,11 +105,15 @@ def ended(number: int, since: int, timeout: float | None = None) -> Plan[JobRepo
 def progress(number: int) -> Source[JobReport]:
     """Yield the report of a job now, and again whenever one of its steps or the job itself goes on, to its end."""
     since = (yield from persistently(status())).last_event
+    shown: object = None
     while True:
         found = yield from persistently(report(number))
-        yield Item(found)
+        stage = (found.state, *(step.state for step in found.steps))
+        if stage != shown:
+            yield Item(found)
         if found.state.ended:
             return
+        shown = stage
         news = False
         while not news:
             since, news = yield from _news(number, since, LOOK)

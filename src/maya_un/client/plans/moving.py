@@ -28,6 +28,9 @@ HURRY = 2.0
 LONGEST_JOG = 3600.0
 """Longest wait for a jog [s]."""
 
+INTERRUPTED = (KeyboardInterrupt, asyncio.CancelledError)
+"""What ends a plan because nobody waits for it any more."""
+
 _NONE = type(None)
 
 
@@ -38,15 +41,25 @@ def wish(wish: Mapping[str, object], *, timeout: float | None = None) -> Plan[Jo
     """
     since = (yield from persistently(status())).last_event
     request = Request("POST", "/v1/tasks", JobReport, body=dict(wish), key=new_key())
-    number = (yield from persistently(request)).id
+    try:
+        number = (yield from persistently(request)).id
+    except INTERRUPTED:
+        yield from _taken_back(request)
+        raise
     return (yield from followed(number, since, timeout))
+
+
+def _taken_back(request: Request[JobReport]) -> Plan[None]:
+    """Cancel a wish whose answer nobody has heard: said again, its key is answered with the job that it became."""
+    number = (yield from request).id
+    yield from cancel(number)
 
 
 def followed(number: int, since: int, timeout: float | None = None) -> Plan[JobReport]:
     """Wait for the end of a wish of which nothing before the event `since` is news; raises as `wish` does."""
     try:
         report = yield from ended(number, since, timeout)
-    except (KeyboardInterrupt, asyncio.CancelledError):
+    except INTERRUPTED:
         yield from cancel(number)
         raise
     if report.state is not TaskState.DONE:
