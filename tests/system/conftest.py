@@ -14,4 +14,7 @@ def own_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     monkeypatch.delenv("MAYA_CONFIG", raising=False)
     monkeypatch.delenv("MAYA_LANG", raising=False)
+    monkeypatch.delenv("MAYA_STATE_DIR", raising=False)
+    monkeypatch.delenv("MAYA_TOKEN", raising=False)
+    monkeypatch.delenv("MAYA_TOKEN_FILE", raising=False)
     monkeypatch.chdir(tmp_path)

@@ -30,7 +30,7 @@ def http_service(says: Answer, *, ours: bool = True) -> Iterator[str]:
             self.end_headers()
             self.wfile.write(text)
 
-        do_GET = do_POST = do_PUT = do_DELETE = answer  # noqa: N815 - the names that the base class looks for
+        do_GET = do_POST = do_PUT = do_PATCH = do_DELETE = answer  # noqa: N815 - the names that the base class looks for
 
         def log_message(self, format: str, *args: object) -> None:
             pass

@@ -24,6 +24,9 @@ from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded, MayaError, Service
 HEARTBEAT = 2.0
 """How often the lease is renewed [s]: a fifth of its patience, so that a few lost answers cost nothing."""
 
+_ANSWER = 2.0
+"""How long the service may take to answer a renewal [s]."""
+
 _LINE = "\r\x1b[K"
 _UNITS = (("d", 86400.0), ("h", 3600.0), ("min", 60.0))
 
@@ -77,11 +80,11 @@ def _drive(client: Client, lease: str, settings: Settings) -> int:
     try:
         while True:
             try:
-                view = client.post("/v1/lease/renew", timeout=HEARTBEAT)
+                view = client.post("/v1/lease/renew", timeout=_ANSWER)
                 left = view["expires_in"] or 0.0
                 _tell(_state(view, settings.language), settings)
             except ServiceNotAnswering:
-                left = max(0.0, left - 2 * HEARTBEAT)
+                left = max(0.0, left - HEARTBEAT - _ANSWER)
                 _tell(word("unheard", settings.language, expires=_lasts(left)), settings)
             wait.wait(HEARTBEAT)
     except KeyboardInterrupt:

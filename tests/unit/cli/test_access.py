@@ -1,0 +1,276 @@
+"""`maya lease` and `maya user`, answered by a service that keeps what it is told."""
+
+from __future__ import annotations
+
+import io
+import json
+import sys
+from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from maya_un import credentials
+from maya_un.api.access.caller import Role
+from maya_un.api.access.store import Change, FileStore, User
+from maya_un.api.leasing import LeaseTaken, LeaseView
+from maya_un.api.messages import to_data
+from maya_un.api.people import Me, NewToken, TokenLine, UserLine
+from maya_un.cli import runtime
+from maya_un.cli.access import lease, resetting
+from maya_un.cli.access.words import word
+from maya_un.cli.main import main
+from maya_un.cli.runtime import Running
+from maya_un.cli.settings import Settings
+from maya_un.errors import LeaseLost
+from maya_un.loops import run
+from maya_un.process.journal import file
+from tests.unit.cli.servers import http_service
+
+NOBODY = LeaseView("", "", 0.0, "", False, None, None, None, False)
+OLGA = LeaseView("olga", "10.0.0.3", 130.0, "aligning", False, 7.6, "sam", "tom", True)
+TOKEN = "maya_0123abcd_" + "f" * 48
+DAY = "2026-11-21T16:02:21+00:00"
+
+
+class Kept:
+    """What the service was asked, and what it answers, by method and path."""
+
+    def __init__(self) -> None:
+        self.asked: list[tuple[str, str, Any]] = []
+        self.answers: dict[str, object] = {
+            "GET /v1/me": Me("root", "admin", "0123abcd", "127.0.0.1", True),
+            "GET /v1/lease": NOBODY,
+            "POST /v1/lease": LeaseTaken("secret", "root", "", 10.0),
+        }
+        self.lost = 0
+
+    def says(self, method: str, path: str, body: Any) -> tuple[int, object]:
+        self.asked.append((method, path, body))
+        if path == "/v1/lease/renew":
+            self.lost -= 1
+            if self.lost < 0:
+                problem = LeaseLost(reason="broken")
+                return 409, {"code": problem.code, "details": problem.details}
+            return 200, to_data(OLGA)
+        answer = self.answers[f"{method} {path}"]
+        return 200, [to_data(one) for one in answer] if isinstance(answer, list) else to_data(answer)
+
+
+@pytest.fixture
+def kept(monkeypatch: pytest.MonkeyPatch) -> Iterator[Kept]:
+    found = Kept()
+    with http_service(found.says) as url:
+        monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, None))
+        yield found
+
+
+@pytest.fixture
+def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("MAYA_STATE_DIR", str(tmp_path / "own"))
+    return tmp_path / "own" / file.NAME
+
+
+def printed(line: str, capsys: pytest.CaptureFixture[str], code: int = 0) -> str:
+    capsys.readouterr()
+    assert main(line.split()[1:]) == code
+    out, err = capsys.readouterr()
+    return out + err
+
+
+def users_in(path: Path) -> tuple[list[User], dict[str, list[str]]]:
+    """Return the users in a file, and the ids of their tokens."""
+
+    async def read() -> tuple[list[User], dict[str, list[str]]]:
+        store = FileStore(path)
+        users, tokens = await store.load()
+        await store.close()
+        return users, {user.name: [token.id for token in tokens if token.user == user.name] for user in users}
+
+    return run(read())
+
+
+def test_who_drives(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
+    assert printed("maya lease", capsys) == "Nobody drives. `maya lease take` takes it.\n"
+    kept.answers["GET /v1/lease"] = OLGA
+    assert printed("maya lease", capsys).splitlines() == [
+        "olga drives since 2 min (10.0.0.3): aligning.",
+        "That is you, here.",
+        "It ends in 8 s unless it is renewed.",
+        "It is offered to sam.",
+        "tom would like to drive.",
+    ]
+    assert "olga conduce desde hace 2 min" in printed("maya lease --lang es", capsys)
+    assert json.loads(printed("maya lease --json", capsys))["asked_by"] == "tom"
+
+
+def test_a_lease_for_a_time_is_kept_and_shown_and_given_back(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
+    answer = json.loads(printed("maya lease take --for 10min --note aligning --json", capsys))
+    assert "id" not in answer
+    assert kept.asked[-1] == ("POST", "/v1/lease", {"note": "aligning", "force": False, "patience": 600.0})
+    place = runtime.folder() / credentials.LEASE_FILE
+    assert place.stat().st_mode & 0o777 == 0o600
+    held = credentials.held()
+    assert held is not None
+    assert (held.id, credentials.headers(held.url)["Maya-Lease"]) == ("secret", "secret")
+    kept.answers["DELETE /v1/lease"] = NOBODY
+    assert printed("maya lease release", capsys) == "Given back: nobody drives.\n"
+    assert credentials.held() is None
+
+
+def test_what_was_lost_is_said_and_forgotten(
+    kept: Kept, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(lease, "HEARTBEAT", 0.001)
+    kept.lost = 3
+    text = printed("maya lease take --force", capsys, code=2)
+    assert text.startswith(
+        "You drive now. Ctrl-C gives it back.\nmaya: error 4105: This control lease has ended (broken)"
+    )
+    assert [path for _, path, _ in kept.asked] == ["/v1/lease"] + ["/v1/lease/renew"] * 4
+    assert kept.asked[0][2] == {"note": "", "force": True}
+    assert credentials.held() is None
+
+
+def test_it_is_offered_and_asked_for(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
+    kept.answers["POST /v1/lease/offer"] = kept.answers["POST /v1/lease/ask"] = OLGA
+    assert "Offered to sam" in printed("maya lease offer sam", capsys)
+    assert kept.asked[-1][2] == {"to": "sam"}
+    assert printed("maya lease ask", capsys) == "Asked. olga sees it.\n"
+    kept.answers["POST /v1/lease/ask"] = NOBODY
+    assert "operators see it" in printed("maya lease ask", capsys)
+
+
+@pytest.mark.parametrize("text", ["soon", "10", "-5min", "1e9d"])
+def test_durations_have_units(text: str, kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
+    code = 0 if text in {"10", "-5min", "1e9d"} else 2  # the service bounds it
+    printed(f"maya lease take --for {text}", capsys, code=code)
+
+
+def test_the_first_administrator_is_this_user(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
+    kept.answers["GET /v1/me"] = Me("local", "admin", "", "127.0.0.1", False)
+    kept.answers["POST /v1/users"] = NewToken("0123abcd", "root", "admin", TOKEN, "first", "")
+    assert "No users are kept" in printed("maya user", capsys)
+    text = printed("maya user add root --role admin", capsys)
+    assert text.splitlines()[:2] == ["root is admin now.", TOKEN]
+    assert "This one is kept in" in text
+    assert credentials.token() == TOKEN
+    assert credentials.token_file().stat().st_mode & 0o777 == 0o600
+
+
+def test_the_tokens_of_others_are_shown_and_not_kept(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
+    kept.answers["POST /v1/users"] = NewToken("0123abcd", "sam", "student", TOKEN, "first", "")
+    assert TOKEN in printed("maya user add sam", capsys)
+    assert kept.asked[-1][2] == {"name": "sam", "role": "student"}
+    assert credentials.token() == ""
+
+
+def test_users_and_tokens_are_listed(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
+    kept.answers["GET /v1/users"] = []
+    assert "No users are kept" in printed("maya user list", capsys)
+    kept.answers["GET /v1/users"] = [UserLine("sam", "student", DAY, True, 2, DAY)]
+    assert printed("maya user list", capsys).splitlines()[1].split() == [
+        "sam", "student", "2026-11-21", "yes", "2", "2026-11-21", "16:02",
+    ]  # fmt: skip
+    kept.answers["GET /v1/users/root/tokens"] = [TokenLine("0a", "root", "10.0.0.1", DAY, DAY, "", True, False)]
+    assert "session 10.0.0.1" in printed("maya user tokens", capsys)
+    kept.answers["GET /v1/users/root/tokens"] = []
+    assert printed("maya user tokens", capsys) == "root has no tokens.\n"
+    assert printed("maya user", capsys) == "You are root (admin), by token 0123abcd, from 127.0.0.1.\n"
+
+
+def test_a_token_lasts_as_long_as_it_is_said(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
+    kept.answers["POST /v1/users/root/tokens"] = NewToken("0a", "root", "admin", TOKEN, "", "")
+    printed("maya user token --expires 2099-01-31 --note notebook", capsys)
+    assert kept.asked[-1][2] == {"note": "notebook", "expires": "2099-01-31"}
+    printed("maya user token --for 30d", capsys)
+    left = datetime.fromisoformat(kept.asked[-1][2]["expires"]) - datetime.now(UTC)
+    assert timedelta(days=29, hours=23) < left <= timedelta(days=30)
+    assert "error 4008" in printed("maya user token --for 30d --expires 2099-01-31", capsys, code=2)
+    assert "error 4001" in printed("maya user token --for 1e9d", capsys, code=2)
+
+
+def test_a_token_is_revoked_by_its_id_or_as_it_is(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
+    kept.answers["DELETE /v1/tokens/0123abcd"] = {"removed": "0123abcd"}
+    for text in ("0123abcd", TOKEN):
+        assert printed(f"maya user revoke {text}", capsys) == "Token 0123abcd is valid no more.\n"
+
+
+def test_roles_and_removal(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
+    kept.answers["PATCH /v1/users/sam"] = UserLine("sam", "operator", DAY, False, 1, "")
+    assert printed("maya user role sam operator", capsys) == "sam is operator.\n"
+    assert kept.asked[-1][2] == {"role": "operator"}
+    kept.answers["DELETE /v1/users/sam"] = {"removed": "sam"}
+    assert "sam is removed" in printed("maya user remove sam", capsys)
+    assert "error 4008" in printed("maya user role sam king", capsys, code=2)
+
+
+def test_passwords_are_read_from_the_input_and_never_from_the_line(
+    kept: Kept, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept.answers["PATCH /v1/users/root"] = UserLine("root", "admin", DAY, True, 1, "")
+    monkeypatch.setattr(sys, "stdin", io.StringIO("correct horse battery\n"))
+    printed("maya user password", capsys)
+    assert kept.asked[-1][2] == {"password": "correct horse battery"}
+    kept.answers["GET /v1/me"] = Me("root", "student", "0a", "127.0.0.1", True)
+    monkeypatch.setattr(sys, "stdin", io.StringIO("the old one\nthe new one\n"))
+    printed("maya user password", capsys)
+    assert kept.asked[-1][2] == {"old": "the old one", "password": "the new one"}
+    monkeypatch.setattr(sys, "stdin", io.StringIO("the old one\n"))
+    printed("maya user password --none", capsys)
+    assert kept.asked[-1][2] == {"old": "the old one", "password": ""}
+
+
+def test_the_owner_of_the_file_gets_in_again(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    first = json.loads(printed("maya user reset root --json", capsys))
+    again = json.loads(printed("maya user reset root --json", capsys))
+    printed("maya user reset ann", capsys)
+    users, tokens = users_in(state)
+    assert [(user.name, user.role) for user in users] == [("ann", Role.ADMIN), ("root", Role.ADMIN)]
+    assert tokens["root"] == [again["id"]]
+    assert first["token"] != again["token"]
+    assert credentials.token().startswith(f"maya_{tokens['ann'][0]}_")
+    assert state.stat().st_mode & 0o077 == 0
+    assert "are forgotten" in printed("maya user reset --all", capsys)
+    assert users_in(state) == ([], {})
+
+
+def test_a_reset_keeps_the_password_and_raises_the_role(state: Path) -> None:
+    state.parent.mkdir()
+
+    async def fill() -> None:
+        store = FileStore(state)
+        await store.load()
+        await store.apply(Change(users=(User("sam", Role.STUDENT, DAY, "hash"),)))
+        await store.close()
+
+    run(fill())
+    assert resetting.reset("sam", Settings(json=True)) == 0
+    assert users_in(state)[0] == [User("sam", Role.ADMIN, DAY, "hash")]
+
+
+def test_while_the_service_runs_there_is_no_reset(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    state.parent.mkdir()
+    lock = file.Lock(state)
+    try:
+        for wish in ("root", "--all"):
+            assert "error 5010" in printed(f"maya user reset {wish}", capsys, code=2)
+    finally:
+        lock.release()
+    assert not state.exists()
+    for wish in ("", "root --all", "Root"):
+        assert "error 400" in printed(f"maya user reset {wish}", capsys, code=2)
+
+
+def test_both_languages_have_the_same_details() -> None:
+    from string import Formatter
+
+    from maya_un.cli.access import words
+
+    for key, (english, spanish) in words._WORDS.items():
+        assert {name for _, name, _, _ in Formatter().parse(english)} == {
+            name for _, name, _, _ in Formatter().parse(spanish)
+        }, key
+    assert word("yes", "es") == "sí"
