@@ -12,7 +12,10 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
     app.command(**how)(completion)
 
 
-def completion(shell: Annotated[Literal["bash", "zsh", "fish"], typer.Argument(metavar="bash|zsh|fish")]) -> int:
+def completion(
+    context: typer.Context,
+    shell: Annotated[Literal["bash", "zsh", "fish"], typer.Argument(metavar="bash|zsh|fish")],
+) -> int:
     """Print the script that lets a shell complete `maya` commands.
 
     bash: maya completion bash > ~/.local/share/bash-completion/completions/maya;
@@ -22,6 +25,6 @@ def completion(shell: Annotated[Literal["bash", "zsh", "fish"], typer.Argument(m
     from maya_un.cli import output
     from maya_un.cli.completion import bash, fish, tree
 
-    known = tree.commands()
+    known = tree.commands(context.find_root().command)
     output.say(fish.script(known) if shell == "fish" else bash.script(known, shell))
     return output.DONE

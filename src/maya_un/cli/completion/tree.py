@@ -35,13 +35,9 @@ class Command(NamedTuple):
     arguments: tuple[str, ...]
 
 
-def commands() -> list[Command]:
-    """Return all commands, the root first."""
-    import typer
-
-    from maya_un.cli.app import app
-
-    return list(_walk(typer.main.get_command(app), "maya"))
+def commands(root: Any) -> list[Command]:
+    """Return all commands below `root`, the parser's, and it first."""
+    return list(_walk(root, "maya"))
 
 
 def _walk(command: Any, path: str) -> Iterator[Command]:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
+import typer
 
-from maya_un.cli import runtime
+from maya_un.cli import app, runtime
 from maya_un.cli.completion import bash, fish, tree, values
 from maya_un.cli.main import main
 from tests.unit.cli.servers import http_service
@@ -33,8 +35,13 @@ LINES = [
 ]
 
 
+@functools.cache
+def all_commands() -> tuple[tree.Command, ...]:
+    return tuple(tree.commands(typer.main.get_command(app.app)))
+
+
 def test_the_tree_has_every_command_and_what_may_follow() -> None:
-    known = {command.path: command for command in tree.commands()}
+    known = {command.path: command for command in all_commands()}
     assert {"maya", "maya status", "maya stop", "maya job show", "maya dmc gclib run"} <= known.keys()
     assert known["maya job show"].arguments == (tree.JOBS,)
     assert known["maya run"].arguments == (tree.FILES,)
@@ -47,7 +54,7 @@ def test_the_tree_has_every_command_and_what_may_follow() -> None:
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_the_command_prints_the_script(shell: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["completion", shell]) == 0
-    known = tree.commands()
+    known = all_commands()
     script = fish.script(known) if shell == "fish" else bash.script(known, shell)
     assert capsys.readouterr().out == f"{script}\n"
 
@@ -56,7 +63,7 @@ def test_the_command_prints_the_script(shell: str, capsys: pytest.CaptureFixture
 @pytest.mark.parametrize(("line", "offered"), LINES)
 def test_bash_offers(line: str, offered: set[str], tmp_path: Path) -> None:
     ask = 'source ./script; COMP_WORDS=(maya "$@"); COMP_CWORD=$#; _maya; printf \'%s\\n\' "${COMPREPLY[@]}"'
-    (tmp_path / "script").write_text(bash.script(tree.commands()))
+    (tmp_path / "script").write_text(bash.script(all_commands()))
     words = line.split(" ")
     done = subprocess.run(
         [str(BASH), "-c", ask, "bash", *words], cwd=tmp_path, capture_output=True, text=True, check=True
@@ -73,7 +80,7 @@ def test_bash_offers_files_where_a_file_is_meant(tmp_path: Path) -> None:
 @pytest.mark.skipif(FISH is None, reason="there is no fish")
 @pytest.mark.parametrize(("line", "offered"), LINES)
 def test_fish_offers(line: str, offered: set[str], tmp_path: Path) -> None:
-    (tmp_path / "script").write_text(fish.script(tree.commands()))
+    (tmp_path / "script").write_text(fish.script(all_commands()))
     ask = f"source ./script; complete -C 'maya {line}'"
     done = subprocess.run(
         [str(FISH), "--no-config", "-c", ask], cwd=tmp_path, capture_output=True, text=True, check=True
@@ -83,7 +90,7 @@ def test_fish_offers(line: str, offered: set[str], tmp_path: Path) -> None:
 
 @pytest.mark.skipif(ZSH is None, reason="there is no zsh")
 def test_zsh_reads_the_script(tmp_path: Path) -> None:
-    (tmp_path / "script").write_text(bash.script(tree.commands(), "zsh"))
+    (tmp_path / "script").write_text(bash.script(all_commands(), "zsh"))
     ask = "autoload -U compinit && compinit -u -d dump && source ./script && echo $_comps[maya]"
     done = subprocess.run([str(ZSH), "-f", "-c", ask], cwd=tmp_path, capture_output=True, text=True, check=True)
     assert "_maya" in done.stdout
