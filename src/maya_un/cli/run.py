@@ -20,6 +20,7 @@ from maya_un.cli.display import Display, chosen
 from maya_un.cli.follow import follow
 from maya_un.cli.narrate import tell
 from maya_un.cli.quantities import clock_factor, target_address
+from maya_un.cli.record import shelf
 from maya_un.cli.report import as_data, as_text
 from maya_un.cli.settings import Settings
 from maya_un.cli.signals import on_end
@@ -176,6 +177,7 @@ class _Performance:
             skip_home=self._skip_home,
             speed=self._factor,
             places=taught_places(self._settings),
+            recordings=shelf(config.recorder),
         ) as robot:
             if self._home_first:
                 await robot.controller.home()
