@@ -1,0 +1,236 @@
+"""`maya job` and `maya history`."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.unit.cli.queueing.answers import LINE, VIEW, Service, Several, printed, running
+
+Serve = Callable[..., Service]
+
+REPORT: dict[str, Any] = {
+    "id": 7, "name": "two cubes", "state": "done", "code": 0, "message": "", "predicted": 61.0, "duration": 63.5,
+    "lowest": 0.4, "highest": 0.9, "parts": {}, "remarks": [],
+    "steps": [
+        {
+            "index": 1, "key": "steps.0", "step": "home", "state": "done", "code": 0, "message": "", "predicted": None,
+            "duration": 63.5, "end_counts": None, "end_point": None, "phase": "",
+        }
+    ],
+    "line": {**LINE, "state": "done", "notes": "for berta", "began": "2026-03-01T10:00:01+00:00"},
+}  # fmt: skip
+
+
+@pytest.fixture
+def serve(monkeypatch: pytest.MonkeyPatch) -> Iterator[Serve]:
+    """Return what serves answers by path until the test ends."""
+    with ExitStack() as stack:
+        yield lambda **answers: stack.enter_context(running(Service(**answers), monkeypatch))
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> str:
+    place = tmp_path / "mine.yaml"
+    place.write_text("steps: [home]\n", encoding="utf-8")
+    return str(place)
+
+
+def test_a_job_is_submitted_with_what_was_said_of_it(
+    serve: Serve, capsys: pytest.CaptureFixture[str], file: str
+) -> None:
+    service = serve(**{"/v1/jobs": {"id": 7, "name": "mine", "steps": 1}})
+    line = "--priority 5 --held --after 3 --after 4 --notes a&b --on-failure pause --retries 2 --stepwise"
+    assert printed(["job", "submit", file, *line.split()], capsys) == "Job 7, mine: 1 steps.\n"
+    ((_, path, body),) = service.said
+    assert path == (
+        "/v1/jobs?priority=5&held=true&depends_on=3&depends_on=4&notes=a%26b&on_failure=pause&retries=2&stepwise=true"
+    )
+    assert body["name"] == "mine"
+    assert body["steps"] == [{"home": True}]
+
+
+def test_where_nothing_is_said_nothing_is_asked_for(
+    serve: Serve, capsys: pytest.CaptureFixture[str], file: str
+) -> None:
+    service = serve(**{"/v1/jobs": {"id": 7, "name": "mine", "steps": 1}})
+    printed(["job", "submit", file], capsys)
+    assert service.said[0][1] == "/v1/jobs"
+
+
+def test_a_submission_can_be_followed_and_tells_what_it_waits_for(
+    serve: Serve, capsys: pytest.CaptureFixture[str], file: str
+) -> None:
+    paused = {**VIEW, "mode": "paused", "reason": "asked", "by": "berta", "waiting": [LINE]}
+    news = [{"seq": 41, "time": 0.0, "kind": "job", "code": 0, "detail": {"job": 7}}]
+    serve(
+        **{
+            "POST /v1/jobs": {"id": 7, "name": "two cubes", "steps": 1},
+            "/v1/jobs/7": [Several({**REPORT, "state": "queued"}), Several(REPORT)],
+            "/v1/queue": paused,
+            "/v1/events": [Several([]), Several(news)],
+        }
+    )
+    said = printed(["job", "submit", file, "--wait"], capsys)
+    assert said.count("Job 7 waits: the queue is paused (berta asked for it).") == 1
+    assert "two cubes: done in 63.5 s" in said
+
+
+@pytest.mark.parametrize(
+    ("report", "answers", "words"),
+    [
+        ("held", {"/v1/queue": {**VIEW, "waiting": [{**LINE, "proposal": True}]}}, "is a proposal. An operator"),
+        ("held", {}, "Job 7 is held. `maya job release 7`"),
+        ("interrupted", {"/v1/queue": {**VIEW, "recovery": {"job": 7}}}, "job 7 was interrupted"),
+        (
+            "queued",
+            {"/v1/lease": {"holder": "berta", "implicit": False, "yours": False, "since": 12.4}},
+            "berta drives",
+        ),
+        ("queued", {"/v1/queue": {**VIEW, "waiting": [LINE], "running": {"id": 3}}}, "its turn, number 1."),
+    ],
+)
+def test_every_reason_to_wait_has_its_words(
+    serve: Serve, capsys: pytest.CaptureFixture[str], report: str, answers: dict[str, Any], words: str
+) -> None:
+    news = [{"seq": 41, "time": 0.0, "kind": "job", "code": 0, "detail": {"job": 7}}]
+    reports = [Several({**REPORT, "state": report}), Several(REPORT)]
+    serve(**{"POST /v1/tasks": REPORT, "/v1/jobs/7": reports, "/v1/events": news, **answers})
+    assert words in printed(["home"], capsys)
+
+
+def test_a_wish_that_goes_on_by_itself_says_nothing_of_waiting(
+    serve: Serve, capsys: pytest.CaptureFixture[str]
+) -> None:
+    news = [{"seq": 41, "time": 0.0, "kind": "job", "code": 0, "detail": {"job": 7}}]
+    reports = [Several({**REPORT, "state": "queued"}), Several(REPORT)]
+    serve(**{"POST /v1/tasks": REPORT, "/v1/jobs/7": reports, "/v1/events": news})
+    assert printed(["home"], capsys) == "Done.\n"
+
+
+def test_a_job_is_shown_step_by_step_with_who_asked_for_it(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+    serve(**{"/v1/jobs/7": REPORT})
+    said = printed(["job", "show", "7"], capsys)
+    assert "two cubes: done in 63.5 s; gripper between 0.400 m and 0.900 m" in said
+    assert "asked for by ana (10.0.0.7) on" in said
+    assert said.endswith("for berta\n")
+    assert json.loads(printed(["job", "show", "7", "--json"], capsys)) == REPORT
+
+
+@pytest.mark.parametrize(
+    ("line", "asked", "said"),
+    [
+        ("hold 7", ("POST", "/v1/jobs/7/hold", None), "Job 7, two cubes: held.\n"),
+        ("release 7", ("POST", "/v1/jobs/7/release", None), "Job 7, two cubes: held.\n"),
+        ("notes 7 hello", ("PATCH", "/v1/jobs/7", {"notes": "hello"}), "Job 7, two cubes: held.\n"),
+        ("cancel 7", ("DELETE", "/v1/jobs/7", None), "Job 7, two cubes: held.\n"),
+        ("again 7", ("POST", "/v1/jobs/7/again", {}), "Job 7, two cubes: held; it is job 7 again.\n"),
+        (
+            "again 7 --from 3",
+            ("POST", "/v1/jobs/7/again", {"from_step": 3}),
+            "Job 7, two cubes: held; it is job 7 again.\n",
+        ),
+        (
+            "edit 7 --priority 3 --no-stepwise --after 5",
+            ("PATCH", "/v1/jobs/7", {"priority": 3, "stepwise": False, "depends_on": [5]}),
+            "Job 7, two cubes: held.\n",
+        ),
+    ],
+)
+def test_a_job_is_told(
+    serve: Serve, capsys: pytest.CaptureFixture[str], line: str, asked: tuple[str, str, Any], said: str
+) -> None:
+    service = serve(**{asked[1]: {**LINE, "state": "held"}})
+    assert printed(["job", *line.split()], capsys) == said
+    assert service.said == [asked]
+
+
+def edited(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, script: str) -> None:
+    """Have an editor that changes the file like this."""
+    editor = tmp_path / "editor"
+    editor.write_text(f"#!/bin/sh\n{script}\n", encoding="utf-8")
+    editor.chmod(0o755)
+    monkeypatch.setenv("VISUAL", str(editor))
+
+
+def test_without_options_a_job_is_opened_in_the_editor(
+    serve: Serve, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    edited(monkeypatch, tmp_path, 'sed -i "s/open/close/" "$1"')
+    body = {"name": "mine", "steps": ["home", {"gripper": "open"}]}
+    service = serve(**{"/v1/jobs/7/body": body, "/v1/jobs/7": LINE})
+    assert printed(["job", "edit", "7"], capsys) == "Job 7, two cubes: queued.\n"
+    ((_, _, changes),) = service.said
+    assert changes["job"]["steps"] == [{"home": True}, {"gripper": "close"}]
+    assert changes["job"]["name"] == "mine"
+
+
+def test_what_is_left_as_it_was_changes_nothing(
+    serve: Serve, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    edited(monkeypatch, tmp_path, "exit 0")
+    service = serve(**{"/v1/jobs/7/body": {"name": "mine", "steps": ["home"]}})
+    assert printed(["job", "edit", "7"], capsys) == "Nothing was changed.\n"
+    assert service.said == []
+
+
+@pytest.mark.parametrize("script", ["exit 3", 'echo "steps: [fly]" > "$1"'])
+def test_an_editor_that_fails_or_leaves_no_job_changes_nothing(
+    serve: Serve, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, script: str
+) -> None:
+    edited(monkeypatch, tmp_path, script)
+    service = serve(**{"/v1/jobs/7/body": {"name": "mine", "steps": ["home"]}})
+    assert printed(["job", "edit", "7"], capsys, 2).startswith("maya: error ")
+    assert service.said == []
+
+
+PAST = [
+    {**LINE, "id": number, "state": "done", "duration": 3725.0, "submitted": f"2026-03-01T1{number}:00:00+00:00"}
+    for number in (3, 2, 1)
+]
+
+
+def test_the_history_tells_what_was_predicted_what_it_took_and_from_where(
+    serve: Serve, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(os.environ, "TZ", "UTC")
+    serve(**{"/v1/jobs": [Several(PAST), Several([])]})
+    rows = [line.split() for line in printed(["history"], capsys).splitlines()]
+    assert len(rows) == 4
+    assert rows[1][:9] == ["3", "two", "cubes", "done", "0/5", "1:01", "min", "1:02:05", "h"]
+    assert rows[1][-2:] == ["ana", "10.0.0.7"]
+
+
+def test_the_history_is_asked_for_what_was_said(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+    service = serve(**{"/v1/jobs": [Several([])]})
+    line = ["history", "5", "--owner", "ana", "--state", "done", "--state", "failed", "--text", "a b"]
+    assert printed(line, capsys) == "Nothing has been done yet.\n"
+    assert service.asked == [("GET", "/v1/jobs?owner=ana&text=a+b&limit=5&state=done&state=failed", None)]
+
+
+def test_a_long_history_is_read_page_after_page(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+    service = serve(**{"/v1/jobs": [Several(PAST), Several(PAST[:1]), Several([])]})
+    assert len(json.loads(printed(["history", "10", "--json"], capsys))["jobs"]) == 4
+    assert [path for _, path, _ in service.asked] == [
+        "/v1/jobs?limit=10", "/v1/jobs?below=1&limit=7", "/v1/jobs?below=3&limit=6",
+    ]  # fmt: skip
+
+
+def test_as_csv_every_field_is_a_column(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+    serve(**{"/v1/jobs": [Several([{**PAST[0], "depends_on": [1, 2], "notes": 'a, "b"'}]), Several([])]})
+    (row,) = csv.DictReader(io.StringIO(printed(["history", "--csv"], capsys)))
+    assert row.keys() == LINE.keys()
+    assert (row["id"], row["depends_on"], row["notes"]) == ("3", "1 2", 'a, "b"')
+
+
+def test_csv_and_json_are_two_ways_of_one_answer(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+    serve()
+    assert json.loads(printed(["history", "--csv", "--json"], capsys, 2))["error"]["code"] == 4008

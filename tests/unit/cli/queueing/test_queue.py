@@ -1,0 +1,197 @@
+"""`maya queue`: shown, changed, and what becomes of an interrupted job."""
+
+from __future__ import annotations
+
+import io
+import json
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from typing import Any
+
+import pytest
+
+from tests.unit.cli.queueing.answers import LINE, OFFER, STATUS, VIEW, Service, printed, running
+
+Serve = Callable[..., Service]
+
+
+@pytest.fixture
+def serve(monkeypatch: pytest.MonkeyPatch) -> Iterator[Serve]:
+    """Return what serves answers by path until the test ends."""
+    with ExitStack() as stack:
+        yield lambda **answers: stack.enter_context(running(Service(**answers), monkeypatch))
+
+
+def words(text: str) -> list[list[str]]:
+    """Return the words of each line."""
+    return [line.split() for line in text.splitlines() if line]
+
+
+def test_an_empty_queue_says_so(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+    serve()
+    assert printed(["queue"], capsys) == "The queue is running.\n\nNothing waits.\n"
+
+
+def test_what_is_under_way_comes_first_with_its_end_by_the_clock_of_the_wall(
+    serve: Serve, capsys: pytest.CaptureFixture[str]
+) -> None:
+    under_way = {**LINE, "id": 6, "name": "one", "state": "running", "done": 2, "eta": 130.0, "position": None}
+    waiting = {**LINE, "eta": 4000.0, "priority": 5, "notes": "please", "depends_on": [6]}
+    view = {**VIEW, "running": under_way, "waiting": [waiting], "counts": {"running": 1, "queued": 3}}
+    progress = {"phase": "down", "elapsed": 2.0, "duration": 8.0}
+    serve(**{"/v1/queue": view, "/v1/status": {**STATUS, "speed": 10.0, "progress": progress}})
+    shown = words(printed(["queue"], capsys))
+    assert shown[2][:7] == ["6", "one", "running", "2/5", "13.0", "s", shown[2][6]]
+    assert shown[3][:7] == ["7", "two", "cubes", "queued", "0/5", "6:40", "min"]
+    assert shown[3][-5:] == ["5", "ana", "please", "after", "6"]
+    assert shown[4:] == [["under", "way:", "down,", "25", "%"], ["2", "more", "wait."]]
+
+
+def test_a_paused_queue_says_why_and_how_it_goes_on(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+    view = {**VIEW, "mode": "paused", "reason": "stop", "by": "berta", "since": "2026-03-01T10:00:00+00:00"}
+    serve(**{"/v1/queue": view})
+    said = printed(["queue"], capsys)
+    assert "(somebody said stop: berta). `maya queue resume` lets it go on." in said
+    assert "en pausa" in printed(["queue", "--lang", "es"], capsys)
+
+
+def test_as_json_it_is_what_the_service_says(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+    serve()
+    assert json.loads(printed(["queue", "--json"], capsys)) == VIEW
+
+
+def test_an_interrupted_job_is_told_with_where_the_machine_is_and_what_may_be_chosen(
+    serve: Serve, capsys: pytest.CaptureFixture[str]
+) -> None:
+    serve(**{"/v1/queue": {**VIEW, "mode": "paused", "reason": "restart", "recovery": OFFER}})
+    said = printed(["queue"], capsys)
+    assert "Job 7, two cubes, was interrupted in step 3, pick left (close)" in said
+    assert "x 0.500  y 1.100  z 0.400 m" in said
+    assert "whether it holds a part only a person can see" in said
+    assert "redo    do the interrupted step again, then the rest (with --holding yes|no)" in said
+    assert "wave    wave a hand" in said
+
+
+def test_one_interrupted_between_two_steps(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+    offer = {**OFFER, "index": 0, "step": "", "phase": "", "holding": False, "state": {"point": None}}
+    serve(**{"/v1/queue": {**VIEW, "mode": "paused", "reason": "restart", "recovery": offer}})
+    said = printed(["queue"], capsys)
+    assert "was interrupted between two steps" in said
+    assert "The robot is not homed.\nThe gripper is open." in said
+
+
+@pytest.mark.parametrize(
+    ("line", "asked"),
+    [
+        ("pause", ("POST", "/v1/queue/pause", {"when": "after step"})),
+        ("pause --now", ("POST", "/v1/queue/pause", {"when": "now"})),
+        ("resume", ("POST", "/v1/queue/resume", None)),
+        ("step", ("POST", "/v1/queue/step", None)),
+    ],
+)
+def test_the_queue_is_told(
+    serve: Serve, capsys: pytest.CaptureFixture[str], line: str, asked: tuple[str, str, Any]
+) -> None:
+    service = serve(**{asked[1]: VIEW})
+    assert printed(["queue", *line.split()], capsys) == "The queue is running.\n"
+    assert service.said == [asked]
+
+
+def test_clearing_tells_how_many_jobs_that_were(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+    serve(
+        **{
+            "/v1/queue": {**VIEW, "counts": {"queued": 3, "running": 1}},
+            "/v1/queue/clear": {**VIEW, "counts": {"running": 1}},
+        }
+    )
+    assert printed(["queue", "clear"], capsys) == "3 jobs were cancelled.\n"
+
+
+@pytest.mark.parametrize(
+    ("line", "body"),
+    [
+        ("7 first", {"to": "first"}),
+        ("7 last", {"to": "last"}),
+        ("7 before 9", {"before": 9}),
+        ("7 after 9", {"after": 9}),
+    ],
+)
+def test_a_job_is_put_somewhere_else(
+    serve: Serve, capsys: pytest.CaptureFixture[str], line: str, body: dict[str, Any]
+) -> None:
+    service = serve(**{"/v1/jobs/7/move": {**LINE, "position": 2}})
+    assert printed(["queue", "move", *line.split()], capsys) == "Job 7, two cubes: number 2 of those that wait.\n"
+    assert service.said == [("POST", "/v1/jobs/7/move", body)]
+
+
+@pytest.mark.parametrize("line", ["7 first 9", "7 before", "7 sideways", "x first", "0 first"])
+def test_a_place_that_is_none_is_refused_before_anybody_is_asked(
+    serve: Serve, capsys: pytest.CaptureFixture[str], line: str
+) -> None:
+    service = serve()
+    assert printed(["queue", "move", *line.split()], capsys, 2).startswith("maya: error 4008:")
+    assert service.asked == []
+
+
+def at_terminal(monkeypatch: pytest.MonkeyPatch, said: str) -> None:
+    """Have somebody sit at the terminal and type this."""
+    keyboard = io.StringIO(said)
+    monkeypatch.setattr(keyboard, "isatty", lambda: True)
+    monkeypatch.setattr(sys, "stdin", keyboard)
+
+
+OFFERED = {"/v1/queue": {**VIEW, "recovery": OFFER}, "/v1/queue/recovery": VIEW}
+
+
+def test_what_becomes_of_it_is_said_whole_on_the_command_line(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+    service = serve(**OFFERED)
+    printed(["queue", "recover", "redo", "--holding", "no", "--pause"], capsys)
+    body = {"choice": "redo", "holding": False, "resume_queue": False}
+    assert service.said == [("POST", "/v1/queue/recovery", body)]
+
+
+def test_on_a_terminal_it_asks_until_it_is_answered(
+    serve: Serve, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    service = serve(**OFFERED)
+    at_terminal(monkeypatch, "what\n\nre\nmaybe\nYES\n")
+    said = printed(["queue", "recover"], capsys)
+    assert "Job 7, two cubes, was interrupted" in said
+    assert said.count("One of: redo, abort, wave") == 2
+    assert said.count("One of: yes, no") == 1
+    assert service.said == [("POST", "/v1/queue/recovery", {"choice": "redo", "holding": True, "resume_queue": True})]
+
+
+def test_what_needs_no_answer_is_not_asked_for(
+    serve: Serve, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    service = serve(**OFFERED)
+    at_terminal(monkeypatch, "abort\n")
+    printed(["queue", "recover"], capsys)
+    assert service.said == [("POST", "/v1/queue/recovery", {"choice": "abort", "resume_queue": True})]
+
+
+def test_whoever_leaves_without_an_answer_has_chosen_nothing(
+    serve: Serve, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    service = serve(**OFFERED)
+    at_terminal(monkeypatch, "")
+    assert "nobody chose" in printed(["queue", "recover"], capsys, 2)
+    assert service.said == []
+
+
+def test_where_nobody_can_be_asked_the_choice_must_be_said(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+    service = serve(**OFFERED)
+    assert "CHOICE is missing" in printed(["queue", "recover"], capsys, 2)
+    assert service.said == []
+
+
+def test_where_nothing_was_interrupted_nothing_is_asked(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+    service = serve()
+    assert printed(["queue", "recover"], capsys) == "Nothing was interrupted.\n"
+    assert service.said == []
+
+
+def test_without_a_service_it_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    assert printed(["queue"], capsys, 1).startswith("maya: error 1020")
