@@ -6,7 +6,7 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -15,11 +15,11 @@ MAYA = str(Path(sys.executable).with_name("maya"))
 
 
 class Process:
-    """A command that runs."""
+    """A command that runs; what is `before` it runs it."""
 
-    def __init__(self, line: str) -> None:
+    def __init__(self, line: str, before: Sequence[str] = ()) -> None:
         self._popen = subprocess.Popen(
-            [MAYA, *line.split()], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1
+            [*before, MAYA, *line.split()], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1
         )
 
     def until(self, text: str) -> str:

@@ -59,21 +59,30 @@ class Lock:
 
 
 class Seen:
-    """Whether the files still stand where they were opened: what is written to a removed one is lost."""
+    """Whether the files still stand where they were opened: what is written to a removed one is lost.
+
+    The file itself only ever grows, so one that is shorter was cut by somebody else.
+    """
 
     def __init__(self, path: Path) -> None:
+        self._path = path
         self._known = {file: _identity(file) for file in (path, beside(path, "-wal"))}
+        self._size = path.stat().st_size
 
     def require(self) -> None:
-        """Raise `OSError` where one was moved, removed or replaced."""
+        """Raise `OSError` where one was moved, removed or replaced, or the file was cut short."""
         for file, known in self._known.items():
             if _identity(file) != known:
                 raise OSError(f"{file} was moved or removed while it was in use")
+        size = self._path.stat().st_size
+        if size < self._size:
+            raise OSError(f"{self._path} was cut short while it was in use")
+        self._size = size
 
 
 def _identity(path: Path) -> tuple[int, int] | None:
     try:
-        found = os.stat(path)  # noqa: PTH116 - twice a commit
+        found = path.stat()
     except OSError:
         return None
     return found.st_dev, found.st_ino

@@ -327,6 +327,16 @@ async def test_nothing_is_acknowledged_into_a_file_that_was_removed(path: Path, 
             await journal.add(job_row(2))
 
 
+async def test_nothing_is_acknowledged_into_a_file_that_was_cut_short(path: Path) -> None:
+    async with opened(path) as journal:
+        await journal.add(job_row(1))
+        overwrite(path, b"")
+        with pytest.raises(StorageFailed, match="cut short"):
+            await journal.add(job_row(2))
+        with pytest.raises(StorageFailed, match="cut short"):
+            await journal.add(job_row(3))
+
+
 async def test_a_lost_folder_is_said(path: Path) -> None:
     async with opened(path) as journal:
         path.parent.rename(path.parent.with_name("elsewhere"))
