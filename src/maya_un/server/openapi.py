@@ -89,7 +89,7 @@ def refusals(route: APIRoute, rule: Rule) -> list[type[MayaError]]:
         kinds += [NotSignedIn, NotAllowed]
     if route.path not in UNLIMITED:
         kinds.append(TooManyRequests)
-    if rule.takes is not None or any(one.drives for one in map(RULES.__getitem__, rule.operations)):
+    if rule.takes is not None or route.methods != {"GET"}:
         kinds.append(InvalidValue)
     if any(RULES[one].drives for one in rule.operations):
         kinds += [LeaseNeeded, LeaseHeld, LeaseLost]
@@ -163,6 +163,8 @@ class _Document:
 
     def _problems(self, route: APIRoute, rule: Rule) -> Json:
         by_status: dict[int, list[type[MayaError]]] = {HTTPStatus.FORBIDDEN: [InvalidRequest]}
+        if "{" in route.path:
+            by_status[HTTPStatus.NOT_FOUND] = [InvalidRequest]  # a name that breaks the line is no path
         for kind in refusals(route, rule):
             by_status.setdefault(int(status_of(kind)), []).append(kind)
         for status in (HTTPStatus.REQUEST_TIMEOUT, HTTPStatus.REQUEST_ENTITY_TOO_LARGE):

@@ -4,143 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import AsyncIterator, Awaitable, Callable
-from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
-import httpx
 import pytest
 
-from maya_un.api.access.caller import Caller
-from maya_un.api.messages import EventMessage, HeldJog
-from maya_un.api.service import Service
-from maya_un.controller.protocol import Jogged
 from maya_un.errors import Busy, CannotPause, InvalidJob, LinkLost, MayaError, NotFound, NotPaused, Unreachable
-from maya_un.events import Event, EventLog, Kind
+from maya_un.events import Kind
 from maya_un.process.journal.protocol import Filter
-from maya_un.process.journal.rows import Options
-from maya_un.server.app import create_app
-from maya_un.server.bridge import Bridge
 from maya_un.server.guard import BODY_LIMIT
-from maya_un.values import Point, StopReport
+from maya_un.values import Point
+from tests.unit.server.stand_in import StandIn, door, problem
 from tests.virtual_time import elapse
-
-
-@dataclass(frozen=True)
-class Now:
-    """As much of a status as is looked at."""
-
-    run: int = 3
-
-
-class StandIn:
-    """Answers like a service, notes what it was asked, and fails on demand."""
-
-    def __init__(self) -> None:
-        self.log = EventLog(lambda: 0.0)
-        self.asked: list[tuple[object, ...]] = []
-        self.error: Exception | None = None
-        self.history = self
-        self.options, self.key = Options(), ""
-        self.released = asyncio.Event()
-
-    def _note(self, *what: object) -> None:
-        self.asked.append(what)
-        if self.error is not None:
-            raise self.error
-
-    async def status(self) -> Now:
-        self._note("status")
-        return Now()
-
-    async def events(self, run: int, above: int, limit: int) -> list[EventMessage]:
-        return [EventMessage.of(event) for event in self.log.since(above)[:limit]] if run == Now().run else []
-
-    async def submit(self, job: dict[str, Any], *, by: Caller, options: Options, key: str) -> dict[str, int]:
-        self.options, self.key = options, key
-        self._note("submit", job)
-        return {"id": 1}
-
-    async def wish(
-        self, primitive: dict[str, Any], *, wait: bool, by: Caller, options: Options, key: str
-    ) -> dict[str, bool]:
-        self.options, self.key = options, key
-        self._note("wish", primitive, wait)
-        if wait:
-            await self.released.wait()
-        return {"waited": wait}
-
-    async def job(self, number: int) -> dict[str, int]:
-        self._note("job", number)
-        return {"id": number}
-
-    async def page(self, which: Filter) -> list[int]:
-        self._note("page", which)
-        return []
-
-    async def cancel(self, number: int, *, by: Caller) -> dict[str, int]:
-        self._note("cancel", number)
-        return {"id": number}
-
-    async def preview(self, job: dict[str, Any]) -> dict[str, float]:
-        self._note("preview", job)
-        return {"duration": 1.0}
-
-    async def jog(self, axis: str, distance: float, *, speed: float, clip: bool) -> Jogged:
-        self._note("jog", axis, distance, speed, clip)
-        return Jogged(axis, distance)
-
-    async def jog_hold(self, axis: str, direction: int, *, speed: float) -> HeldJog:
-        self._note("jog_hold", axis, direction, speed)
-        return HeldJog(axis, direction, moving=True)
-
-    async def jog_release(self) -> None:
-        self._note("jog_release")
-
-    async def pause(self) -> StopReport:
-        self._note("pause")
-        return StopReport(True, 0.5, (0.0, 0.01, 0.02))
-
-    async def resume(self) -> None:
-        self._note("resume")
-
-    async def speed(self, ratio: float) -> None:
-        self._note("speed", ratio)
-
-    async def stop(self) -> StopReport:
-        self._note("stop")
-        return StopReport(True, 0.5, (0.0, 0.01, 0.02))
-
-    async def abort(self) -> None:
-        self._note("abort")
-
-    async def recover(self) -> None:
-        self._note("recover")
-
-    def follow_events(self, seq: int) -> AsyncIterator[Event]:
-        return self.log.follow(seq)
-
-
-Ask = Callable[..., Awaitable[httpx.Response]]
-
-
-def door(service: StandIn, *, parts: bool = False) -> httpx.AsyncClient:
-    """Return a client of the application around `service`, within the running loop."""
-    places = (lambda: {"cube": Point(0.5, 1.0, 0.4)}) if parts else None
-    bridge = Bridge(asyncio.get_running_loop(), cast("Service", service), places)
-    transport = httpx.ASGITransport(create_app(bridge), raise_app_exceptions=False)
-    return httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1:4133")
-
-
-def problem(response: httpx.Response) -> dict[str, Any]:
-    """Return a refusal, after checking what every refusal has."""
-    assert response.headers["content-type"] == "application/problem+json"
-    body = response.json()
-    assert body["status"] == response.status_code
-    assert body["type"] == f"urn:maya:error:{body['code']}"
-    assert body["detail"] and body["title"] and isinstance(body["details"], dict)
-    assert "Traceback" not in response.text
-    return body
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,87 @@
+from __future__ import annotations
+
+import json
+import logging
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from maya_un.events import Event, Kind
+from maya_un.server import log
+
+
+@pytest.fixture(autouse=True)
+def own_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MAYA_STATE_DIR", str(tmp_path))
+
+
+def lines() -> list[dict[str, Any]]:
+    """Return what the file says."""
+    return [json.loads(line) for line in log.log_path().read_text(encoding="utf-8").splitlines()]
+
+
+def test_a_line_is_json_with_fields_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
+    with log.kept():
+        log.note("http", logging.WARNING, "POST /v1/stop 409", request="a-1", code=1010)
+    (line,) = lines()
+    date = line.pop("time")
+    assert (len(date), date[10], date[-1]) == (24, "T", "Z")
+    assert line == {
+        "level": "warning",
+        "logger": "maya.http",
+        "message": "POST /v1/stop 409",
+        "request": "a-1",
+        "code": 1010,
+    }
+    assert capsys.readouterr().err == f"{date} warning maya.http: POST /v1/stop 409 (1010)\n"
+
+
+def test_what_happens_to_the_robot_is_written_and_single_motions_are_not() -> None:
+    with log.kept(people=False):
+        log.note_event(Event(1, 0.0, Kind.MOVING, 0, {"to": "x"}))
+        log.note_event(Event(2, 0.0, Kind.FAULT, 2302, {"axis": "b"}))
+        log.note_event(Event(3, 0.0, Kind.HOMED))
+    assert [(line["seq"], line["level"], line["kind"], line["code"]) for line in lines()] == [
+        (2, "error", "fault", 2302),
+        (3, "info", "homed", 0),
+    ]
+    assert lines()[0]["detail"] == {"axis": "b"}
+
+
+def test_a_defect_has_its_traceback_in_the_line() -> None:
+    with pytest.raises(ZeroDivisionError) as caught:
+        _ = 1 / 0
+    with log.kept(people=False):
+        assert log.note_defect(caught.value) == ""
+    (line,) = lines()
+    assert (line["level"], line["message"]) == ("error", "ZeroDivisionError: division by zero")
+    assert "Traceback" in line["traceback"]
+
+
+def test_the_file_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(log, "MOST_BYTES", 2_000)
+    with log.kept(people=False):
+        for number in range(400):
+            log.note("http", logging.INFO, "x" * 50, number=number)
+    files = sorted(log.log_path().parent.glob("maya.log*"))
+    assert len(files) == 1 + log.MOST_FILES
+    assert all(file.stat().st_size <= 2_000 for file in files)
+    assert lines()[-1]["number"] == 399
+
+
+def test_where_nothing_can_be_written_nothing_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setenv("MAYA_STATE_DIR", str(tmp_path / "file" / "folder"))
+    with log.kept(people=False):
+        log.note("http", logging.INFO, "lost")
+        assert log.note_defect(ValueError("x")) != ""
+
+
+def test_a_library_complains_to_the_file_and_not_to_the_screen(capsys: pytest.CaptureFixture[str]) -> None:
+    log.hand_over("a.library")
+    library = logging.getLogger("a.library")
+    library.error("only words")
+    library.error("it failed", exc_info=ValueError("a defect of it"))
+    assert [line["message"] for line in lines()] == ["ValueError: a defect of it"]
+    assert capsys.readouterr() == ("", "")

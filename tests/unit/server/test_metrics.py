@@ -1,0 +1,122 @@
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+
+import pytest
+from prometheus_client.parser import text_string_to_metric_families
+
+from maya_un.api.messages import Status
+from maya_un.events import Event, Kind
+from maya_un.process.view import QueueMode, QueueView
+from maya_un.server.metrics import LOOK, Metrics
+from maya_un.values import Joints, Mode, State
+from tests.unit.server.stand_in import StandIn, door
+
+STATE = State(
+    time=1.0,
+    mode=Mode.MOVING,
+    homed=True,
+    counts=(0, 0, 0),
+    joints=Joints(0.5, 1.5, 1.6),
+    point=None,
+    velocity=(0.0, 0.0, 0.0),
+    moving=True,
+    motors_on=(True, True, True),
+    forward_limit=(False, False, False),
+    reverse_limit=(False, False, False),
+    stop_code=(0, 0, 0),
+    gripper_closed=False,
+    progress=None,
+    fault=None,
+    override=0.5,
+)
+STATUS = Status("0", "sim", 1.0, STATE, None, False, None, (), 7, run=3)
+QUEUE = QueueView(QueueMode.PAUSED, "stop", "ana", "", None, (), {"queued": 2, "held": 1}, None, None)
+
+
+def told(metrics: Metrics, storage: str = "") -> dict[tuple[str, ...], float]:
+    """Return what Prometheus reads: values by name and labels."""
+    text = metrics.text(STATUS, QUEUE, storage).decode()
+    samples = [sample for family in text_string_to_metric_families(text) for sample in family.samples]
+    return {
+        (sample.name, *(f"{key}={value}" for key, value in sample.labels.items())): sample.value for sample in samples
+    }
+
+
+def test_how_things_stand() -> None:
+    found = told(Metrics())
+    assert found["maya_mode", "mode=moving"] == 1.0
+    assert sum(value for key, value in found.items() if key[0] == "maya_mode") == 1.0
+    assert (found["maya_homed",], found["maya_moving",], found["maya_speed_ratio",], found["maya_run",]) == (
+        1,
+        1,
+        0.5,
+        3,
+    )
+    assert [found["maya_joint", f"axis={axis}"] for axis in "abc"] == [0.5, 1.5, 1.6]
+    assert found["maya_queue_mode", "mode=paused"] == 1.0
+    assert [found["maya_jobs", f"state={state}"] for state in ("queued", "held", "running")] == [2, 1, 0]
+    assert found["maya_storage_failing",] == 0.0
+    assert told(Metrics(), "no room")["maya_storage_failing",] == 1.0
+
+
+def test_what_happened_is_counted() -> None:
+    metrics = Metrics()
+    for number, (kind, code, detail) in enumerate(
+        [
+            (Kind.JOB, 0, {"state": "running"}),
+            (Kind.JOB, 0, {"state": "done"}),
+            (Kind.STEP, 0, {"state": "done"}),
+            (Kind.STEP, 2201, {"state": "cancelled"}),
+            (Kind.MOVING, 0, {}),
+            (Kind.MOVING, 0, {}),
+            (Kind.STOPPED, 0, {}),
+            (Kind.FAULT, 2302, {}),
+        ]
+    ):
+        metrics.happened(Event(number, 0.0, kind, code, detail))
+    found = told(metrics)
+    assert found["maya_jobs_ended_total", "state=done"] == 1.0
+    assert ("maya_jobs_ended_total", "state=running") not in found
+    assert found["maya_steps_ended_total", "state=done"] == found["maya_steps_ended_total", "state=cancelled"] == 1.0
+    assert (found["maya_events_total", "kind=moving"], found["maya_events_total", "kind=stopped"]) == (2.0, 1.0)
+    assert found["maya_faults_total", "code=2302"] == 1.0
+
+
+async def test_requests_are_counted_by_the_path_as_declared() -> None:
+    service, metrics = StandIn(), Metrics()
+    async with door(service, metrics=metrics) as client:
+        for number in range(3):
+            await client.get(f"/v1/jobs/{number + 1}")
+        await client.get("/v1/jobs/seven")
+        for number in range(50):
+            await client.get(f"/v1/{number}")
+        await client.request("BREW", "/v1/status")
+    found = told(metrics)
+    paths = {key for key in found if key[0] == "maya_http_requests_total"}
+    assert paths == {
+        ("maya_http_requests_total", "method=GET", "path=/v1/jobs/{job}", "status=200"),
+        ("maya_http_requests_total", "method=GET", "path=/v1/jobs/{job}", "status=400"),
+        ("maya_http_requests_total", "method=GET", "path=-", "status=404"),
+        ("maya_http_requests_total", "method=-", "path=/v1/status", "status=405"),
+    }
+    assert found["maya_http_requests_total", "method=GET", "path=-", "status=404"] == 50.0
+    assert found["maya_http_request_seconds_count", "path=/v1/jobs/{job}"] == 4.0
+
+
+async def test_a_loop_that_is_late_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    metrics, loop = Metrics(), asyncio.get_running_loop()
+    watching = asyncio.create_task(metrics.watch_loop(speed=10.0))
+    await asyncio.sleep(10.0 * LOOK + 1.0)
+    clock: Any = loop.time
+    monkeypatch.setattr(loop, "time", lambda: clock() + 3.0)  # 0.3 s of a clock ten times as fast
+    await asyncio.sleep(10.0 * LOOK)
+    monkeypatch.undo()
+    watching.cancel()
+    await asyncio.wait({watching})
+    found = told(metrics)
+    assert found["maya_loop_lag_seconds_bucket", "le=0.0005"] == 1.0
+    assert found["maya_loop_lag_seconds_count",] == 2.0
+    assert found["maya_loop_lag_seconds_bucket", "le=0.2"] == 1.0
+    assert found["maya_loop_lag_seconds_bucket", "le=0.5"] == 2.0
