@@ -14,6 +14,9 @@ from maya_un.values import State
 QUEUE_PERIOD = 0.1
 """The queue is looked at no more often than this [s, real time]."""
 
+QUEUE_LOOK = 2.0
+"""While somebody wants to see the queue, it is looked at so often in any case: predictions come without an event [s]."""
+
 _STIRRING = frozenset({Kind.JOB, Kind.STEP, Kind.QUEUE, Kind.LEASE})
 """Events after which the queue is another."""
 
@@ -109,7 +112,9 @@ class Tap:
 
     async def _follow_queue(self) -> None:
         while True:
-            await self._stirred.wait()
+            with suppress(TimeoutError):
+                async with asyncio.timeout(QUEUE_LOOK * self._speed if self.queue_wanted else None):
+                    await self._stirred.wait()
             self._stirred.clear()
             if self.queue_wanted:
                 self._queue = await self._view()

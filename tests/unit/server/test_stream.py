@@ -22,6 +22,7 @@ from maya_un.server import stream, stream_session, stream_wire
 from maya_un.server.doors import bound_socket
 from maya_un.server.stream_wire import LONGEST_MESSAGE
 from tests.streaming import Client, Sluggard, Watched, connected, streamed
+from tests.virtual_time import turn
 
 Story = Callable[[Watched, Client], Awaitable[None]]
 
@@ -103,7 +104,7 @@ def test_events_are_without_a_gap_from_the_past_into_the_present() -> None:
         await client.say("subscribe", events={"since": 17})
         for _ in range(300):
             watched.happen()
-            await asyncio.sleep(0)
+            await turn()
         assert await client.events_to(2300) == list(range(18, 2301))
 
     told(story, before=2000)

@@ -322,6 +322,16 @@ async def test_a_queue_that_looks_the_same_is_not_shown_again() -> None:
         assert (here.watched.views, ear.modes) == (6, ["running"])
 
 
+async def test_a_prediction_that_comes_without_an_event_is_seen_soon() -> None:
+    async with scene() as here:
+        ear, reader = here.reader()
+        here.hub.show_queue(reader, wanted=True)
+        await elapse(1.0)
+        here.watched.shown = {"mode": "predicted"}
+        await elapse(2.5)
+        assert ear.modes == ["running", "predicted"]
+
+
 async def test_who_comes_later_sees_the_queue_at_once() -> None:
     async with scene() as here:
         _, first = here.reader()
