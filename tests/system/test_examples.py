@@ -52,3 +52,17 @@ def test_the_python_example_ends_with_the_cube_on_the_tray(
     tray = space["TRAY"]
     assert isinstance(tray, Point)
     assert f"the cube stands at ({tray.x}, {tray.y}, {tray.z})" in capsys.readouterr().out
+
+
+@pytest.mark.system
+@pytest.mark.timeout(180)
+def test_the_client_example_ends_with_the_cube_on_the_tray(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = EXAMPLES / "06_client.py"
+    monkeypatch.setattr(sys, "argv", [str(path)])
+    x, y = runpy.run_path(str(path), run_name="__main__")["TRAY"]
+    said = capsys.readouterr().out
+    assert "done ['done', 'done']" in said
+    assert "refused with 3002" in said
+    assert f"the cube stands at ({x:.2f}, {y:.2f}, 0.40)" in said

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Coroutine, Iterator
 from functools import partial
 from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, overload
 
@@ -29,7 +29,7 @@ class Of(Described, Generic[P, T]):
     @overload
     def __get__(self, handle: JobHandle, owner: type[object]) -> Callable[P, T]: ...
     @overload
-    def __get__(self, handle: AsyncJobHandle, owner: type[object]) -> Callable[P, Awaitable[T]]: ...
+    def __get__(self, handle: AsyncJobHandle, owner: type[object]) -> Callable[P, Coroutine[Any, Any, T]]: ...
     def __get__(self, handle: JobHandle | AsyncJobHandle | None, owner: type[object]) -> Any:
         """Return the method of a handle, or of the class the verb itself."""
         return self if handle is None else self.bound(partial(self.describe, handle.id), handle.client.perform)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from abc import ABC, abstractmethod
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Coroutine, Iterator
 from typing import Any, Generic, ParamSpec, TypeVar, overload
 
 from maya_un.client.steps import Plan, Source
@@ -64,7 +64,7 @@ def _signature(describe: Callable[..., Any], given: int) -> inspect.Signature:
 
 
 class Verb(Described, Generic[P, T]):
-    """A method of a client: on one that blocks it returns the answer, on one that awaits an awaitable of it."""
+    """A method of a client: on one that blocks it returns the answer, on one that awaits a coroutine of it."""
 
     def __init__(self, describe: Callable[P, Plan[T]]) -> None:
         super().__init__(describe)
@@ -75,7 +75,7 @@ class Verb(Described, Generic[P, T]):
     @overload
     def __get__(self, client: Blocking, owner: type[object]) -> Callable[P, T]: ...
     @overload
-    def __get__(self, client: Awaiting, owner: type[object]) -> Callable[P, Awaitable[T]]: ...
+    def __get__(self, client: Awaiting, owner: type[object]) -> Callable[P, Coroutine[Any, Any, T]]: ...
     def __get__(self, client: Blocking | Awaiting | None, owner: type[object]) -> Any:
         """Return the method of a client, or of the class the verb itself."""
         return self if client is None else self.bound(self.describe, client.perform)
