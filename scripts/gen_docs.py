@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import client_page
+import http_page
 
 from maya_un import messages
 from maya_un.api.access.caller import Role
@@ -190,6 +191,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "reference/errors.md": errors_page,
     "reference/events.md": events_page,
     "reference/faults.md": faults_page,
+    "reference/http.md": lambda: f"{NOTE}\n{http_page.page()}",
     "reference/python-client.md": lambda: f"{NOTE}\n{client_page.page()}",
     "reference/roles.md": roles_page,
     "reference/twin.md": twin_page,

@@ -75,13 +75,8 @@ def add_jobs(routes: Routes) -> None:
         return answer(await ask(lambda service: service.job(job)))
 
     @routes.add("GET", "/v1/jobs/{job}/body", Operation.READ, tag=_TAG, gives=dict[str, Any], refuses=(NotFound,))
-    async def body(ask: Ask, job: JobNumber) -> Response:
+    async def job_body(ask: Ask, job: JobNumber) -> Response:
         """Tell how a job was written, or the wish that it is."""
-        return answer(await ask(lambda service: service.history.body(job)))
-
-    @routes.add("GET", "/v1/jobs/{job}/body", Operation.READ, tag=_TAG, gives=dict[str, Any], refuses=(NotFound,))
-    async def job_as_written(ask: Ask, job: JobNumber) -> Response:
-        """Tell a job as somebody wrote it, or the wish that it is."""
         return answer(await ask(lambda service: service.history.body(job)))
 
     @routes.add(
@@ -132,7 +127,7 @@ def add_tasks(routes: Routes) -> None:
     async def task(
         ask: Ask, primitive: TaskBody, options: SubmitOptions, wait: bool = False, key: IdempotencyKey = ""
     ) -> Response:
-        """Append one wish to the queue as a job of one step; with `wait`, answer when it has ended."""
+        """Append one wish to the queue as a job of one step; with `wait`, which drives, answer when it has ended."""
         operations = (Operation.WISH,) if wait else _SUBMITTING
         told = ask(
             lambda service: service.wish(primitive, wait=wait, by=ask.caller, options=options, key=key), *operations
