@@ -19,6 +19,7 @@ import pytest
 from maya_un.loops import run
 from tests.campaign import Campaign
 from tests.streaming import Client, Sluggard, Watched, connected, streamed
+from tests.system.processes import Process, done, running
 
 pytestmark = pytest.mark.system
 
@@ -163,3 +164,43 @@ def test_a_client_resumes_over_a_restart_of_the_service_and_is_told_so() -> None
             assert await client.events_to(6) == [1, 2, 3, 4, 5, 6]
 
     run(main())
+
+
+def test_a_service_that_was_killed_and_started_again_is_another_run() -> None:
+    """One client is there while the robot homes, and comes back to what the next start of the service offers."""
+    Path("home.yaml").write_text("name: home\nsteps: [home]\n", encoding="utf-8")
+    with running("up --port 0 --speed 5") as up:
+        seen = asyncio.run(homing(door(up)))
+        up.kill()
+    assert seen == list(range(1, len(seen) + 1))
+    with running("up --port 0 --speed 50") as up:
+        asyncio.run(taken_up(door(up), since=len(seen)))
+
+
+def door(up: Process) -> str:
+    """Return the address of the stream of a service that has begun."""
+    return up.until("Door:").rpartition("http://")[2].join(("ws://", "/v1/stream"))
+
+
+async def homing(url: str) -> list[int]:
+    """Have the robot home, and return the numbers of the events that come until it does."""
+    async with connected(url) as client:
+        await client.ask("subscribe", state={"rate": 20}, events={"since": 0}, queue=True)
+        asked = asyncio.get_running_loop().run_in_executor(None, done, "job submit home.yaml")
+        while (await client.until("state"))["state"]["mode"] != "homing":
+            pass
+        assert (await asked)[0] == 0
+        while not any(one["type"] == "event" and one["event"]["kind"] == "homing" for one in client.got):
+            await client.hear()
+        return client.numbers
+
+
+async def taken_up(url: str, since: int) -> None:
+    """Go on behind the last event of the run before."""
+    async with connected(url) as client:
+        assert client.got[0]["run"] == 2
+        await client.say("subscribe", events={"since": since, "run": 1}, queue=True)
+        assert (await client.until("restart"))["run"] == 2
+        queue = next((one for one in client.got if one["type"] == "queue"), None) or await client.until("queue")
+        assert (queue["queue"]["mode"], queue["queue"]["recovery"]["job"]) == ("paused", 1)
+        assert client.numbers in ([], list(range(1, len(client.numbers) + 1)))

@@ -15,7 +15,7 @@ QUEUE_PERIOD = 0.1
 """The queue is looked at no more often than this [s, real time]."""
 
 QUEUE_LOOK = 2.0
-"""While somebody wants to see the queue, it is looked at so often in any case: predictions come without an event [s]."""
+"""While somebody wants to see the queue, it is looked at so often without an event too, for predictions [s]."""
 
 _STIRRING = frozenset({Kind.JOB, Kind.STEP, Kind.QUEUE, Kind.LEASE})
 """Events after which the queue is another."""
