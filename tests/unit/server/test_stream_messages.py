@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -11,6 +13,7 @@ from websockets.frames import Frame, Opcode
 
 from maya_un.api.messages import EventMessage
 from maya_un.errors import InvalidRequest, Unreachable
+from maya_un.server import stream_messages
 from maya_un.server.stream_messages import (
     Past,
     content,
@@ -114,3 +117,16 @@ def test_frames_are_those_of_the_standard(length: int) -> None:
     frame = plain_frame("x", filler=text.decode())
     (payload,) = texts(frame)
     assert frame == Frame(Opcode.TEXT, payload).serialize(mask=False)
+
+
+def test_the_reference_names_every_message_and_key() -> None:
+    page = (Path(__file__).resolve().parents[3] / "docs" / "reference" / "websocket.md").read_text(encoding="utf-8")
+    for kind, keys in stream_messages._KEYS.items():
+        assert f'{{"type": "{kind}"' in page
+        assert [key for key in keys if f'"{key}": ' not in page] == []
+    source = "".join(
+        path.read_text(encoding="utf-8") for path in Path(stream_messages.__file__).parent.glob("stream*.py")
+    )
+    told = set(re.findall(r'plain_frame\("(\w+)"', source)) | set(re.findall(r'"type":"(\w+)"', source))
+    assert {"hello", "subscribed", "state", "event", "queue", "restart", "pong", "renewed", "error"} == told
+    assert [kind for kind in told if f'{{"type": "{kind}"' not in page] == []
