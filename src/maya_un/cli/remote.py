@@ -66,7 +66,7 @@ def require_users(*, kept: bool, listen: str | None) -> None:
     if listen is not None and not kept:
         reason = (
             "other machines are let in once users are kept: start `maya up` without --listen, "
-            "say `maya user add NAME admin`, and start it again"
+            "say `maya user add NAME --role admin`, and start it again"
         )
         raise InvalidCommandLine(reason=reason, command=_COMMAND)
 
