@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from maya_un.cli import waiting
 from maya_un.cli.client import Client
 from maya_un.cli.display import Display
 from maya_un.cli.narrate import tell
-from maya_un.cli.queueing import waiting
 from maya_un.cli.settings import Settings
 from maya_un.cli.words import word
 

@@ -9,6 +9,7 @@ from typing import Any
 from maya_un.cli import report
 from maya_un.cli.queueing import times
 from maya_un.cli.queueing.words import known, word
+from maya_un.cli.waiting import because
 
 Line = Mapping[str, Any]
 """A JobLine as JSON has it."""
@@ -48,14 +49,8 @@ def _closing(view: Mapping[str, Any], status: Mapping[str, Any], shown: int, lan
 
 def mode(view: Mapping[str, Any], language: str) -> str:
     """Return whether the queue runs, and if not why and since when."""
-    because = reason(view, language)
-    return word(f"queue_{view['mode']}", language, reason=because, since=times.clock(view["since"]))
-
-
-def reason(view: Mapping[str, Any], language: str) -> str:
-    """Return why the queue is paused."""
-    key = f"because_{view['reason']}"
-    return word(key, language, by=view["by"] or "?") if known(key) else str(view["reason"])
+    why = because(view, language)
+    return word(f"queue_{view['mode']}", language, reason=why, since=times.clock(view["since"]))
 
 
 def lines(jobs: Sequence[Line], speed: float, language: str) -> str:

@@ -12,14 +12,6 @@ _WORDS: dict[str, tuple[str, str]] = {
         "The queue is paused since {since} ({reason}). `maya queue resume` lets it go on.",
         "La cola está en pausa desde las {since} ({reason}). `maya queue resume` la continúa.",
     ),
-    "because_asked": ("{by} asked for it", "lo pidió {by}"),
-    "because_step": ("step mode", "modo paso a paso"),
-    "because_stop": ("somebody said stop: {by}", "alguien dijo parar: {by}"),
-    "because_fault": ("a fault", "un fallo"),
-    "because_restart": ("this program was started anew", "el programa se inició de nuevo"),
-    "because_driver": ("the driver was heard of no more", "no se supo más del conductor"),
-    "because_storage": ("nothing can be written down", "no se puede escribir nada"),
-    "because_failure": ("a job failed", "un trabajo falló"),
     "nothing_waits": ("Nothing waits.", "Nada espera."),
     "under_way": ("under way: {phase}, {percent:.0f} %", "en curso: {phase}, {percent:.0f} %"),
     "counted": ("{count} {state}", "{count} {state}"),
@@ -109,30 +101,6 @@ _WORDS: dict[str, tuple[str, str]] = {
     "kept_nothing": ("nothing", "nada"),
     "exported": ("{path}: {jobs} jobs.", "{path}: {jobs} trabajos."),
     "unchanged": ("Nothing was changed.", "No se cambió nada."),
-    "waits_paused": (
-        "Job {id} waits: the queue is paused ({reason}). `maya queue resume` lets it go on.",
-        "El trabajo {id} espera: la cola está en pausa ({reason}). `maya queue resume` la continúa.",
-    ),
-    "waits_interrupted": (
-        "Job {id} waits: job {other} was interrupted; say what becomes of it with `maya queue recover`.",
-        "El trabajo {id} espera: el trabajo {other} se interrumpió; decida con `maya queue recover`.",
-    ),
-    "waits_held": (
-        "Job {id} is held. `maya job release {id}` lets it wait for its turn.",
-        "El trabajo {id} está retenido. `maya job release {id}` lo deja esperar su turno.",
-    ),
-    "waits_proposal": (
-        "Job {id} is a proposal. An operator approves it with `maya job release {id}`.",
-        "El trabajo {id} es una propuesta. Un operador la aprueba con `maya job release {id}`.",
-    ),
-    "waits_lease": (
-        "Job {id} waits: {holder} drives the robot since {since:.0f} s.",
-        "El trabajo {id} espera: {holder} conduce el robot desde hace {since:.0f} s.",
-    ),
-    "waits_turn": (
-        "Job {id} waits for its turn, number {position}.",
-        "El trabajo {id} espera su turno, número {position}.",
-    ),
 }
 
 

@@ -1,0 +1,81 @@
+"""What a job waits for, said to whoever follows it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from maya_un.cli.client import Client
+
+_WORDS: dict[str, tuple[str, str]] = {
+    "because_asked": ("{by} asked for it", "lo pidió {by}"),
+    "because_step": ("step mode", "modo paso a paso"),
+    "because_stop": ("somebody said stop: {by}", "alguien dijo parar: {by}"),
+    "because_fault": ("a fault", "un fallo"),
+    "because_restart": ("this program was started anew", "el programa se inició de nuevo"),
+    "because_driver": ("the driver was heard of no more", "no se supo más del conductor"),
+    "because_storage": ("nothing can be written down", "no se puede escribir nada"),
+    "because_failure": ("a job failed", "un trabajo falló"),
+    "waits_paused": (
+        "Job {id} waits: the queue is paused ({reason}). `maya queue resume` lets it go on.",
+        "El trabajo {id} espera: la cola está en pausa ({reason}). `maya queue resume` la continúa.",
+    ),
+    "waits_interrupted": (
+        "Job {id} waits: job {other} was interrupted; say what becomes of it with `maya queue recover`.",
+        "El trabajo {id} espera: el trabajo {other} se interrumpió; decida con `maya queue recover`.",
+    ),
+    "waits_held": (
+        "Job {id} is held. `maya job release {id}` lets it wait for its turn.",
+        "El trabajo {id} está retenido. `maya job release {id}` lo deja esperar su turno.",
+    ),
+    "waits_proposal": (
+        "Job {id} is a proposal. An operator approves it with `maya job release {id}`.",
+        "El trabajo {id} es una propuesta. Un operador la aprueba con `maya job release {id}`.",
+    ),
+    "waits_lease": (
+        "Job {id} waits: {holder} drives the robot since {since:.0f} s.",
+        "El trabajo {id} espera: {holder} conduce el robot desde hace {since:.0f} s.",
+    ),
+    "waits_turn": (
+        "Job {id} waits for its turn, number {position}.",
+        "El trabajo {id} espera su turno, número {position}.",
+    ),
+}
+"""Why a queue is paused, and what a job waits for, in every language."""
+
+
+def because(view: Mapping[str, Any], language: str) -> str:
+    """Return why the queue is paused; `view` is a QueueView as JSON has it."""
+    key = f"because_{view['reason']}"
+    return _word(key, language, by=view["by"] or "?") if key in _WORDS else str(view["reason"])
+
+
+def reason(client: Client, report: Mapping[str, Any], language: str) -> str:
+    """Return why a job does not go on by itself, "" where it does; `report` is a JobReport as JSON has it."""
+    if report["state"] in {"queued", "paused", "interrupted", "held"}:
+        return _reason(client, client.get("/v1/queue"), report, language)
+    return ""
+
+
+def _reason(client: Client, view: Mapping[str, Any], report: Mapping[str, Any], language: str) -> str:
+    number = report["id"]
+    line = next((line for line in view["waiting"] if line["id"] == number), None)
+    if report["state"] == "held":
+        proposed = line is not None and line["proposal"]
+        return _word("waits_proposal" if proposed else "waits_held", language, id=number)
+    if view["recovery"] is not None:
+        return _word("waits_interrupted", language, id=number, other=view["recovery"]["job"])
+    if view["mode"] == "paused":
+        return _word("waits_paused", language, id=number, reason=because(view, language))
+    lease = client.get("/v1/lease")
+    if lease["holder"] and not lease["implicit"] and not lease["yours"]:
+        return _word("waits_lease", language, id=number, **lease)
+    under_way = view["running"]
+    if line is not None and line["position"] and under_way is not None and under_way["id"] != number:
+        return _word("waits_turn", language, id=number, position=line["position"])
+    return ""
+
+
+def _word(key: str, language: str, **details: object) -> str:
+    english, spanish = _WORDS[key]
+    return (spanish if language == "es" else english).format(**details)
