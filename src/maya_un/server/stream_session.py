@@ -35,6 +35,9 @@ from maya_un.server.stream_wire import Wire
 LOOK_AGAIN = 30.0
 """A client that says nothing is looked at again after so long: its token may have been revoked [s]."""
 
+MOST_MESSAGES, BURST = 100.0, 200
+"""How many messages of a client are answered in a second, and how many at once where it was silent before."""
+
 _DEFECT = 1011
 """Closing code of a defect of ours (RFC 6455, 7.4.1)."""
 
@@ -61,6 +64,7 @@ class Session:
         self._reader = Reader(wire, hub.ring, self._lag)
         self._catching: asyncio.Task[None] | None = None
         self._bound = ""
+        self._heard_until = 0.0
 
     async def converse(self) -> None:
         """Greet the client and answer what it says, until one side ends."""
@@ -69,6 +73,7 @@ class Session:
             while (text := await self._next()) is not None:
                 await self._wire.writable.wait()  # who does not read is not listened to either
                 await self._hear(text)
+                await self._breathe()
         finally:
             self._stop_catching_up()
             self._wire.on_room = None
@@ -82,6 +87,13 @@ class Session:
                 async with asyncio.timeout(LOOK_AGAIN):
                     return await received(self._socket)
             self._caller = await self._entrance.caller()
+
+    async def _breathe(self) -> None:
+        """Wait before the next message of a client that says too much: it waits, and nobody else does."""
+        now = asyncio.get_running_loop().time()
+        self._heard_until = max(self._heard_until, now - BURST / MOST_MESSAGES) + 1.0 / MOST_MESSAGES
+        if self._heard_until > now:
+            await asyncio.sleep(self._heard_until - now)
 
     async def _hear(self, text: str | bytes) -> None:
         message: dict[str, Any] = {}
