@@ -50,9 +50,14 @@ def note(logger: str, level: int, message: str, **fields: object) -> None:
     logging.getLogger(f"{ROOT}.{logger}").log(level, message, extra={"fields": fields})
 
 
+def level_of(kind: str) -> int:
+    """Return how grave an event of a kind is; phases and single motions are for those who want everything."""
+    return _EVENT_LEVELS.get(Kind(kind), logging.INFO) if kind in set(Kind) else logging.INFO
+
+
 def note_event(event: Event) -> None:
     """Write what happened to the robot; phases and single motions only where everything is wanted."""
-    level = _EVENT_LEVELS.get(event.kind, logging.INFO)
+    level = level_of(event.kind)
     note("events", level, str(event), seq=event.seq, kind=event.kind.value, code=event.code, detail=dict(event.detail))
 
 

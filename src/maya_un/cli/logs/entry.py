@@ -2,27 +2,16 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from maya_un.process.journal.rows import EventRow
+from maya_un.server.log import level_of
 
 LEVELS = ("debug", "info", "warning", "error", "critical")
 """How grave something is, from the least."""
-
-_EVENTS = {
-    "phase": "debug",
-    "moving": "debug",
-    "idle": "debug",
-    "limit": "warning",
-    "disconnected": "warning",
-    "fault": "error",
-    "estop": "error",
-    "storage": "error",
-}
-"""Kinds of events that are not just information."""
-
 
 @dataclass(frozen=True, slots=True)
 class Entry:
@@ -44,7 +33,9 @@ class Entry:
 
 def of_event(row: EventRow) -> Entry:
     """Return an event of the journal."""
-    level = _EVENTS.get(row.kind, "warning" if row.code else "info")
+    level = logging.getLevelName(level_of(row.kind)).lower()
+    if row.code and level == "info":
+        level = "warning"
     words = " ".join(f"{key}={value}" for key, value in row.detail.items() if key != "message")
     message = str(row.detail.get("message", ""))
     text = "  ".join(part for part in (words, message) if part)
