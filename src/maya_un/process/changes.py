@@ -40,6 +40,8 @@ class Changes:
         """Return the change of a job to `row`; one that is not `sure` must be written to be true."""
 
         def make() -> None:
+            if row.state.ended and item.record is not None:
+                item.record.skip_rest()
             self._items.replace(item, row)
 
         def tell() -> None:

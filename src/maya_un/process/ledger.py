@@ -43,12 +43,14 @@ class Entry(NamedTuple):
 class Ledger:
     """Writes changes to a journal, in order, and tells of them in `events`.
 
-    `on_failure` is called where something that has happened, or is about to begin, cannot be written.
+    `on_failure` is called where something that has happened, or is about to begin, cannot be written, `on_success`
+    when it can again.
     """
 
     def __init__(self, journal: Journal, events: EventLog) -> None:
         self.journal = journal
         self.on_failure: Callable[[], None] = _nothing
+        self.on_success: Callable[[], None] = _nothing
         self._events = events
         self._turn = asyncio.Lock()
         self._unwritten: list[Entry] = []
@@ -96,9 +98,12 @@ class Ledger:
         del self._unwritten[: len(older)]
         for entry in entries:
             entry.make()
+        worked = not self._failing
         self._works()
         for entry in (*older, *entries):
             entry.tell()
+        if not worked:
+            self.on_success()
 
     def _failed(self, entries: Sequence[Entry], error: StorageFailed) -> None:
         for entry in entries:

@@ -103,6 +103,7 @@ class Process:
         self._items = Items()
         self._ledger = Ledger(self._journal, events)
         self._ledger.on_failure = lambda: self._pausing.pause("storage")
+        self._ledger.on_success = self._on_storage
         self._pausing = Pausing(self._ledger, events, dates)
         changes = Changes(self._items, events)
         self._submitting = Submitting(self._items, self._ledger, changes, dates)
@@ -255,7 +256,7 @@ class Process:
     async def result(self, number: int) -> JobReport:
         """Wait until a job has ended, or this process is closed, and return its report; raises `NotFound`."""
         item = self._items.find(number)
-        if item is not None and not item.finished:
+        if item is not None and not self._closed:
             await item.wait()
         return await self.report(number)
 
@@ -524,10 +525,7 @@ class Process:
         owner, holder = item.row.owner, self._lease.holder
         if holder is not None and not self._lease.may_begin(owner.name):
             owner = Owner(holder.name, holder.source)
-        lost: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        lost.add_done_callback(lambda _: self._end(item, Cancelled()))
-        with self._lease.driving(owner.name, owner.source) as drive:
-            drive.carry(lost)
+        with self._lease.driving(owner.name, owner.source):
             yield
 
     def _follows(self, item: Item, ending: Ending) -> None:
@@ -559,9 +557,7 @@ class Process:
                 return
 
     def _end(self, item: Item, error: MayaError, *, brake: bool = True) -> None:
-        """Have a job end that is under way; a second time would cut short its wait for the axes to come to rest."""
-        if item is not self._running:
-            return
+        """Have the job end that is under way; a second time would cut short its wait for the axes to come to rest."""
         item.end_by = item.end_by or error
         if brake and item.moving and self._runner is not None and not self._runner.cancelling():
             self._runner.cancel()
@@ -584,6 +580,11 @@ class Process:
     def _hear(self, event: Event) -> None:
         if event.kind in _TROUBLE and not self._closed:
             self._pause_by_itself("fault")
+
+    def _on_storage(self) -> None:
+        """What could not be written is: a pause for that may have become needless."""
+        if not self._closed:
+            self._whole.begin(self._lift())
 
     def _on_lease(self, change: str) -> None:
         """Let those begin who may now; where a driver is lost, nothing goes on that he would have watched."""

@@ -275,8 +275,6 @@ class Runner:
         fields: dict[str, object] = {"done": self._done, "duration": duration}
         if ending.state.ended:
             fields["ended"] = shared.dates(0.0)
-            if item.record is not None:
-                item.record.skip_rest()
 
         def propose() -> list[Entry]:
             return [*self._carried, *shared.changes.job(item, ending.state, ending.notice, **fields)]

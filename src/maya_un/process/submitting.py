@@ -18,6 +18,7 @@ from maya_un.process.journal.rows import JobRow, Options, Owner, StepRow
 from maya_un.process.ledger import Ledger
 from maya_un.process.options import checked
 from maya_un.process.pausing import Dates
+from maya_un.process.report import JobRecord
 from maya_un.process.states import TaskState
 from maya_un.process.written import Written
 from maya_un.values import Notice
@@ -109,16 +110,17 @@ class Submitting:
             proposal=asked.proposal,
         )
         row = replace(row, position=self._items.order.end(row.id))
-        await self._write(row, skipped)
-        item = Item(row, waits_for=self.not_done(standing.waits_for), direct=asked.direct)
+        steps = [StepRow(index, TaskState.SKIPPED) for index in range(1, skipped + 1)]
+        await self._write(row, steps)
+        record = JobRecord.kept(written.expansion, steps) if steps else None
+        item = Item(row, record, self.not_done(standing.waits_for), asked.direct)
         self._items.add(item)
         self._changes.tell(row)
         await self.hold_where_failed(item)
         return row.id
 
-    async def _write(self, row: JobRow, skipped: int) -> None:
-        if skipped:
-            steps = (StepRow(index, TaskState.SKIPPED) for index in range(1, skipped + 1))
+    async def _write(self, row: JobRow, steps: list[StepRow]) -> None:
+        if steps:
             await self._journal.save(row, *((row.id, step) for step in steps))
         else:
             await self._journal.add(row)

@@ -17,10 +17,14 @@ class Whole:
 
     async def do(self, work: Coroutine[Any, Any, T]) -> T:
         """Return what `work` returns, and raise what it raises."""
+        return await asyncio.shield(self.begin(work))
+
+    def begin(self, work: Coroutine[Any, Any, T]) -> asyncio.Task[T]:
+        """Do work for which nobody waits."""
         task = asyncio.get_running_loop().create_task(work, name="whole")
         self._tasks.add(task)
         task.add_done_callback(self._done)
-        return await asyncio.shield(task)
+        return task
 
     async def settle(self) -> None:
         """Wait until all that was begun is done."""

@@ -1,0 +1,153 @@
+"""Queues on a fake controller: jobs to submit, a journal that can fail or be cut off, restarts."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+from maya_un.errors import StorageFailed
+from maya_un.events import Event, Kind
+from maya_un.process.job import Job
+from maya_un.process.journal import tables
+from maya_un.process.journal.memory import MemoryJournal
+from maya_un.process.journal.rows import JobRow, Options, Owner, QueueRow, StepRow
+from maya_un.process.lease import Lease
+from maya_un.process.process import Process
+from maya_un.process.submitting import Asked
+from maya_un.robot.robot import Robot
+from tests.fakes import FakeController
+from tests.virtual_time import elapse
+
+CUBE = {"cube": [0.50, 1.10]}
+TRAY = {"tray": [1.10, 0.50]}
+PICK_AND_PLACE = ({"pick": "cube"}, {"place": "tray"})
+
+
+def job(*steps: Any, name: str = "job", repeat: int = 1) -> Job:
+    """Return a job with a cube and a tray."""
+    return Job.parse({"name": name, "parts": CUBE, "places": TRAY, "steps": list(steps), "repeat": repeat})
+
+
+def asked(owner: str = "ana", *, key: str = "", proposal: bool = False, **options: Any) -> Asked:
+    """Return who asks and how."""
+    return Asked(Owner(owner, "test"), Options(**options), key, proposal=proposal)
+
+
+class FrailJournal(MemoryJournal):
+    """A journal in memory whose writes fail while `broken` says why, and never return once it is `cut` off.
+
+    What was written before lives on in it, as in the file of a program that was killed.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.broken = ""
+        self.cut = False
+        self.slow = 0.0
+
+    async def add(self, *jobs: JobRow) -> None:
+        """Keep new jobs."""
+        await self._frail()
+        await super().add(*jobs)
+
+    async def save(self, *changes: JobRow | QueueRow | tuple[int, StepRow]) -> None:
+        """Keep newer versions."""
+        await self._frail()
+        await super().save(*changes)
+
+    def now(self, number: int) -> tuple[JobRow, tuple[StepRow, ...]]:
+        """Return what is kept of a job at this instant."""
+        found = tables.job(self._connection, number)
+        assert found is not None
+        return found
+
+    async def _frail(self) -> None:
+        if self.slow:
+            await elapse(self.slow)
+        if self.cut:
+            await asyncio.get_running_loop().create_future()
+        if self.broken:
+            raise StorageFailed(reason=self.broken)
+
+
+@dataclass
+class Floor:
+    """A process on a fake controller, and what it needs. `events` are those of its run."""
+
+    controller: FakeController
+    robot: Robot
+    journal: FrailJournal
+    lease: Lease
+    process: Process
+
+    def check_announcements(self) -> None:
+        """From now on have every announcement of a job or a step looked up in the journal, before anybody hears it."""
+        self.controller.events.heard_by(self._check)
+
+    def _check(self, event: Event) -> None:
+        if event.kind is Kind.JOB:
+            row, _ = self.journal.now(int(str(event.detail["job"])))
+            assert (row.state.value, row.code) == (event.detail["state"], event.code)
+        elif event.kind is Kind.STEP and "attempt" not in event.detail:
+            _, steps = self.journal.now(int(str(event.detail["job"])))
+            kept = {step.index: (step.state.value, step.code) for step in steps}
+            assert kept[int(str(event.detail["index"]))] == (event.detail["state"], event.code)
+
+    def told(self, kind: Kind) -> list[Event]:
+        """Return the events of a kind."""
+        return [event for event in self.controller.events.since(0) if event.kind is kind]
+
+    def states(self, number: int) -> list[str]:
+        """Return the states of a job, in the order in which they were announced."""
+        jobs = (event.detail for event in self.told(Kind.JOB))
+        return [str(detail["state"]) for detail in jobs if detail["job"] == number]
+
+    async def until(self, number: int, index: int, state: str = "running") -> None:
+        """Wait until a step of a job is in a state."""
+        async for event in self.controller.events.follow():
+            detail = event.detail
+            if event.kind is Kind.STEP and (detail["job"], detail["index"], detail["state"]) == (number, index, state):
+                return
+
+
+@dataclass
+class Machine:
+    """What outlives the program: the journal, and the fake controller's gripper and place."""
+
+    journal: FrailJournal = field(default_factory=FrailJournal)
+    homed: bool = True
+    closed: bool = False
+
+    @asynccontextmanager
+    async def running(self) -> AsyncIterator[Floor]:
+        """Start the program for the length of the block, and end it gracefully."""
+        floor = await self.started()
+        try:
+            yield floor
+        finally:
+            await floor.process.close()
+            floor.lease.close()
+
+    async def started(self) -> Floor:
+        """Start the program."""
+        controller = FakeController(homed=self.homed, closed=self.closed)
+        robot = Robot(controller, controller.config)
+        lease = Lease(controller.events)
+        process = Process(robot, controller, controller.config, journal=self.journal, lease=lease)
+        floor = Floor(controller, robot, self.journal, lease, process)
+        await process.open()
+        return floor
+
+    async def kill(self, floor: Floor) -> None:
+        """End the program at this instant: nothing that it had not written is known any more."""
+        self.journal.cut = True
+        self.closed, self.homed = floor.controller.state.gripper_closed, floor.controller.state.homed
+        while tasks := asyncio.all_tasks() - {asyncio.current_task()}:
+            for task in tasks:
+                task.cancel()
+            await asyncio.wait(tasks, timeout=1.0)
+        floor.lease.close()
+        self.journal.cut = False

@@ -1,0 +1,155 @@
+"""What is announced was written before; what cannot be written begins nothing, and what happened is written later."""
+
+from __future__ import annotations
+
+import pytest
+
+from maya_un.errors import StorageFailed
+from maya_un.events import Kind
+from maya_un.process.ledger import RETRY
+from maya_un.process.states import TaskState
+from maya_un.process.view import QueueMode
+from maya_un.robot.primitives import Home
+from tests.queues import Floor, Machine, asked, job
+from tests.virtual_time import elapse
+
+HOME = job("home", name="home")
+LONG = 1000.0
+
+
+async def kept(floor: Floor, number: int) -> tuple[str, list[str]]:
+    """Return the states of a job and its steps in the journal."""
+    found = await floor.journal.job(number)
+    assert found is not None
+    row, steps = found
+    return row.state.value, [step.state.value for step in steps]
+
+
+async def test_what_cannot_be_written_is_not_accepted() -> None:
+    async with Machine().running() as floor:
+        floor.journal.broken = "the disk is full"
+        with pytest.raises(StorageFailed, match="the disk is full"):
+            await floor.process.submit(HOME)
+        assert floor.process.lines() == []
+        assert floor.told(Kind.JOB) == []
+        floor.journal.broken = ""
+        number = await floor.process.submit(HOME)
+        assert (await floor.process.result(number)).state is TaskState.DONE
+
+
+async def test_no_step_begins_that_cannot_be_written_and_the_end_of_the_last_is_written_later() -> None:
+    async with Machine().running() as floor:
+        process = floor.process
+        await process.submit(job("home", "home"))
+        await process.submit(HOME)
+        await floor.until(1, 1)
+        floor.journal.broken = "the disk is full"
+        await elapse(LONG)
+        assert floor.controller.names() == ["home"]
+        assert (process.mode, process.reason) == (QueueMode.PAUSED, "storage")
+        assert [event.detail["state"] for event in floor.told(Kind.STEP)] == ["running"]
+        assert [event.detail["state"] for event in floor.told(Kind.STORAGE)] == ["failing"]
+        assert await kept(floor, 1) == ("running", ["running"])
+        with pytest.raises(StorageFailed):
+            await process.resume("ana")
+        floor.journal.broken = ""
+        await elapse(2 * RETRY)
+        assert await kept(floor, 1) == ("paused", ["done"])
+        assert [event.detail["state"] for event in floor.told(Kind.STORAGE)] == ["failing", "working"]
+        await elapse(LONG)
+        assert floor.controller.names() == ["home"]
+        await process.resume("ana")
+        assert (await process.result(2)).state is TaskState.DONE
+        assert floor.states(1) == ["queued", "running", "paused", "running", "done"]
+
+
+async def test_a_job_whose_last_end_cannot_be_written_is_announced_when_it_can() -> None:
+    async with Machine().running() as floor:
+        number = await floor.process.submit(HOME)
+        await floor.until(1, 1)
+        floor.journal.broken = "the disk is full"
+        await elapse(100.0)
+        assert floor.states(number) == ["queued", "running"]
+        floor.journal.broken = ""
+        report = await floor.process.result(number)
+        assert report.state is TaskState.DONE
+        assert await kept(floor, number) == ("done", ["done"])
+        await elapse(1.0)
+        assert floor.process.mode is QueueMode.RUNNING
+
+
+async def test_a_job_that_cannot_be_written_as_begun_does_not_begin() -> None:
+    async with Machine().running() as floor:
+        await floor.process.submit(HOME, asked(held=True))
+        await floor.process.release(1, "ana")
+        floor.journal.broken = "the file may only be read"
+        await elapse(LONG)
+        assert floor.controller.calls == []
+        assert floor.process.line(1).state is TaskState.QUEUED
+        floor.journal.broken = ""
+        await floor.process.resume("ana")
+        assert (await floor.process.result(1)).state is TaskState.DONE
+
+
+async def test_a_wish_for_now_that_cannot_begin_does_not_try_for_ever() -> None:
+    async with Machine().running() as floor:
+        await floor.process.pause("ana", now=False)
+        await floor.process.submit(HOME)
+        wish = await floor.process.wish(Home())
+        await floor.process.wish(Home())
+        floor.journal.broken = "the disk is full"
+        await elapse(LONG)
+        assert floor.process.line(wish + 1).state is TaskState.QUEUED
+        assert floor.controller.names() == ["home"]
+        floor.journal.broken = ""
+
+
+@pytest.mark.parametrize("wish", ["hold", "move", "change", "cancel", "clear"])
+async def test_what_somebody_wants_changed_is_changed_when_it_is_written_or_not_at_all(wish: str) -> None:
+    async with Machine().running() as floor:
+        process = floor.process
+        await process.pause("ana", now=False)
+        for _ in range(2):
+            await process.submit(HOME)
+        before = process.view()
+        floor.journal.broken = "the disk is full"
+        wishes = {
+            "hold": lambda: process.hold(2),
+            "move": lambda: process.move_to(2, last=False),
+            "change": lambda: process.change(2, {"notes": "x"}),
+            "cancel": lambda: process.cancel(2),
+            "clear": process.clear,
+        }
+        with pytest.raises(StorageFailed):
+            await wishes[wish]()
+        assert process.view() == before
+        floor.journal.broken = ""
+
+
+async def test_a_pause_holds_also_where_it_cannot_be_written() -> None:
+    async with Machine().running() as floor:
+        await floor.process.submit(job("home", "home"))
+        await floor.until(1, 1)
+        floor.journal.broken = "the disk is full"
+        with pytest.raises(StorageFailed):
+            await floor.process.pause("ana", now=False)
+        floor.journal.broken = ""
+        await elapse(LONG)
+        assert floor.controller.names() == ["home"]
+        assert (floor.process.mode, floor.process.reason) == (QueueMode.PAUSED, "asked")
+        assert floor.told(Kind.QUEUE)[0].detail["by"] == "ana"
+
+
+async def test_everything_announced_was_in_the_journal_before() -> None:
+    machine = Machine()
+    async with machine.running() as floor:
+        machine.journal.slow = 0.5
+        floor.check_announcements()
+        await floor.process.submit(job("home", "home"))
+        await floor.process.submit(job({"place": "tray"}))
+        await floor.process.submit(HOME, asked(depends_on=(2,)))
+        await floor.process.result(2)
+        told = [event for kind in (Kind.JOB, Kind.STEP) for event in floor.told(kind)]
+        assert len(told) == 3 + 4 + 3 + 1 + 2
+        assert await kept(floor, 1) == ("done", ["done", "done"])
+        assert await kept(floor, 3) == ("held", [])

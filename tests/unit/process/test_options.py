@@ -1,0 +1,54 @@
+from __future__ import annotations
+
+import pytest
+
+from maya_un.errors import InvalidRequest, InvalidValue
+from maya_un.process.journal.rows import OnFailure, Options
+from maya_un.process.options import ORDINARY, checked, read_options
+
+
+def test_what_is_not_said_stays() -> None:
+    old = Options(priority=3, notes="night", retries=1)
+    assert read_options({"priority": 5, "depends_on": [4, 2, 4]}, old) == Options(
+        priority=5, notes="night", retries=1, depends_on=(4, 2)
+    )
+    assert read_options({}) == ORDINARY
+    assert read_options({"on_failure": "pause", "stepwise": True, "held": True}) == Options(
+        on_failure=OnFailure.PAUSE, stepwise=True, held=True
+    )
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("priority", 101),
+        ("priority", -101),
+        ("priority", True),
+        ("priority", "high"),
+        ("held", 1),
+        ("depends_on", "12"),
+        ("depends_on", [0]),
+        ("depends_on", [1.5]),
+        ("depends_on", list(range(1, 102))),
+        ("notes", 7),
+        ("notes", "n" * 2001),
+        ("on_failure", "cry"),
+        ("retries", 11),
+        ("retries", -1),
+        ("stepwise", None),
+    ],
+)
+def test_what_is_out_of_range_is_refused_by_name(key: str, value: object) -> None:
+    with pytest.raises(InvalidValue, match=key):
+        read_options({key: value})
+
+
+def test_another_key_is_refused() -> None:
+    with pytest.raises(InvalidRequest, match="colour"):
+        read_options({"colour": "red"})
+
+
+def test_options_made_by_hand_are_checked_too() -> None:
+    assert checked(ORDINARY) == ORDINARY
+    with pytest.raises(InvalidValue, match="priority"):
+        checked(Options(priority=1000))

@@ -1,0 +1,490 @@
+"""The queue as people use it: order, holds, dependencies, pauses, steps, retries, leases, keys."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from maya_un.errors import (
+    Busy,
+    InvalidJob,
+    InvalidRequest,
+    InvalidValue,
+    KeyReused,
+    NotFound,
+    PathRefused,
+    Stopped,
+    WrongState,
+)
+from maya_un.events import Kind
+from maya_un.process import runner
+from maya_un.process.journal.rows import OnFailure
+from maya_un.process.states import TaskState
+from maya_un.process.view import QueueMode
+from maya_un.robot.primitives import Gripper, Home
+from tests.queues import PICK_AND_PLACE, Floor, Machine, asked, job
+from tests.virtual_time import elapse
+
+HOME = job("home", name="home")
+LONG = 1000.0
+
+
+async def order_of(floor: Floor) -> list[int]:
+    """Let everything run and return the order in which jobs began."""
+    await elapse(LONG)
+    return [int(str(e.detail["job"])) for e in floor.told(Kind.JOB) if e.detail["state"] == "running"]
+
+
+async def test_the_greater_priority_goes_first_and_equals_in_the_order_they_came() -> None:
+    async with Machine().running() as floor:
+        for priority in (0, 0, 5, -5, 5, 0):
+            await floor.process.submit(HOME, asked(priority=priority))
+        assert [line.position for line in floor.process.lines()] == [None, 3, 1, 5, 2, 4]
+        assert await order_of(floor) == [1, 3, 5, 2, 6, 4]
+
+
+async def test_a_held_job_lets_the_others_pass_until_it_is_released() -> None:
+    async with Machine().running() as floor:
+        process = floor.process
+        for held in (False, True, False):
+            await process.submit(HOME, asked(held=held))
+        assert await order_of(floor) == [1, 3]
+        await process.release(2, "ben")
+        assert await order_of(floor) == [1, 3, 2]
+        with pytest.raises(WrongState, match="done"):
+            await process.hold(2)
+
+
+async def test_a_job_is_put_aside_and_taken_up_again() -> None:
+    async with Machine().running() as floor:
+        await floor.process.submit(HOME)
+        await floor.process.submit(HOME)
+        await floor.process.hold(2)
+        await floor.process.hold(2)
+        assert floor.process.line(2).state is TaskState.HELD
+        assert await order_of(floor) == [1]
+        await floor.process.release(2, "ana")
+        assert floor.states(2) == ["queued", "held", "queued"]
+        assert await order_of(floor) == [1, 2]
+
+
+async def test_jobs_are_moved() -> None:
+    async with Machine().running() as floor:
+        process = floor.process
+        for _ in range(5):
+            await process.submit(HOME)
+        await process.move_to(4, last=False)
+        await process.move(2, 5, behind=True)
+        await process.move_to(3, last=True)
+        await process.submit(HOME)
+        assert await order_of(floor) == [1, 4, 5, 2, 3, 6]
+        with pytest.raises(WrongState):
+            await process.move(1, 2, behind=True)
+        with pytest.raises(NotFound):
+            await process.move_to(99, last=True)
+
+
+async def test_a_job_waits_for_those_on_which_it_depends() -> None:
+    async with Machine().running() as floor:
+        await floor.process.submit(HOME)
+        await floor.process.submit(HOME, asked(held=True))
+        await floor.process.submit(HOME, asked(depends_on=(1, 2)))
+        await floor.process.submit(HOME)
+        assert await order_of(floor) == [1, 4]
+        assert floor.process.line(3).state is TaskState.QUEUED
+        await floor.process.release(2, "ana")
+        assert await order_of(floor) == [1, 4, 2, 3]
+
+
+@pytest.mark.parametrize("before", [True, False])
+async def test_what_depends_on_a_job_that_failed_is_held_with_the_reason(before: bool) -> None:
+    async with Machine().running() as floor:
+        process = floor.process
+        bad = await process.submit(job({"place": "tray"}))
+        if not before:
+            await elapse(1.0)
+        second = await process.submit(HOME, asked(depends_on=(bad,)))
+        await elapse(LONG)
+        line = process.line(second)
+        assert (line.state, line.code) == (TaskState.HELD, 4017)
+        assert "job 1" in line.message.lower()
+        await process.release(second, "ana")
+        assert (await process.result(second)).state is TaskState.DONE
+        assert process.line(second).message == ""
+
+
+async def test_only_jobs_that_exist_can_be_depended_on() -> None:
+    async with Machine().running() as floor:
+        with pytest.raises(InvalidValue, match="no such job"):
+            await floor.process.submit(HOME, asked(depends_on=(7,)))
+        for _ in range(3):
+            await floor.process.submit(HOME, asked(held=True))
+        await floor.process.change(2, {"depends_on": [1]})
+        await floor.process.change(3, {"depends_on": [2]})
+        with pytest.raises(InvalidValue, match="wait for itself"):
+            await floor.process.change(1, {"depends_on": [3]})
+
+
+async def test_after_a_pause_no_step_begins_until_somebody_resumes() -> None:
+    async with Machine().running() as floor:
+        process = floor.process
+        await process.submit(job(*PICK_AND_PLACE))
+        await process.submit(HOME)
+        await elapse(1.0)
+        await process.pause("ben", now=False)
+        assert process.mode is QueueMode.PAUSING
+        await elapse(LONG)
+        view = process.view()
+        assert (view.mode, view.reason, view.by) == (QueueMode.PAUSED, "asked", "ben")
+        assert [(line.id, line.state, line.done) for line in view.waiting] == [
+            (1, TaskState.PAUSED, 1),
+            (2, TaskState.QUEUED, 0),
+        ]
+        assert "home" not in floor.controller.names()
+        await process.resume("ana")
+        assert (await process.result(2)).state is TaskState.DONE
+        assert floor.states(1) == ["queued", "running", "paused", "running", "done"]
+        told = [(e.detail["state"], e.detail["by"]) for e in floor.told(Kind.QUEUE)]
+        assert told == [("paused", "ben"), ("running", "ana")]
+
+
+async def test_a_pause_now_holds_the_motion_too() -> None:
+    async with Machine().running() as floor:
+        process = floor.process
+        await process.submit(job(*PICK_AND_PLACE))
+        await elapse(1.0)
+        await process.pause("ben", now=True)
+        assert ("pause", True) in floor.controller.calls
+        assert process.line(1).state is TaskState.PAUSED
+        await process.resume("ben")
+        assert ("resume", None) in floor.controller.calls
+        assert floor.states(1) == ["queued", "running", "paused", "running"]
+        assert (await process.result(1)).state is TaskState.DONE
+
+
+async def test_a_motion_pause_is_seen_in_the_job_and_a_job_that_ends_in_it_follows_the_table() -> None:
+    async with Machine().running() as floor:
+        await floor.process.submit(job({"approach": "cube"}))
+        await elapse(1.0)
+        await floor.process.pause_motion()
+        assert floor.process.line(1).state is TaskState.PAUSED
+        await floor.process.result(1)  # the fake goes on all the same
+        assert floor.states(1) == ["queued", "running", "paused", "running", "done"]
+
+
+async def test_one_step_at_a_time() -> None:
+    async with Machine().running() as floor:
+        process = floor.process
+        await process.pause("ana", now=False)
+        await process.submit(job("home", *PICK_AND_PLACE))
+        await process.submit(HOME)
+        for done in (1, 2):
+            await process.step("ana")
+            await elapse(LONG)
+            assert (process.line(1).state, process.line(1).done) == (TaskState.PAUSED, done)
+        await process.step("ana")
+        await elapse(LONG)
+        assert process.line(1).state is TaskState.DONE
+        assert process.line(2).state is TaskState.QUEUED
+        await process.step("ana")
+        await elapse(LONG)
+        assert process.line(2).state is TaskState.DONE
+        await process.step("ana")
+        await process.submit(HOME)
+        await elapse(LONG)
+        assert process.line(3).state is TaskState.QUEUED
+
+
+async def test_a_step_of_a_queue_that_runs_is_its_last() -> None:
+    async with Machine().running() as floor:
+        await floor.process.submit(job("home", "home"))
+        await elapse(1.0)
+        await floor.process.step("ana")
+        await elapse(LONG)
+        assert (floor.process.line(1).done, floor.process.reason) == (1, "step")
+
+
+async def test_a_stepwise_job_pauses_after_every_step() -> None:
+    async with Machine().running() as floor:
+        await floor.process.submit(job("home", "home"), asked(stepwise=True))
+        await elapse(LONG)
+        assert (floor.process.mode, floor.process.reason) == (QueueMode.PAUSED, "step")
+        assert floor.process.line(1).done == 1
+        await floor.process.resume("ana")
+        assert (await floor.process.result(1)).state is TaskState.DONE
+
+
+async def test_a_wish_is_done_at_once_while_the_queue_is_paused() -> None:
+    async with Machine().running() as floor:
+        process = floor.process
+        await process.pause("ana", now=False)
+        await process.submit(job(*PICK_AND_PLACE))
+        report = await process.result(await process.wish(Home()))
+        assert report.state is TaskState.DONE
+        queued = await process.wish(Home(), asked(notes="later"))
+        await elapse(LONG)
+        assert process.line(queued).state is TaskState.QUEUED
+        assert process.line(1).state is TaskState.QUEUED
+
+
+async def test_a_wish_for_now_does_not_outlive_a_stop() -> None:
+    async with Machine().running() as floor:
+        process = floor.process
+        await process.pause("ana", now=False)
+        await process.submit(HOME)
+        first = await process.wish(Home())
+        second = await process.wish(Home())
+        await elapse(1.0)
+        process.halt(Stopped())
+        await floor.controller.stop()
+        assert (await process.result(first)).state is TaskState.CANCELLED
+        await elapse(LONG)
+        assert process.line(second).state is TaskState.QUEUED
+        assert floor.controller.names().count("home") == 1
+
+
+async def test_what_does_no_harm_is_tried_again() -> None:
+    async with Machine().running() as floor:
+        floor.controller.fail_at = {1: Busy(doing="x"), 2: Busy(doing="x")}
+        report = await floor.process.result(await floor.process.submit(HOME, asked(retries=2)))
+        assert report.state is TaskState.DONE
+        assert floor.controller.names() == ["home"] * 3
+        tried = [(e.detail.get("attempt"), e.code) for e in floor.told(Kind.STEP) if e.detail["state"] == "running"]
+        assert tried == [(None, 0), (2, 2104), (3, 2104)]
+        assert report.duration == pytest.approx(2 * 30.0 + 60.0 + 2 * runner.RETRY_AFTER)
+
+
+@pytest.mark.parametrize("error", [Stopped(), PathRefused(reason="x", where="y")])
+async def test_a_pick_is_never_tried_again_and_nothing_is_after_a_stop(error: Stopped | PathRefused) -> None:
+    async with Machine().running() as floor:
+        floor.controller.fail_at = {1: error}
+        step = "home" if isinstance(error, Stopped) else {"pick": "cube"}
+        report = await floor.process.result(await floor.process.submit(job(step), asked(retries=3)))
+        assert report.code == error.code
+        assert len(floor.controller.calls) == 1
+
+
+@pytest.mark.parametrize(("policy", "mode"), [("continue", "running"), ("pause", "paused")])
+async def test_after_a_refusal_the_queue_does_what_was_asked(policy: str, mode: str) -> None:
+    async with Machine().running() as floor:
+        await floor.process.pause("ana", now=False)
+        await floor.process.submit(job({"place": "tray"}), asked(on_failure=OnFailure(policy)))
+        await floor.process.submit(HOME)
+        await floor.process.resume("ana")
+        await elapse(1.0)
+        assert floor.process.mode.value == mode
+        await elapse(LONG)
+        assert (floor.process.line(2).state is TaskState.DONE) is (mode == "running")
+
+
+async def test_a_job_is_done_again_from_the_step_that_was_not_done() -> None:
+    async with Machine().running() as floor:
+        process = floor.process
+        floor.controller.fail_at = {2: PathRefused(reason="x", where="y")}
+        first = await process.submit(job("home", *PICK_AND_PLACE, "home"))
+        assert [step.state.value for step in (await process.result(first)).steps] == [
+            "done",
+            "failed",
+            "skipped",
+            "skipped",
+        ]
+        again = await process.again(first, asked("ben"))
+        report = await process.result(again)
+        assert [step.state.value for step in report.steps] == ["skipped", "done", "done", "done"]
+        assert (report.line.owner, report.state) == ("ben", TaskState.DONE)
+        once_more = await process.result(await process.again(again, asked(), 4))
+        assert [step.state.value for step in once_more.steps] == ["skipped"] * 3 + ["done"]
+        with pytest.raises(InvalidValue, match="1 to 4"):
+            await process.again(again, asked(), 5)
+
+
+async def test_what_has_not_ended_cannot_be_done_again() -> None:
+    async with Machine().running() as floor:
+        await floor.process.submit(HOME, asked(held=True))
+        with pytest.raises(WrongState, match="held"):
+            await floor.process.again(1, asked())
+
+
+async def test_a_job_is_changed_while_it_waits() -> None:
+    async with Machine().running() as floor:
+        process = floor.process
+        await process.submit(HOME)
+        await process.submit(HOME)
+        await process.submit(HOME)
+        changes = {"priority": 3, "notes": "first", "job": {"name": "two", "steps": ["home", "home"]}}
+        await process.change(3, changes)
+        line = process.line(3)
+        assert (line.position, line.notes, line.name, line.steps) == (1, "first", "two", 2)
+        with pytest.raises(WrongState, match="running"):
+            await process.change(1, {"notes": "late"})
+        with pytest.raises(InvalidRequest, match="held"):
+            await process.change(2, {"held": True})
+        with pytest.raises(InvalidJob):
+            await process.change(2, {"job": {"steps": []}})
+        assert await order_of(floor) == [1, 3, 2]
+        assert (await process.report(3)).line.done == 2
+
+
+async def test_of_a_paused_job_the_steps_that_have_not_begun_are_replaced() -> None:
+    async with Machine().running() as floor:
+        process = floor.process
+        steps = ["home", {"gripper": "open"}, "home"]
+        await process.submit(job(*steps), asked(stepwise=True))
+        await elapse(LONG)
+        with pytest.raises(InvalidJob, match="1 have begun"):
+            await process.change(1, {"job": {"steps": [{"gripper": "open"}, "home"]}})
+        await process.change(1, {"job": {"steps": ["home", {"gripper": "close"}]}, "stepwise": False})
+        await process.resume("ana")
+        report = await process.result(1)
+        assert [(step.step, step.state.value) for step in report.steps] == [("home", "done"), ("gripper close", "done")]
+
+
+async def test_the_same_key_is_the_same_job() -> None:
+    async with Machine().running() as floor:
+        process = floor.process
+        same = [await process.submit(HOME, asked(key="k")) for _ in range(3)]
+        at_once = await asyncio.gather(*(process.submit(HOME, asked(key="l")) for _ in range(3)))
+        assert (same, at_once) == ([1, 1, 1], [2, 2, 2])
+        assert await process.submit(HOME, asked("ben", key="k")) == 3
+        with pytest.raises(KeyReused):
+            await process.submit(HOME, asked(key="k", priority=1))
+        with pytest.raises(KeyReused):
+            await process.submit(job("home", "home"), asked(key="k"))
+
+
+async def test_only_whom_the_lease_lets_may_begin() -> None:
+    async with Machine().running() as floor:
+        held = floor.lease.take("ben", "test", patience=1e5)
+        await floor.process.submit(HOME, asked("ana"))
+        await floor.process.submit(HOME, asked("ben"))
+        assert await order_of(floor) == [2]
+        floor.lease.release(held.id, "ben")
+        assert await order_of(floor) == [2, 1]
+
+
+async def test_while_a_job_runs_its_owner_drives_until_somebody_takes_it_over() -> None:
+    async with Machine().running() as floor:
+        await floor.process.submit(job("home", "home"), asked("ana"))
+        await floor.process.submit(HOME, asked("ana"))
+        await elapse(1.0)
+        holder = floor.lease.holder
+        assert holder is not None
+        assert (holder.name, holder.implicit) == ("ana", True)
+        floor.lease.take("eva", "test", patience=1e5)
+        assert (await floor.process.result(1)).state is TaskState.DONE
+        await elapse(LONG)
+        assert floor.process.line(2).state is TaskState.QUEUED
+
+
+async def test_a_job_that_is_half_done_goes_on_under_another_driver() -> None:
+    async with Machine().running() as floor:
+        await floor.process.submit(job("home", "home"), asked("ana", stepwise=True))
+        await floor.process.submit(HOME, asked("eva"))
+        await elapse(LONG)
+        floor.lease.take("eva", "test", patience=1e5)
+        await floor.process.resume("eva")
+        assert await order_of(floor) == [1, 1]
+        assert floor.process.reason == "step"
+        await floor.process.resume("eva")
+        assert await order_of(floor) == [1, 1, 2]
+
+
+async def test_a_lost_driver_pauses_the_queue_after_the_step() -> None:
+    async with Machine().running() as floor:
+        floor.lease.take("ana", "test", patience=10.0)
+        await floor.process.submit(job("home", "home"))
+        await floor.process.submit(HOME)
+        await floor.process.change(2, {"notes": "waits"})
+        await elapse(LONG)
+        assert (floor.process.mode, floor.process.reason) == (QueueMode.PAUSED, "driver")
+
+
+async def test_clear_cancels_all_that_waits() -> None:
+    async with Machine().running() as floor:
+        process = floor.process
+        for held in (False, False, True):
+            await process.submit(HOME, asked(held=held))
+        await process.clear()
+        assert [line.state.value for line in process.lines()] == ["running", "cancelled", "cancelled"]
+        assert (await process.result(1)).state is TaskState.DONE
+
+
+async def test_a_pause_that_nobody_asked_for_ends_with_what_it_protects() -> None:
+    async with Machine().running() as floor:
+        process = floor.process
+        await process.submit(HOME)
+        await process.submit(HOME)
+        await elapse(1.0)
+        process.halt(Stopped())
+        await floor.controller.stop()
+        await process.result(1)
+        assert process.mode is QueueMode.PAUSED
+        await process.cancel(2)
+        assert process.mode is QueueMode.RUNNING
+        await process.pause("ana", now=False)
+        await process.submit(HOME)
+        await process.clear()
+        assert process.mode is QueueMode.PAUSED
+
+
+async def test_what_was_asked_for_before_a_stop_does_not_begin_after_it() -> None:
+    machine = Machine()
+    async with machine.running() as floor:
+        machine.journal.slow = 5.0
+        submitting = asyncio.create_task(floor.process.submit(HOME))
+        await elapse(1.0)
+        floor.process.halt(Stopped())
+        assert await submitting == 1
+        await elapse(LONG)
+        assert (floor.process.line(1).state, floor.process.reason) == (TaskState.QUEUED, "stop")
+
+
+async def test_whoever_leaves_while_his_job_is_written_has_submitted_it() -> None:
+    machine = Machine()
+    async with machine.running() as floor:
+        machine.journal.slow = 5.0
+        submitting = asyncio.create_task(floor.process.submit(HOME))
+        await elapse(1.0)
+        submitting.cancel()
+        await elapse(LONG)
+        assert floor.process.line(1).state is TaskState.DONE
+
+
+async def test_the_end_of_the_queue_is_predicted_from_where_each_job_ends() -> None:
+    async with Machine().running() as floor:
+        process = floor.process
+        for _ in range(3):
+            await process.submit(job(*PICK_AND_PLACE, {"approach": "cube"}))
+        await elapse(5.0)
+        view = process.view()
+        assert view.running is not None
+        etas = [line.eta for line in (view.running, *view.waiting)]
+        report = [await process.result(number) for number in (1, 2, 3)]
+        took = [one.duration or 0.0 for one in report]
+        assert etas == pytest.approx([took[0] - 5.0, sum(took[:2]) - 5.0, sum(took) - 5.0])
+        assert view.finish_at == f"{sum(took):.3f}"
+
+
+async def test_while_it_is_paused_nobody_knows_when_the_queue_ends() -> None:
+    async with Machine().running() as floor:
+        await floor.process.pause("ana", now=False)
+        await floor.process.submit(job(*PICK_AND_PLACE))
+        await elapse(1.0)
+        view = floor.process.view()
+        assert (view.finish_at, view.waiting[0].eta) == (None, None)
+        assert view.waiting[0].predicted is not None
+
+
+async def test_a_wish_keeps_its_words() -> None:
+    async with Machine().running() as floor:
+        number = await floor.process.wish(Gripper(True), asked(held=True))
+        assert await floor.process.body(number) == {"wish": {"command": "gripper", "open": True}}
+        await floor.process.submit(HOME, asked(held=True))
+        assert await floor.process.body(2) == {
+            "name": "home",
+            "parts": {"cube": [0.5, 1.1]},
+            "places": {"tray": [1.1, 0.5]},
+            "steps": [{"home": True}],
+            "repeat": 1,
+        }

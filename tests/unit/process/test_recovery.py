@@ -1,0 +1,126 @@
+"""What becomes of an interrupted job: nothing is assumed of the gripper that a person has to see."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from maya_un.errors import AnswerNeeded, InvalidValue
+from maya_un.process.recovery import Decision, Situation, choices, decide
+from maya_un.process.states import TRANSITIONS, TaskState
+
+COMMANDS = ("home", "pick", "place", "approach", "line", "gripper", "move")
+
+situations = st.builds(
+    Situation,
+    st.sampled_from(("", *COMMANDS)),
+    st.lists(st.sampled_from(COMMANDS), max_size=4).map(tuple),
+    st.sampled_from((False, None)),
+)
+answers = st.sampled_from((True, False, None))
+
+DONE, QUEUED, SKIPPED, CANCELLED = TaskState.DONE, TaskState.QUEUED, TaskState.SKIPPED, TaskState.CANCELLED
+
+
+@pytest.mark.parametrize(
+    ("command", "choice", "holding", "step"),
+    [
+        ("pick", "resume", True, DONE),
+        ("pick", "resume", False, QUEUED),
+        ("place", "resume", True, QUEUED),
+        ("place", "resume", False, DONE),
+        ("pick", "redo", False, QUEUED),
+        ("place", "redo", True, QUEUED),
+        ("pick", "skip", True, SKIPPED),
+        ("place", "abort", None, CANCELLED),
+        ("home", "resume", True, QUEUED),
+        ("line", "resume", False, QUEUED),
+        ("gripper", "resume", None, QUEUED),
+        ("", "resume", True, None),
+        ("", "abort", None, None),
+    ],
+)
+def test_a_choice_does_what_it_says(command: str, choice: str, holding: bool | None, step: TaskState | None) -> None:
+    found = decide(Situation(command, (), None), choice, holding)
+    assert (found.step, found.goes_on) == (step, choice != "abort")
+
+
+@pytest.mark.parametrize(
+    ("command", "rest", "choice", "seen", "needed"),
+    [
+        ("pick", (), "resume", None, True),
+        ("pick", (), "resume", False, False),  # an open gripper holds nothing, so the pick is done again
+        ("place", (), "resume", False, True),  # an open gripper does not tell where the part went
+        ("place", (), "redo", False, False),
+        ("place", (), "skip", None, False),
+        ("move", ("place",), "resume", None, True),
+        ("move", ("gripper", "place"), "resume", None, False),
+        ("move", ("line", "home"), "redo", None, False),
+        ("", ("place",), "resume", None, True),
+        ("pick", ("place",), "skip", None, True),
+        ("pick", ("place",), "abort", None, False),
+    ],
+)
+def test_a_person_is_asked_where_it_matters(
+    command: str, rest: tuple[str, ...], choice: str, seen: bool | None, needed: bool
+) -> None:
+    situation = Situation(command, rest, seen)
+    offered = {one.name: one.needs_answer for one in choices(situation)}
+    assert offered[choice] is needed
+    if needed:
+        with pytest.raises(AnswerNeeded, match="is a part in the gripper"):
+            decide(situation, choice, None)
+    else:
+        decide(situation, choice, None)
+
+
+@given(situations, st.sampled_from(("resume", "redo", "skip", "abort")), answers)
+def test_every_decision_follows_the_table_and_from_what_is_known(
+    situation: Situation, choice: str, holding: bool | None
+) -> None:
+    offered = {one.name: one for one in choices(situation)}
+    try:
+        found = decide(situation, choice, holding)
+    except AnswerNeeded:
+        assert holding is None
+        assert offered[choice].needs_answer
+        return
+    except InvalidValue as refused:
+        contradicts = bool(holding) and situation.holding is False
+        assert choice not in offered or (contradicts and refused.details["key"] == "holding")
+        return
+    assert choice in offered
+    assert (found.step is None) is (situation.command == "")
+    assert found.step is None or found.step in TRANSITIONS[TaskState.INTERRUPTED]
+    assert found.goes_on is (choice != "abort")
+    assert found.holding == (situation.holding if holding is None else holding)
+    if found.step is DONE:
+        assert situation.command in {"pick", "place"}
+        assert found.holding is (situation.command == "pick")
+        assert holding is not None
+
+
+@given(situations)
+def test_without_an_answer_nothing_counts_as_done(situation: Situation) -> None:
+    for choice in choices(situation):
+        if not choice.needs_answer:
+            assert decide(situation, choice.name, None).step is not DONE
+
+
+@given(situations)
+def test_every_choice_says_what_it_means(situation: Situation) -> None:
+    offered = choices(situation)
+    assert [one.name for one in offered if one.name in {"resume", "abort"}] == ["resume", "abort"]
+    assert all(one.meaning for one in offered)
+
+
+def test_what_is_no_choice_is_refused_with_those_that_are() -> None:
+    with pytest.raises(InvalidValue, match="resume, abort"):
+        decide(Situation("", (), None), "redo", None)
+
+
+def test_whoever_contradicts_the_machine_is_told() -> None:
+    with pytest.raises(InvalidValue, match="the gripper is open"):
+        decide(Situation("place", (), False), "redo", True)
+    assert decide(Situation("place", (), None), "redo", True) == Decision(QUEUED, goes_on=True, holding=True)

@@ -1,0 +1,290 @@
+"""After the program was killed or ended: what was under way is shown, and nothing moves before a person has chosen."""
+
+from __future__ import annotations
+
+import pytest
+
+from maya_un.errors import AnswerNeeded, GripperEmpty, GripperNotEmpty, InvalidValue, NotFound, NotHomed, WrongState
+from maya_un.process.states import TaskState
+from maya_un.process.view import QueueMode
+from maya_un.robot.primitives import Home
+from tests.queues import PICK_AND_PLACE, Floor, Machine, asked, job
+from tests.virtual_time import elapse
+
+HOME = job("home", name="home")
+LONG = 1000.0
+
+
+async def killed_at(step: int, after: float = 0.1, *, machine: Machine | None = None) -> Machine:
+    """Return a machine whose program was killed in a step of the first of two jobs."""
+    machine = machine or Machine()
+    floor = await machine.started()
+    await floor.process.submit(job(*PICK_AND_PLACE, {"approach": "cube"}))
+    await floor.process.submit(HOME)
+    await floor.until(1, step)
+    await elapse(after)
+    await machine.kill(floor)
+    return machine
+
+
+async def test_nothing_moves_after_a_restart() -> None:
+    machine = await killed_at(1)
+    async with machine.running() as floor:
+        await elapse(LONG)
+        assert floor.controller.calls == []
+        view = floor.process.view()
+        assert (view.mode, view.reason) == (QueueMode.PAUSED, "restart")
+        assert [(line.id, line.state) for line in view.waiting] == [
+            (1, TaskState.INTERRUPTED),
+            (2, TaskState.QUEUED),
+        ]
+        assert view.recovery is not None
+        assert (view.recovery.job, view.recovery.index, view.recovery.step) == (1, 1, "pick cube")
+        assert view.recovery.state == floor.controller.state
+        report = await floor.process.report(1)
+        assert [step.state.value for step in report.steps] == ["interrupted", "queued", "queued"]
+
+
+async def test_the_phase_that_was_under_way_is_known() -> None:
+    machine = await killed_at(1, after=10.0)
+    async with machine.running() as floor:
+        recovery = floor.process.recovery()
+        assert recovery is not None
+        assert recovery.phase in {"approach", "down"}
+
+
+async def test_a_queue_in_which_a_restart_left_something_is_not_resumed_unasked() -> None:
+    machine = await killed_at(1)
+    async with machine.running() as floor:
+        for wish in (floor.process.resume, floor.process.step):
+            with pytest.raises(AnswerNeeded, match="job 1"):
+                await wish("ana")
+        await elapse(LONG)
+        assert floor.controller.calls == []
+
+
+async def recover(floor: Floor, choice: str, *, holding: bool | None = None, resume_queue: bool = True) -> list[str]:
+    """Choose, let everything run, and return the states of the first job's steps."""
+    await floor.process.recover(choice, holding, resume_queue=resume_queue, by="ana")
+    await elapse(LONG)
+    return [step.state.value for step in (await floor.process.report(1)).steps]
+
+
+@pytest.mark.parametrize("choice", ["resume", "redo"])
+async def test_a_pick_that_did_not_take_the_part_is_done_again(choice: str) -> None:
+    machine = await killed_at(1)
+    async with machine.running() as floor:
+        assert await recover(floor, choice) == ["done"] * 3
+        assert floor.process.line(2).state is TaskState.DONE
+        assert floor.states(1) == ["interrupted", "queued", "running", "done"]
+
+
+async def test_a_pick_whose_part_is_in_the_gripper_counts_as_done() -> None:
+    machine = await killed_at(1)
+    machine.closed = True
+    async with machine.running() as floor:
+        recovery = floor.process.recovery()
+        assert recovery is not None
+        assert recovery.holding is None
+        with pytest.raises(AnswerNeeded):
+            await recover(floor, "resume")
+        assert await recover(floor, "resume", holding=True) == ["done"] * 3
+        assert floor.controller.names()[:2] == ["follow", "gripper"]
+
+
+async def test_a_closed_gripper_that_a_person_sees_empty_is_opened_for_the_pick() -> None:
+    machine = await killed_at(1)
+    machine.closed = True
+    async with machine.running() as floor:
+        assert await recover(floor, "resume", holding=False) == ["done"] * 3
+        assert floor.controller.calls[0] == ("gripper", True)
+
+
+async def test_redoing_a_pick_with_the_part_in_the_gripper_is_refused_and_still_asked() -> None:
+    machine = await killed_at(1)
+    machine.closed = True
+    async with machine.running() as floor:
+        with pytest.raises(GripperNotEmpty):
+            await recover(floor, "redo", holding=True)
+        assert floor.process.recovery() is not None
+        assert floor.controller.calls == []
+
+
+async def test_a_place_is_never_taken_for_done_without_a_word() -> None:
+    machine = await killed_at(2)
+    machine.closed = False
+    async with machine.running() as floor:
+        with pytest.raises(AnswerNeeded):
+            await recover(floor, "resume")
+        with pytest.raises(GripperEmpty):
+            await recover(floor, "redo")
+        with pytest.raises(InvalidValue, match="open"):
+            await recover(floor, "redo", holding=True)
+        assert await recover(floor, "resume", holding=False) == ["done"] * 3
+        assert floor.controller.names() == ["follow", "home"]
+
+
+async def test_a_place_with_the_part_still_in_the_gripper_is_done_again() -> None:
+    machine = await killed_at(2)
+    async with machine.running() as floor:
+        assert floor.controller.state.gripper_closed
+        assert await recover(floor, "resume", holding=True) == ["done"] * 3
+
+
+async def test_a_step_is_left_out() -> None:
+    machine = await killed_at(2)
+    machine.closed = False
+    async with machine.running() as floor:
+        assert await recover(floor, "skip") == ["done", "skipped", "done"]
+        assert (await floor.process.report(1)).parts == {"cube": None}
+
+
+async def test_an_aborted_job_lets_the_queue_wait() -> None:
+    machine = await killed_at(2)
+    async with machine.running() as floor:
+        assert await recover(floor, "abort") == ["done", "cancelled", "skipped"]
+        assert floor.process.line(1).state is TaskState.CANCELLED
+        assert floor.process.line(2).state is TaskState.QUEUED
+        assert floor.process.mode is QueueMode.PAUSED
+        with pytest.raises(NotFound):
+            await recover(floor, "abort")
+
+
+async def test_a_choice_without_going_on_leaves_the_queue_paused() -> None:
+    machine = await killed_at(1)
+    async with machine.running() as floor:
+        assert await recover(floor, "redo", resume_queue=False) == ["queued"] * 3
+        assert [line.id for line in floor.process.view().waiting] == [1, 2]
+        await floor.process.resume("ana")
+        await elapse(LONG)
+        assert floor.process.line(1).state is TaskState.DONE
+
+
+async def test_a_robot_that_is_not_homed_is_homed_first_by_a_wish() -> None:
+    machine = await killed_at(1)
+    machine.homed = False
+    async with machine.running() as floor:
+        with pytest.raises(NotHomed):
+            await recover(floor, "redo")
+        assert (await floor.process.result(await floor.process.wish(Home()))).state is TaskState.DONE
+        assert await recover(floor, "redo") == ["done"] * 3
+
+
+async def test_a_paused_queue_stays_paused_for_its_own_reason() -> None:
+    machine = Machine()
+    async with machine.running() as floor:
+        await floor.process.pause("ben", now=False)
+        await floor.process.submit(HOME)
+    async with machine.running() as floor:
+        await elapse(LONG)
+        view = floor.process.view()
+        assert (view.mode, view.reason, view.by) == (QueueMode.PAUSED, "asked", "ben")
+        assert view.recovery is None
+
+
+async def test_an_empty_queue_runs_after_a_restart() -> None:
+    machine = Machine()
+    async with machine.running() as floor:
+        await floor.process.result(await floor.process.submit(HOME))
+    async with machine.running() as floor:
+        assert floor.process.mode is QueueMode.RUNNING
+        assert await floor.process.submit(HOME) == 2
+        assert (await floor.process.report(1)).state is TaskState.DONE
+        assert [step.step for step in (await floor.process.report(1)).steps] == ["home"]
+
+
+async def test_ending_the_program_interrupts_the_job_and_keeps_what_waits() -> None:
+    machine = Machine()
+    floor = await machine.started()
+    await floor.process.submit(job("home", "home"))
+    await floor.process.submit(HOME)
+    await elapse(1.0)
+    await floor.process.close()
+    floor.lease.close()
+    assert floor.controller.names() == ["home", "at rest"]
+    assert [line.state.value for line in floor.process.lines()] == ["interrupted", "queued"]
+    async with machine.running() as again:
+        recovery = again.process.recovery()
+        assert recovery is not None
+        assert (recovery.job, recovery.index) == (1, 1)
+
+
+async def test_ending_the_program_after_the_step() -> None:
+    machine = Machine()
+    floor = await machine.started()
+    await floor.process.submit(job("home", "home"))
+    await elapse(1.0)
+    await floor.process.close(finish=True)
+    floor.lease.close()
+    assert floor.controller.names() == ["home"]
+    async with machine.running() as again:
+        recovery = again.process.recovery()
+        assert recovery is not None
+        assert (recovery.index, [choice.name for choice in recovery.choices]) == (0, ["resume", "abort"])
+        assert await recover(again, "resume") == ["done", "done"]
+        assert again.controller.names() == ["home"]
+
+
+async def test_whoever_waits_is_told_when_the_program_ends() -> None:
+    machine = Machine()
+    async with machine.running() as floor:
+        number = await floor.process.submit(HOME, asked(held=True))
+        waiting = floor.process.result(number)
+        await floor.process.close()
+        assert (await waiting).state is TaskState.HELD
+
+
+async def test_dependencies_and_holds_outlive_a_restart() -> None:
+    machine = Machine()
+    async with machine.running() as floor:
+        await floor.process.pause("ana", now=False)
+        await floor.process.submit(HOME, asked(held=True))
+        await floor.process.submit(HOME, asked(depends_on=(1,)))
+        await floor.process.submit(HOME, asked(priority=7))
+    async with machine.running() as floor:
+        await floor.process.resume("ana")
+        await elapse(LONG)
+        assert [line.state.value for line in floor.process.lines()] == ["held", "queued", "done"]
+        await floor.process.release(1, "ana")
+        await elapse(LONG)
+        assert [line.state.value for line in floor.process.lines()] == ["done"] * 3
+
+
+async def test_two_jobs_may_wait_for_a_person_one_after_the_other() -> None:
+    machine = Machine()
+    floor = await machine.started()
+    await floor.process.submit(job("home", "home"), asked(stepwise=True))
+    await elapse(LONG)
+    await floor.process.wish(Home())
+    await elapse(1.0)
+    await machine.kill(floor)
+    async with machine.running() as again:
+        first = again.process.recovery()
+        assert first is not None
+        await again.process.recover("resume", None, resume_queue=True, by="ana")
+        second = again.process.recovery()
+        assert second is not None
+        assert [(one.job, one.index) for one in (first, second)] == [(1, 0), (2, 1)]
+        assert again.process.mode is QueueMode.PAUSED
+        await again.process.recover("redo", None, resume_queue=True, by="ana")
+        await elapse(LONG)
+        await again.process.resume("ana")  # the first pauses after its step
+        await elapse(LONG)
+        assert [line.state.value for line in again.process.lines()] == ["done", "done"]
+
+
+async def test_an_interrupted_job_cannot_be_moved_but_cancelled() -> None:
+    machine = await killed_at(2)
+    async with machine.running() as floor:
+        with pytest.raises(WrongState):
+            await floor.process.move_to(1, last=True)
+        report = await floor.process.cancel(1)
+        assert [step.state.value for step in report.steps] == ["done", "cancelled", "skipped"]
+        assert floor.process.recovery() is None
+
+
+async def test_the_rest_of_an_interrupted_job_is_replaced() -> None:
+    machine = await killed_at(1)
+    async with machine.running() as floor:
+        await floor.process.change(1, {"job": {"parts": {"cube": [0.5, 1.1]}, "steps": [{"pick": "cube"}, "home"]}})
+        assert await recover(floor, "redo") == ["done", "done"]

@@ -1,0 +1,87 @@
+"""A job as it is kept comes to what it came to when it was accepted, whatever is taught or forgotten since."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from maya_un.errors import InvalidRequest, UnknownName
+from maya_un.process.job import Job
+from maya_un.process.spots import Grid
+from maya_un.process.taught import Taught, TaughtPallet, TaughtPose
+from maya_un.process.written import as_written, expanded, write_job, write_wish
+from maya_un.robot.primitives import Home, Pick, Primitive
+from maya_un.values import Joints, Point
+
+HEIGHT = 0.4
+
+
+def pose(name: str, x: float, y: float) -> TaughtPose:
+    return TaughtPose(name, Joints(0.1, 1.5, 1.5), Point(x, y, 0.4), "2026-01-01")
+
+
+BOOK = Taught(
+    {one.name: one for one in (pose("shelf", 0.5, 1.1), pose("corner", 0.3, 1.0), pose("edge", 0.6, 1.0))},
+    {"box": TaughtPallet("box", Grid(corners=("corner", "edge", (0.3, 1.2)), rows=2, columns=2), "2026-01-01")},
+)
+
+JOB = {
+    "name": "night",
+    "steps": [
+        {"move": "shelf"},
+        {"pick": "shelf"},
+        {"for_each": "box", "do": [{"approach": "box[each]"}]},
+        {"place": [0.5, 1.1]},
+    ],
+}
+
+
+def primitives(body: dict[str, object]) -> list[Primitive]:
+    """Return what a body comes to after it has been in a file."""
+    return [task.primitive for task in expanded(json.loads(json.dumps(body)), HEIGHT).tasks]
+
+
+def test_what_is_named_is_kept_with_the_job() -> None:
+    written = write_job(Job.parse(JOB), HEIGHT, lambda: BOOK)
+    assert set(written.body["taught"]["poses"]) == {"shelf", "corner", "edge"}
+    assert set(written.body["taught"]["pallets"]) == {"box"}
+    assert primitives(written.body) == [task.primitive for task in written.expansion.tasks]
+    assert len(written.expansion.tasks) == 7
+
+
+def test_a_job_that_names_nothing_taught_is_kept_as_it_is_and_asks_for_no_book() -> None:
+    def broken() -> Taught:
+        raise AssertionError("nobody asked for it")
+
+    plain = {"steps": ["home", {"pick": [0.5, 1.1]}], "repeat": 2}
+    written = write_job(Job.parse(plain), HEIGHT, broken)
+    assert written.body == {"steps": [{"home": True}, {"pick": [0.5, 1.1]}], "repeat": 2}
+    assert primitives(written.body) == [Home(), Pick(Point(0.5, 1.1, 0.4))] * 2
+
+
+def test_what_is_told_is_what_somebody_wrote() -> None:
+    written = write_job(Job.parse(JOB), HEIGHT, lambda: BOOK)
+    assert Job.parse(as_written(written.body)) == Job.parse(JOB)
+
+
+@pytest.mark.parametrize(
+    "wish", [{"command": "home"}, {"command": "pick", "target": [0.5, 1.1]}, {"command": "gripper", "open": True}]
+)
+def test_a_wish_is_kept_with_its_numbers(wish: dict[str, object]) -> None:
+    written = write_wish(wish, HEIGHT, Taught)
+    assert primitives(written.body) == [task.primitive for task in written.expansion.tasks]
+    assert written.name == wish["command"]
+
+
+def test_a_wish_for_a_taught_place_is_kept_with_the_place() -> None:
+    written = write_wish({"command": "pick", "target": "shelf"}, HEIGHT, lambda: BOOK)
+    assert as_written(written.body) == {"wish": {"command": "pick", "target": "shelf"}}
+    assert primitives(written.body) == [Pick(Point(0.5, 1.1, 0.4))]
+
+
+def test_what_is_no_wish_is_refused() -> None:
+    with pytest.raises(InvalidRequest):
+        write_wish({"command": "pick"}, HEIGHT, Taught)
+    with pytest.raises(UnknownName):
+        write_wish({"command": "pick", "target": "moon"}, HEIGHT, Taught)
