@@ -63,10 +63,12 @@ def held() -> Held | None:
         return None
 
 
-def forget() -> None:
-    """Forget the lease that was taken in the shell: it has ended."""
-    with suppress(OSError):
-        (runtime.folder() / LEASE_FILE).unlink()
+def forget(lease: str) -> None:
+    """Forget a lease that was taken in the shell and has ended; another one that was taken since is kept."""
+    kept = held()
+    if kept is not None and kept.id == lease:
+        with suppress(OSError):
+            (runtime.folder() / LEASE_FILE).unlink()
 
 
 def headers(url: str) -> dict[str, str]:

@@ -86,9 +86,11 @@ def test_a_lease_is_shown_to_the_service_that_gave_it_and_to_no_other() -> None:
     hold({"id": "abc", "url": URL})
     assert credentials.headers(URL) == {"Maya-Lease": "abc"}
     assert credentials.headers("http://127.0.0.1:9") == {}
-    credentials.forget()
+    credentials.forget("an earlier one")
+    assert credentials.headers(URL) == {"Maya-Lease": "abc"}
+    credentials.forget("abc")
     assert credentials.headers(URL) == {}
-    credentials.forget()
+    credentials.forget("abc")
 
 
 @pytest.mark.parametrize("lease", [None, [], {}, {"id": "abc"}, {"id": "a\nb", "url": URL}, 7])

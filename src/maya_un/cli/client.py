@@ -16,7 +16,8 @@ from maya_un.errors import LeaseLost, MayaError, ServiceNotAnswering, ServiceNot
 class Client:
     """A door to the service at `url`.
 
-    `timeout` [s] is how long connecting and each answer may take. Raises `ServiceNotRunning` for what is no URL.
+    `timeout` [s] is how long connecting and each answer may take. Raises `ServiceNotRunning` for what is no URL. A
+    `lease` that is set is shown in place of the shell's.
     """
 
     def __init__(self, url: str, timeout: float = 5.0) -> None:
@@ -26,6 +27,7 @@ class Client:
         except ValueError:
             raise ServiceNotRunning from None  # nobody can listen there
         self.url = url
+        self.lease = ""
         self._timeout = timeout
 
     @classmethod
@@ -61,16 +63,18 @@ class Client:
         lease of the shell that has ended is forgotten.
         """
         connection = HTTPConnection(self.host, self.port, timeout=self._timeout if timeout is None else timeout)
+        shown = {"Content-Type": "application/json", **credentials.headers(self.url)}
+        if self.lease:
+            shown["Maya-Lease"] = self.lease
         try:
             payload = None if body is None else json.dumps(body)
-            shown = {"Content-Type": "application/json", **credentials.headers(self.url)}
             connection.request(method, path, payload, shown)
             response = connection.getresponse()
             if response.getheader("Maya") is None:
                 raise ServiceNotAnswering(reason="somebody else answers in its place")
             return _decode(response, response.read())
         except LeaseLost:
-            credentials.forget()
+            credentials.forget(shown.get("Maya-Lease", ""))
             raise
         except ConnectionRefusedError:
             raise ServiceNotRunning from None

@@ -52,13 +52,16 @@ def take(note: str, patience: float | None, settings: Settings, *, force: bool) 
         return output.answer(shown, text, settings)
     output.answer(shown, word("taken", settings.language), settings)
     with _ended_like_by_hand():
-        return _drive(client, taken["id"], settings)
+        client.lease = taken["id"]
+        return _drive(client, settings)
 
 
 def release(settings: Settings) -> int:
     """Give the lease back; raises `LeaseNeeded` and its kin where none is held."""
+    held = credentials.held()
     view = Client.find().request("DELETE", "/v1/lease")
-    credentials.forget()
+    if held is not None:
+        credentials.forget(held.id)
     return output.answer(view, word("released", settings.language), settings)
 
 
@@ -74,8 +77,8 @@ def ask(settings: Settings) -> int:
     return output.answer(view, word("asking" if view["holder"] else "asking_all", settings.language, **view), settings)
 
 
-def _drive(client: Client, lease: str, settings: Settings) -> int:
-    """Renew the lease until Ctrl-C, and give it back then."""
+def _drive(client: Client, settings: Settings) -> int:
+    """Renew the lease that the client shows until Ctrl-C, and give it back then."""
     wait, left = threading.Event(), 0.0
     try:
         while True:
@@ -98,9 +101,7 @@ def _drive(client: Client, lease: str, settings: Settings) -> int:
         _tell("", settings)
         raise
     finally:
-        held = credentials.held()
-        if held is not None and held.id == lease:
-            credentials.forget()
+        credentials.forget(client.lease)
 
 
 @contextmanager
