@@ -107,7 +107,7 @@ class Session:
             self._caller = await self._entrance.caller()
             match kind:
                 case "subscribe":
-                    self._subscribe(message)
+                    await self._subscribe(message)
                 case "renew":
                     await self._renew(message)
                 case _:
@@ -122,9 +122,9 @@ class Session:
         facts = {"version": __version__, "protocol": PROTOCOL, "run": self._hub.run, "last_event": self._hub.ring.last}
         self._wire.write(plain_frame("hello", about, **facts, who=who))
 
-    def _subscribe(self, message: Mapping[str, Any]) -> None:
+    async def _subscribe(self, message: Mapping[str, Any]) -> None:
         wanted = subscription(message)
-        past = self._past(wanted.past)
+        past = await self._past(wanted.past)
         self._wire.write(plain_frame("subscribed", message, run=self._hub.run))
         if "state" in wanted.named:
             self._hub.show_states(self._reader, wanted.rate)
@@ -133,16 +133,19 @@ class Session:
         if "events" in wanted.named:
             self._send_events(past, restarted=wanted.past is not None and wanted.past.run not in {None, self._hub.run})
 
-    def _past(self, wanted: Past | None) -> int | None:
+    async def _past(self, wanted: Past | None) -> int | None:
         """Return behind which event to begin, None where none are wanted; raises `InvalidRequest`."""
         if wanted is None:
             return None
         if wanted.run is not None and wanted.run != self._hub.run:
             return 0
-        last = self._hub.ring.last
-        if wanted.since is not None and wanted.since > last:
-            raise InvalidRequest(key="events.since", reason=f"the last event of this run has number {last}")
-        return last if wanted.since is None else wanted.since
+        if wanted.since is None:
+            return self._hub.ring.last
+        if wanted.since > self._hub.ring.last:  # it may have been told of an event that is on its way here
+            last = (await self._bridge.asked(lambda service: service.status())).last_event
+            if wanted.since > last:
+                raise InvalidRequest(key="events.since", reason=f"the last event of this run has number {last}")
+        return wanted.since
 
     def _send_events(self, since: int | None, *, restarted: bool) -> None:
         self._stop_catching_up()
@@ -186,7 +189,7 @@ class Session:
         if not isinstance(bound, bool):
             raise InvalidRequest(key="bound", reason="it is true or false")
         holder = replace(self._caller, lease=lease)
-        view = await self._bridge.call(holder, Operation.LEASE, lambda service: service.lease.renew(holder))
+        view = await self._bridge.call(holder, Operation.RENEW, lambda service: service.lease.renew(holder))
         self._bound = lease if bound else ""
         self._wire.write(plain_frame("renewed", message, expires_in=view.expires_in, bound=bound))
 
