@@ -70,7 +70,7 @@ def replay(
     context: typer.Context,
     file: Name,
     counts: Annotated[
-        float | None, typer.Option(help="positions may differ so much  [default: 2; 50 of a machine]")
+        float | None, typer.Option(help="positions may differ so much  [default: 2 of a whole twin, else 50]")
     ] = None,
     seconds: Annotated[
         float | None, typer.Option(help="instants may differ so much  [default: 0.02; 0.1 of a machine]")

@@ -31,6 +31,9 @@ HORIZON = 1e9
 OF_A_TWIN = Tolerances(counts=2.0, seconds=0.02)
 """How much a twin's own recording may differ from its replay; by as much more as its clock ran faster."""
 
+OF_A_LATER_TWIN = Tolerances(counts=50.0, seconds=0.02)
+"""The same where the replay does not begin at the power-up: the guard may act a sample earlier or later (44 counts)."""
+
 OF_A_MACHINE = Tolerances(counts=50.0, seconds=0.1)
 """How much a machine may differ from a twin before that is said: 50 µm of a line, a tenth of a second."""
 
@@ -73,9 +76,10 @@ def replay(file: str, options: Options, settings: Settings) -> int:
 
 def tolerated(recording: Recording, options: Options) -> Tolerances:
     """Return what may differ: as asked, else what belongs to a twin or to a machine."""
-    origin = recording.header.origin
-    factor = max(1.0, origin.speed)
-    counts, seconds = (factor * least for least in (OF_A_MACHINE if origin.twin is None else OF_A_TWIN))
+    header = recording.header
+    of_twin = OF_A_TWIN if header.complete else OF_A_LATER_TWIN
+    least = OF_A_MACHINE if header.origin.twin is None else of_twin
+    counts, seconds = (max(1.0, header.origin.speed) * most for most in least)
     return Tolerances(
         counts if options.counts is None else options.counts, seconds if options.seconds is None else options.seconds
     )

@@ -29,6 +29,9 @@ from maya_un.virtual.wire.server import VirtualController
 _PAST = 1e-5
 """A switch is tripped, or not, by so much [rad, m]."""
 
+_SETTLE = 0.01
+"""So long is waited for what the twin has to say [s, virtual]."""
+
 _AXES, _AXIS, _STOP_CODE = 82, 36, 3
 """Where the axes begin in a data record, how long each is, and where in it its stop code stands (QR)."""
 
@@ -140,6 +143,8 @@ def _twin(recording: Recording, scene: Scene) -> VirtualController:
     parts = {} if source is None else {name: (place[0], place[1], place[2]) for name, place in source.parts.items()}
     mechanics = MayaMechanics(truth, start, parts=parts)
     machine = VirtualDmc(mechanics, firmware=header.firmware or None)
+    if source is not None:
+        machine.advance(scene.begin - source.born - _SETTLE)  # what its programs do depends on its clock
     return VirtualController(machine, seed=0 if source is None else source.seed)
 
 
@@ -234,10 +239,6 @@ def earlier_answers(pieces: Sequence[Piece]) -> Iterator[str]:
         elif exchange.command.startswith("MG ") and asked.isidentifier() and asked[0].islower() and asked not in told:
             told.add(asked)
             yield f"{asked}={reply.text.strip()}"
-
-
-_SETTLE = 0.01
-"""So long is waited for what the twin has to say [s, virtual]."""
 
 
 _TURNS = 8

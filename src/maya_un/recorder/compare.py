@@ -72,7 +72,8 @@ def compare(recorded: Talk, replayed: Talk, tolerances: Tolerances) -> Compariso
     before, after = samples(recorded.exchanges), samples(replayed.exchanges)
     gap = _gap(before)
     timed = _timed(motions(before), motions(after))
-    ends = _ends(before, after)
+    last = _last(before, after)
+    ends = [] if last is None else _ends(*last)
     slack = tolerances.seconds + _CLOCK
     found = [
         *_unpaired(recorded),
@@ -81,7 +82,7 @@ def compare(recorded: Talk, replayed: Talk, tolerances: Tolerances) -> Compariso
         *_happened("message", [Fact(*message) for message in recorded.messages], _facts_of(replayed), slack),
         *_happened("", facts(before), facts(after), slack + gap),
         *_slower(timed, slack + gap),
-        *_elsewhere(ends, before, tolerances),
+        *([] if last is None else _elsewhere(ends, last[0], tolerances)),
     ]
     compared = sum(1 for one, _ in pairs if one.reply is not None)
     return Comparison(len(recorded.exchanges), compared, tuple(sorted(found)), tuple(timed), tuple(ends))
@@ -219,19 +220,22 @@ def _slower(timed: Iterable[Timed], seconds: float) -> Iterator[Difference]:
             yield Difference(began, 0, "motion", f"it took {one:.3f} s, in the replay {other:.3f} s")
 
 
-def _ends(recorded: Sequence[Sample], replayed: Sequence[Sample]) -> list[End]:
-    if not recorded or not replayed:
-        return []
-    axes = zip(LETTERS, recorded[-1].record.axes, replayed[-1].record.axes, strict=False)
+def _last(recorded: Sequence[Sample], replayed: Sequence[Sample]) -> tuple[Sample, Sample] | None:
+    """Return the last record that both runs have, None where there is none."""
+    again = {sample.time: sample for sample in replayed}
+    return next(((one, again[one.time]) for one in reversed(recorded) if one.time in again), None)
+
+
+def _ends(recorded: Sample, replayed: Sample) -> list[End]:
+    axes = zip(LETTERS, recorded.record.axes, replayed.record.axes, strict=False)
     return [End(letter, one.position, other.position) for letter, one, other in axes]
 
 
-def _elsewhere(ends: Iterable[End], recorded: Sequence[Sample], tolerances: Tolerances) -> Iterator[Difference]:
-    for number, (letter, one, other) in enumerate(ends):
-        axis = recorded[-1].record.axes[number]
+def _elsewhere(ends: Iterable[End], recorded: Sample, tolerances: Tolerances) -> Iterator[Difference]:
+    for (letter, one, other), axis in zip(ends, recorded.record.axes, strict=True):
         if abs(one - other) > tolerances.counts + tolerances.seconds * abs(axis.velocity):
             how = f"at {one} counts, in the replay at {other}, {other - one:+d}"
-            yield Difference(recorded[-1].time, 0, f"end of axis {letter}", how)
+            yield Difference(recorded.time, 0, f"end of axis {letter}", how)
 
 
 def _gap(records: Sequence[Sample]) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 from collections.abc import Callable
 from dataclasses import asdict, replace
@@ -11,13 +12,15 @@ from typing import Any
 import pytest
 
 from maya_un.cli.main import main
-from maya_un.cli.replay import OF_A_MACHINE, OF_A_TWIN, Options, tolerated
+from maya_un.cli.replay import OF_A_LATER_TWIN, OF_A_MACHINE, OF_A_TWIN, Options, tolerated
 from maya_un.config import RecorderConfig
+from maya_un.errors import LimitReached
 from maya_un.galil.transcript import Piece
 from maya_un.loops import run_virtual
 from maya_un.recorder import mcap_file
 from maya_un.recorder.header import Origin
 from maya_un.recorder.recording import Recording
+from maya_un.testing import faults
 from maya_un.values import Joints
 from maya_un.virtual.maya.truth import Truth
 from tests.recorded import recorded
@@ -182,6 +185,25 @@ def test_another_scale_of_a_machine_is_found_and_named(replayed: Replayed) -> No
     assert any(one["what"] == "met the forward limit of B" for one in told["differences"])
 
 
+async def _switch_sticks() -> Recording:
+    async with recorded() as robot:
+        moving = asyncio.get_running_loop().create_task(robot.controller.move(WAY[0]))
+        await elapse(1.5)
+        with faults.stuck_limit(robot.virtual, "B", "reverse"), pytest.raises(LimitReached):
+            await moving
+        await elapse(1.0)
+        return robot.recorder.taken("limit")
+
+
+def test_what_befell_the_machine_is_told_from_what_the_commands_did(replayed: Replayed) -> None:
+    code, told = replayed(run_virtual(_switch_sticks()))
+    assert code == 1
+    found = {one["what"]: one["how"] for one in told["differences"]}
+    assert found["met the reverse limit of B"] == "it does not happen in the replay"
+    assert found["message MAYA limit"] == "it does not happen in the replay"
+    assert "B switches" in found["data record"]
+
+
 def test_people_get_a_table_and_the_ends(job: Recording, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, picture = tmp_path / "one.mcap", tmp_path / "both.svg"
     place = _said(job, b"BGS\r")
@@ -208,6 +230,8 @@ def test_a_tolerance_can_be_named(job: Recording, tmp_path: Path, capsys: pytest
 def test_a_clock_that_ran_faster_tells_less_well() -> None:
     header = RECORDING.header
     assert tolerated(RECORDING, Options()) == OF_A_TWIN
+    later = replace(RECORDING, header=replace(header, complete=False))
+    assert tolerated(later, Options()) == OF_A_LATER_TWIN
     fast = replace(RECORDING, header=replace(header, origin=replace(header.origin, speed=50.0)))
     assert tolerated(fast, Options()) == pytest.approx((100.0, 1.0))
     machine = replace(RECORDING, header=replace(header, origin=replace(header.origin, twin=None)))
