@@ -267,6 +267,14 @@ async def test_events_go_on_behind_those_that_were_seen_before() -> None:
         assert ear.numbers == [10, 11, 12, 13]
 
 
+async def test_an_event_that_the_reader_knows_already_does_not_come_again() -> None:
+    async with scene() as here:
+        ear, _ = here.following(since=2)  # told of by another way, faster than by the tap
+        here.watched.happen(3)
+        await soon()
+        assert ear.numbers == [3]
+
+
 async def test_events_of_one_turn_are_handed_over_together() -> None:
     async with scene() as here:
         ear, _ = here.following()
