@@ -89,7 +89,7 @@ something or was refused: `time` (UTC), `level`, `logger`, `message`, `request`,
 `maya_queue_mode`, `maya_jobs` by state, `maya_jobs_ended_total` and `maya_steps_ended_total` by how,
 `maya_events_total` by kind (`moving` counts motions, `stopped` stops), `maya_faults_total` by code,
 `maya_link_seconds` (a command to its reply), `maya_loop_lag_seconds`, `maya_http_requests_total`,
-`maya_http_request_seconds`, `maya_stream_clients`, `maya_storage_commits_total`, `maya_storage_failing`, `maya_run`.
+`maya_http_request_seconds`, `maya_stream_clients`, `maya_storage_commits`, `maya_storage_failing`, `maya_run`.
 """
 
 TITLES = {

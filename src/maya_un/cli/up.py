@@ -115,6 +115,7 @@ async def _serve(robot: _Robot, options: Options, near: socket.socket, far: Door
         require_users(kept=running.entrance.callers.kept, listen=options.remote.listen)
         running.controller.events.heard_by(metrics.happened)
         running.controller.events.heard_by(log.note_event)
+        running.controller.tap(metrics.timer(robot.speed))
         refusal = await _refusal_to_skip_home(running) if robot.skip_home else None
         app = create_app(_bridge(running), options.remote.edge(), metrics)
         ending = Ending(finish=options.finish)

@@ -116,8 +116,8 @@ class GalilController:
         return self._monitor.progress()
 
     def tap(self, listener: Callable[[str, bytes], None]) -> None:
-        """Hand every byte on the wire to `listener` ("tx" or "rx"), from the next connection on."""
-        self._monitor.link.tap = listener
+        """Hand every byte on the wire to `listener` ("tx" or "rx"), from now on; there is one listener."""
+        self._monitor.link.tap(listener)
 
     async def open(self) -> None:
         """Connect and write the configured registers; sends no motion.

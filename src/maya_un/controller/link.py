@@ -39,7 +39,13 @@ class Link:
         self._on_back = on_back
         self._driver: Driver | None = None
         self._keeper: asyncio.Task[None] | None = None
-        self.tap: Callable[[str, bytes], None] | None = None
+        self._tap: Callable[[str, bytes], None] | None = None
+
+    def tap(self, listener: Callable[[str, bytes], None]) -> None:
+        """Hand every byte on the wire to `listener` ("tx" or "rx"), of this connection and of later ones."""
+        self._tap = listener
+        if self._driver is not None:
+            self._driver.tap = listener
 
     @property
     def up(self) -> bool:
@@ -75,7 +81,7 @@ class Link:
     async def _connect(self) -> Driver:
         transport = await self._dial()
         driver = await Driver.open(transport, timeout=self._timeout)
-        driver.tap = self.tap
+        driver.tap = self._tap
         try:
             self.firmware = await identify(driver, self.address)
         except BaseException:

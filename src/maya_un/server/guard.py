@@ -75,7 +75,8 @@ class Guard:
             status = HTTPStatus.FORBIDDEN if stranger else None
             await problem(refusal, language_of(connection.headers), status)(scope, receive, marked)
         elif scope["type"] == "websocket":
-            await self._app(scope, receive, marked)
+            with self._metrics.streams.track_inprogress():
+                await self._app(scope, receive, marked)
         elif scope["method"] == "OPTIONS" and "access-control-request-method" in connection.headers:
             await Response(status_code=HTTPStatus.NO_CONTENT, headers=_PREFLIGHT)(scope, receive, marked)
         else:

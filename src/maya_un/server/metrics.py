@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, disable_created_metrics
 from prometheus_client.exposition import CONTENT_TYPE_LATEST, generate_latest
@@ -24,6 +25,13 @@ LOOK = 0.5
 _FAST = (0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 5.0)
 _SLOW = (*_FAST, 20.0, 60.0)
 _ENDED = frozenset(state.value for state in TaskState if state.ended)
+
+
+class Storage(NamedTuple):
+    """How the journal is: why it cannot be written, "" where it can, and how often it was."""
+
+    failing: str = ""
+    commits: int = 0
 
 
 class Metrics:
@@ -60,6 +68,7 @@ class Metrics:
         self._joints = Gauge("maya_joint", "Joints: a in rad, b and c in m", ("axis",), registry=registry)
         self._queue = Gauge("maya_queue_mode", "1 for the mode that the queue is in", ("mode",), registry=registry)
         self._waiting = Gauge("maya_jobs", "Jobs that have not ended, by state", ("state",), registry=registry)
+        self._commits = Gauge("maya_storage_commits", "Commits of the journal in this run", registry=registry)
         self._storage = Gauge("maya_storage_failing", "1 while the journal cannot be written", registry=registry)
         self._run = Gauge("maya_run", "How often this program was started on its journal", registry=registry)
 
@@ -79,9 +88,23 @@ class Metrics:
         elif event.kind is Kind.FAULT:
             self._faults.labels(str(event.code if event.code in by_code() else 0)).inc()
 
-    def replied(self, seconds: float) -> None:
-        """Count a reply of the controller that took so long [s, real time]."""
-        self._link.observe(seconds)
+    def timer(self, speed: float) -> Callable[[str, bytes], None]:
+        """Return a tap of the link in the running loop, whose clock runs `speed` times as fast: it times the replies.
+
+        Of several commands on their way the first is timed.
+        """
+        clock = asyncio.get_running_loop().time
+        sent: float | None = None
+
+        def tap(way: str, _: bytes) -> None:
+            nonlocal sent
+            if way == "tx":
+                sent = clock() if sent is None else sent
+            elif sent is not None:
+                self._link.observe((clock() - sent) / speed)
+                sent = None
+
+        return tap
 
     async def watch_loop(self, speed: float) -> None:
         """Observe how late the running loop is, whose clock runs `speed` times as fast, until cancelled."""
@@ -91,8 +114,8 @@ class Metrics:
             await asyncio.sleep(LOOK * speed)
             self._lag.observe(max(0.0, loop.time() - due) / speed)
 
-    def text(self, status: Status, queue: QueueView, storage: str) -> bytes:
-        """Return everything as Prometheus reads it; `storage` is why the journal fails, "" where it does not."""
+    def text(self, status: Status, queue: QueueView, storage: Storage) -> bytes:
+        """Return everything as Prometheus reads it."""
         state = status.state
         _one_of(self._mode, tuple(Mode), state.mode)
         self._homed.set(state.homed)
@@ -102,7 +125,8 @@ class Metrics:
             self._joints.labels(axis).set(float("nan") if state.joints is None else state.joints[number])
         _one_of(self._queue, tuple(QueueMode), queue.mode)
         self._set_jobs(queue.counts)
-        self._storage.set(bool(storage))
+        self._commits.set(storage.commits)
+        self._storage.set(bool(storage.failing))
         self._run.set(status.run)
         return generate_latest(self._registry)
 

@@ -20,10 +20,13 @@ from maya_un.errors import (
     LeaseHeld,
     LeaseLost,
     LeaseNeeded,
+    MachineError,
     MayaError,
     NotAllowed,
     NotSignedIn,
+    StorageFailed,
     TooManyRequests,
+    by_code,
 )
 from maya_un.server.exchange import Plain
 from maya_un.server.guard import UNLIMITED
@@ -93,6 +96,10 @@ def refusals(route: APIRoute, rule: Rule) -> list[type[MayaError]]:
         kinds.append(InvalidValue)
     if any(RULES[one].drives for one in rule.operations):
         kinds += [LeaseNeeded, LeaseHeld, LeaseLost]
+    if any(RULES[one].drives or one in STOPPING | {Operation.PAUSE} for one in rule.operations):
+        kinds += [kind for kind in by_code().values() if issubclass(kind, MachineError)]
+    if route.methods != {"GET"} and rule.operations:
+        kinds.append(StorageFailed)
     return list(dict.fromkeys(kinds))
 
 

@@ -12,7 +12,9 @@ from maya_un.api.service import Service
 from maya_un.errors import (
     AnswerNeeded,
     CannotPause,
+    Faulted,
     InvalidJob,
+    NotConnected,
     NotFound,
     NotHomed,
     PathRefused,
@@ -168,7 +170,7 @@ def add_ordering(routes: Routes) -> None:
         tag=_JOBS,
         gives=JobLine,
         status=202,
-        refuses=_NO_SUCH,
+        refuses=(*_NO_SUCH, NotConnected, Faulted),
         examples={"from the third step": {"from_step": 3}},
     )
     async def repeat_job(ask: Ask, job: JobNumber, body: AgainBody) -> Response:

@@ -17,7 +17,7 @@ from maya_un.server.language import language_of
 from maya_un.server.metrics import CONTENT_TYPE, Metrics
 from maya_un.server.openapi import document
 from maya_un.server.routes import Routes
-from maya_un.server.wellness import Readiness, failing_of, readiness
+from maya_un.server.wellness import Readiness, readiness, storage_of
 
 _TAG = "server"
 
@@ -40,7 +40,7 @@ def add_system(routes: Routes, app: FastAPI, bridge: Bridge, metrics: Metrics) -
     async def prometheus(ask: Ask) -> Response:
         """Tell Prometheus what is counted."""
         status, queue = await ask(_standing)
-        return Response(metrics.text(status, queue, failing_of(bridge)), media_type=CONTENT_TYPE)
+        return Response(metrics.text(status, queue, storage_of(bridge)), media_type=CONTENT_TYPE)
 
     @routes.add("GET", "/v1/openapi.json", tag=_TAG, gives=dict[str, object])
     async def openapi() -> Response:

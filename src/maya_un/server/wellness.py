@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 from maya_un.api.service import Service
 from maya_un.errors import MayaError, NotConnected, ServiceNotAnswering, StorageFailed
+from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.server.bridge import Bridge
+from maya_un.server.metrics import Storage
 from maya_un.values import Mode, Notice
 
 PATIENCE = 1.0
@@ -30,16 +32,17 @@ async def readiness(bridge: Bridge, language: str) -> Readiness:
             found += await bridge.asked(_obstacles)
     except TimeoutError:
         found += [ServiceNotAnswering(reason=f"the robot's loop is busy for more than {PATIENCE:g} s")]
-    failing = failing_of(bridge)
+    failing = storage_of(bridge).failing
     if failing:
         found.append(StorageFailed(reason=failing))
     reasons = tuple(Notice(error.code, error.text(language)) for error in found)
     return Readiness(not reasons, reasons)
 
 
-def failing_of(bridge: Bridge) -> str:
-    """Return why the journal cannot be written, "" where it can."""
-    return "" if bridge.journal is None else bridge.journal.failing
+def storage_of(bridge: Bridge) -> Storage:
+    """Return how the journal is; one in memory never fails."""
+    journal = bridge.journal
+    return Storage(journal.failing, journal.commits) if isinstance(journal, SqliteJournal) else Storage()
 
 
 async def _obstacles(service: Service) -> list[MayaError]:

@@ -9,7 +9,7 @@ from prometheus_client.parser import text_string_to_metric_families
 from maya_un.api.messages import Status
 from maya_un.events import Event, Kind
 from maya_un.process.view import QueueMode, QueueView
-from maya_un.server.metrics import LOOK, Metrics
+from maya_un.server.metrics import LOOK, Metrics, Storage
 from maya_un.values import Joints, Mode, State
 from tests.unit.server.stand_in import StandIn, door
 
@@ -32,10 +32,11 @@ STATE = State(
     override=0.5,
 )
 STATUS = Status("0", "sim", 1.0, STATE, None, False, None, (), 7, run=3)
+WELL = Storage()
 QUEUE = QueueView(QueueMode.PAUSED, "stop", "ana", "", None, (), {"queued": 2, "held": 1}, None, None)
 
 
-def told(metrics: Metrics, storage: str = "") -> dict[tuple[str, ...], float]:
+def told(metrics: Metrics, storage: Storage = WELL) -> dict[tuple[str, ...], float]:
     """Return what Prometheus reads: values by name and labels."""
     text = metrics.text(STATUS, QUEUE, storage).decode()
     samples = [sample for family in text_string_to_metric_families(text) for sample in family.samples]
@@ -58,7 +59,8 @@ def test_how_things_stand() -> None:
     assert found["maya_queue_mode", "mode=paused"] == 1.0
     assert [found["maya_jobs", f"state={state}"] for state in ("queued", "held", "running")] == [2, 1, 0]
     assert found["maya_storage_failing",] == 0.0
-    assert told(Metrics(), "no room")["maya_storage_failing",] == 1.0
+    storage = told(Metrics(), Storage("no room", 12))
+    assert (storage["maya_storage_failing",], storage["maya_storage_commits",]) == (1.0, 12.0)
 
 
 def test_what_happened_is_counted() -> None:
@@ -120,3 +122,18 @@ async def test_a_loop_that_is_late_is_seen(monkeypatch: pytest.MonkeyPatch) -> N
     assert found["maya_loop_lag_seconds_count",] == 2.0
     assert found["maya_loop_lag_seconds_bucket", "le=0.2"] == 1.0
     assert found["maya_loop_lag_seconds_bucket", "le=0.5"] == 2.0
+
+
+async def test_replies_of_the_controller_are_timed() -> None:
+    metrics = Metrics()
+    tap = metrics.timer(speed=10.0)
+    tap("rx", b"unasked")
+    tap("tx", b"TP\r")
+    await asyncio.sleep(0.1)  # 10 ms for whoever watches a clock ten times as fast
+    tap("tx", b"QR\r")
+    await asyncio.sleep(0.05)
+    tap("rx", b"1,2,3\r\n:")
+    tap("rx", b"the rest")
+    found = told(metrics)
+    assert found["maya_link_seconds_count",] == 1.0
+    assert found["maya_link_seconds_sum",] == pytest.approx(0.015)

@@ -49,6 +49,7 @@ class Batches:
         self._idle = asyncio.Event()
         self._closed = False
         self.failing = ""
+        self.commits = 0
 
     async def write(self, work: Callable[[sqlite3.Connection], Any]) -> Any:
         """Return what `work` returned, once its batch is on the disk; raises what it raised, or `StorageFailed`."""
@@ -108,6 +109,7 @@ class Batches:
         failure = written.exception()
         if failure is None:
             self.failing = ""
+            self.commits += 1
             _tell(batch, written.result())
         else:
             self._failed(batch, failure)

@@ -81,6 +81,11 @@ class SqliteJournal(SqlJournal):
         """Why the last batch could not be written, "" where it was; while notes wait it is tried again by itself."""
         return self._batches.failing
 
+    @property
+    def commits(self) -> int:
+        """How many batches were written."""
+        return self._batches.commits
+
     async def close(self) -> None:
         """Write what is noted, close the file, and let the next one in."""
         try:
