@@ -15,15 +15,20 @@ from maya_un.errors import MayaError, NotSignedIn, TooManyRequests
 from maya_un.server.bridge import Bridge
 from maya_un.server.crash import written_down
 from maya_un.server.language import language_of
+from maya_un.server.protocol import Places
 from maya_un.server.stream_entrance import Entrance
 from maya_un.server.stream_hub import Hub
 from maya_un.server.stream_ring import MOST_EVENTS, Ring
 from maya_un.server.stream_session import Session, refuse
 from maya_un.server.stream_tap import Batch, Tap
 from maya_un.server.stream_wire import WIRE, Wire
+from maya_un.server.who import is_local, source_of
 
-MOST_CLIENTS = 256
-"""So many may read the stream at once."""
+NEAR_CLIENTS = 256
+"""So many of this machine's own programs may read the stream at once."""
+
+FAR_CLIENTS, FAR_CLIENTS_EACH = 128, 16
+"""So many of other machines, and of each of them, whether they have said yet who they are or not."""
 
 INTRODUCTION = 10.0
 """How long a client may take to say who it is [s]."""
@@ -46,6 +51,8 @@ class Stream:
         self._tapping: asyncio.Task[None] | None = None
         self._clients = 0
         self._wires: set[Wire] = set()
+        self._near = Places(NEAR_CLIENTS, NEAR_CLIENTS)
+        self._far = Places(FAR_CLIENTS, FAR_CLIENTS_EACH)
 
     async def serve(self, socket: WebSocket) -> None:
         """Serve one client from its handshake to its end."""
@@ -61,8 +68,9 @@ class Stream:
             refuse(wire, written_down(defect), language)
 
     async def _serve(self, socket: WebSocket, wire: Wire, language: str) -> None:
-        if len(self._wires) >= MOST_CLIENTS:
-            raise TooManyRequests(limit=f"{MOST_CLIENTS} streams", seconds=1, wait=1)
+        places, address = self._near if is_local(socket) else self._far, source_of(socket)
+        if not places.take(address):
+            raise TooManyRequests(limit="no more streams", seconds=1, wait=1)
         self._wires.add(wire)
         try:
             entrance = Entrance(socket, self._bridge)
@@ -72,6 +80,7 @@ class Stream:
                     await Session(socket, wire, self._bridge, hub, entrance, caller, language).converse()
         finally:
             self._wires.discard(wire)
+            places.give_back(address)
 
     @asynccontextmanager
     async def _entered(self) -> AsyncIterator[Hub]:

@@ -378,12 +378,31 @@ def test_a_client_that_does_not_answer_pings_is_cut_off(monkeypatch: pytest.Monk
 
 
 def test_there_are_not_too_many_clients(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(stream, "MOST_CLIENTS", 1)
+    monkeypatch.setattr(stream, "NEAR_CLIENTS", 1)
 
-    async def story(_: Watched, client: Client) -> None:
-        async with connected(
-            f"ws://{client.connection.remote_address[0]}:{client.connection.remote_address[1]}/v1/stream"
-        ) as other:
-            assert other.got[0]["code"] == 4106
+    async def main() -> None:
+        async with streamed(Watched()) as url:
+            for _ in range(3):
+                async with connected(url) as one, connected(url) as other:
+                    assert (one.got[0]["type"], other.got[0]["code"]) == ("hello", 4106)
 
-    told(story)
+    run(main())
+
+
+def test_one_other_machine_does_not_take_all_places_by_saying_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stream, "FAR_CLIENTS_EACH", 1)
+    from_afar = {"X-Forwarded-For": "192.0.2.1"}
+
+    async def main() -> None:
+        watched = Watched()
+        _, viewer = await guarded(watched)
+        async with (
+            streamed(watched) as url,
+            connect(url, additional_headers=from_afar, proxy=None),
+            connected(url, **from_afar) as second,
+            connected(url, Authorization=f"Bearer {viewer}") as near,
+        ):
+            assert second.got[0]["code"] == 4106
+            assert near.got[0]["type"] == "hello"
+
+    run(main())
