@@ -13,7 +13,7 @@ from maya_un.api.access.caller import Caller, Role
 from maya_un.api.access.callers import FAILURE_COSTS
 from maya_un.errors import MayaError, NotSignedIn, TooManyRequests
 from tests.entrances import House, house
-from tests.virtual_time import elapse
+from tests.virtual_time import elapse, turn
 
 WRONG = [
     None,
@@ -117,7 +117,7 @@ async def test_a_token_that_is_revoked_while_it_is_looked_at_is_not_let_in() -> 
     other.entrance.register.users.update(owner.entrance.register.users)
     other.entrance.register.tokens.update(owner.entrance.register.tokens)
     asked = asyncio.ensure_future(other.resolve(made.token))
-    await asyncio.sleep(0)
+    await turn()
     del other.entrance.register.tokens[made.id]
     with pytest.raises(NotSignedIn):
         await asked

@@ -15,6 +15,7 @@ from maya_un.api.access.caller import Role
 from maya_un.api.access.store import VERSION, Change, FileStore, Token, User
 from maya_un.errors import FileUnwritable, StorageDamaged, StorageFailed, StorageTooNew
 from maya_un.process.journal.sqlite import SqliteJournal
+from tests.virtual_time import turn
 
 ROOT = User("root", Role.ADMIN, "2026-11-21T09:00:00+00:00", "$argon2id$...")
 SAM = User("sam", Role.STUDENT, "2026-11-21T09:00:01+00:00")
@@ -113,7 +114,7 @@ async def test_a_change_goes_on_where_whoever_asked_is_gone(tmp_path: Path) -> N
     store = FileStore(path)
     await store.load()
     asked = asyncio.ensure_future(store.apply(Change(users=(ROOT,))))
-    await asyncio.sleep(0)
+    await turn()
     asked.cancel()
     await store.apply(Change(users=(SAM,)))
     await store.close()
