@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from pydantic import TypeAdapter
 
+from maya_un.cli.replay_scene import Scene, commands_before, forget_stop_codes, scene_of
 from maya_un.config import Config, Units
 from maya_un.config.load import parse
-from maya_un.galil.framing import Record, Reply
 from maya_un.galil.hardware import LETTERS
-from maya_un.galil.record import AxisRecord, DataRecord, decode
+from maya_un.galil.record import AxisRecord
 from maya_un.galil.transcript import Piece
 from maya_un.galil.transport import LoopbackTransport
-from maya_un.recorder.exchanges import Exchange, Talk, talk
+from maya_un.recorder.exchanges import Talk, talk
 from maya_un.recorder.header import TwinSource
 from maya_un.recorder.recording import Recording
-from maya_un.values import State
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.maya.mechanics import MayaMechanics
 from maya_un.virtual.maya.start import Start
@@ -31,25 +28,6 @@ _PAST = 1e-5
 
 _SETTLE = 0.01
 """So long is waited for what the twin has to say [s, virtual]."""
-
-_AXES, _AXIS, _STOP_CODE = 82, 36, 3
-"""Where the axes begin in a data record, how long each is, and where in it its stop code stands (QR)."""
-
-
-@dataclass(frozen=True, slots=True)
-class Scene:
-    """From where a recording is played: `pieces` from loop time `begin` [s] on, on a twin made for that instant.
-
-    `opening` is what was said to configure the controller, long before; `record` is what the controller was at `begin`,
-    None for a twin that is played from its power-up. `lacks` names, by keys of the words, what cannot be as it was.
-    """
-
-    begin: float
-    pieces: tuple[Piece, ...]
-    opening: tuple[Piece, ...] = ()
-    record: DataRecord | None = None
-    homed: bool = False
-    lacks: tuple[str, ...] = ()
 
 
 class Replayed(NamedTuple):
@@ -76,63 +54,6 @@ async def replay(recording: Recording) -> Replayed:
     if scene.record is not None:
         forget_stop_codes(recorded.exchanges)
     return Replayed(recorded, talk(pieces), scene.begin, scene.lacks)
-
-
-def forget_stop_codes(exchanges: list[Exchange]) -> None:
-    """Put the code of a twin that was just switched on (1) in the place of why axes stopped before the scene."""
-    moved: set[int] = set()
-    for number, exchange in enumerate(exchanges):
-        if not isinstance(exchange.reply, Record):
-            continue
-        data = bytearray(exchange.reply.data)
-        for place, axis in enumerate(decode(exchange.reply.data).axes):
-            moved |= {place} if axis.moving else set()
-            if place not in moved:
-                data[_AXES + place * _AXIS + _STOP_CODE] = 1
-        exchanges[number] = exchange._replace(reply=Record(bytes(data)))
-
-
-def scene_of(recording: Recording) -> Scene:
-    """Return where to begin: at the power-up of a twin that was recorded whole, else where the axes were at rest.
-
-    Raises `ValueError` where they never were.
-    """
-    header, wire = recording.header, tuple(piece for piece in recording.wire if piece.link >= 0)
-    lacks = ["cannot_datagrams"] if len(wire) < len(recording.wire) else []
-    source = header.origin.twin
-    if source is not None and header.complete:
-        return Scene(source.born, wire, lacks=tuple(lacks))
-    if source is None:
-        lacks.append("cannot_machine")
-    opening = tuple(piece for piece in wire if piece.time < header.whole)
-    rest = wire[len(opening) :]
-    resting = _at_rest(talk(rest).exchanges)
-    if resting is None or resting.answered is None or not isinstance(resting.reply, Record):
-        raise ValueError("it holds no instant at which the axes were at rest")
-    homed = _homed(recording.states, resting.answered)
-    if not homed:
-        lacks.append("cannot_place")
-    record = decode(resting.reply.data)
-    if header.complete:
-        return Scene(rest[0].time, rest, (), record, homed, tuple(lacks))
-    begin = resting.answered
-    later = tuple(piece for piece in rest if piece.time > begin)
-    if not opening:
-        lacks.append("cannot_opening")
-    return Scene(begin, later, opening, record, homed, tuple(lacks))
-
-
-def _at_rest(exchanges: Sequence[Exchange]) -> Exchange | None:
-    for exchange in exchanges:
-        if isinstance(exchange.reply, Record) and exchange.answered is not None:
-            record = decode(exchange.reply.data)
-            if not any(axis.moving for axis in record.axes):
-                return exchange
-    return None
-
-
-def _homed(states: Sequence[State], time: float) -> bool:
-    return next((state.homed for state in reversed(states) if state.time <= time), False)
 
 
 def _twin(recording: Recording, scene: Scene) -> VirtualController:
@@ -177,7 +98,7 @@ def _start(source: TwinSource | None, scene: Scene, config: Config, truth: Truth
         return Start(*source.start)
     if record is None:
         return Start()
-    axes = [record.axes[_place(config, axis)] for axis in range(3)]
+    axes = [record.axes[LETTERS.index(config.axes[axis].letter)] for axis in range(3)]
     a, b, c = (axis.reference for axis in axes)
     places = Units.of(config).to_joints((a, b, c)) if scene.homed else Start()
     return Start(*(_beside(places[i], axes[i], truth.switches[i]) for i in range(3)))
@@ -191,54 +112,6 @@ def _beside(place: float, axis: AxisRecord, switches: tuple[float, float]) -> fl
     if axis.forward_limit_active:
         return max(place, forward + _PAST)
     return min(max(place, reverse + _PAST), forward - _PAST)
-
-
-def _place(config: Config, axis: int) -> int:
-    return LETTERS.index(config.axes[axis].letter)
-
-
-def preparation(scene: Scene, config: Config) -> Iterator[str]:
-    """Yield the commands that make a fresh twin what the recorded controller was when the scene begins."""
-    record = scene.record
-    if record is None:
-        return
-    axes = list(zip(LETTERS, record.axes, strict=False))
-    yield f"DP {','.join(str(axis.reference) for _, axis in axes)}"
-    on = "".join(letter for letter, axis in axes if not axis.motor_off)
-    if on:
-        yield f"SH{on}"
-    for bit in range(8):
-        yield f"{'SB' if record.outputs[0] >> bit & 1 else 'CB'} {bit + 1}"
-    yield from (f"ZA{letter}={axis.user}" for letter, axis in axes)
-    if scene.homed:
-        units = Units.of(config)
-        yield f"mayahome={record.axes[0].user}"
-        yield f"mayaendb={round(config.axes.b.maximum * units.per_unit[1])}"
-        yield f"mayaendc={round(config.axes.c.maximum * units.per_unit[2])}"
-
-
-def earlier_answers(pieces: Sequence[Piece]) -> Iterator[str]:
-    """Yield the commands that make what was asked of a controller, before it was told so, answer as it did.
-
-    That is its program (UL), and variables.
-    """
-    told: set[str] = set()
-    for exchange in talk(pieces).exchanges:
-        name, equals, _ = exchange.command.partition("=")
-        if equals:
-            told.add(name)
-        asked = exchange.command.removeprefix("MG ").strip()
-        reply = exchange.reply
-        if not isinstance(reply, Reply) or not reply.ok:
-            continue
-        if exchange.command == "UL" and "UL" not in told:
-            told.add("UL")
-            text = reply.text.removesuffix("\x1a")
-            if text.strip():
-                yield "DL\r" + "\r".join(text.splitlines()) + "\r\\"
-        elif exchange.command.startswith("MG ") and asked.isidentifier() and asked[0].islower() and asked not in told:
-            told.add(asked)
-            yield f"{asked}={reply.text.strip()}"
 
 
 _TURNS = 8
@@ -285,14 +158,7 @@ class _Player:
         first = scene.pieces[0]
         self._open(first.link)
         end = self._links[first.link]
-        before = earlier_answers(scene.opening or scene.pieces)
-        for command in before:
-            end.write(f"{command}\r".encode())
-        for piece in scene.opening:
-            if piece.side == "client":
-                end.write(piece.data)
-        for command in preparation(scene, self._config):
-            end.write(f"{command}\r".encode())
+        end.write(commands_before(scene, self._config))
         await asyncio.sleep(_SETTLE)
         if first.event == "open":
             await self._end(first.link)

@@ -1,0 +1,137 @@
+"""Where a replay begins, and what its twin is told before."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from maya_un.cli.replay_scene import Scene, commands_before, forget_stop_codes, scene_of
+from maya_un.config import Config
+from maya_un.events import Event, Kind
+from maya_un.galil.framing import Record
+from maya_un.galil.record import AxisRecord, DataRecord, Status, decode, encode
+from maya_un.galil.transcript import Piece
+from maya_un.recorder.exchanges import Exchange
+from maya_un.recorder.recording import Recording
+from tests.unit.recorder.recordings import RECORDING, header, state
+
+MOVING = AxisRecord(status=Status.MOVING, reference=50)
+REST = DataRecord(
+    axes=(
+        AxisRecord(reference=6378, position=6377, user=7),
+        AxisRecord(reference=1_500_000, user=1),
+        AxisRecord(reference=1_300_000, status=Status.MOTOR_OFF),
+    ),
+    outputs=(0b1000_0001, *(0,) * 9),
+)
+
+
+def said(time: float, text: str) -> Piece:
+    return Piece(time, 1, "client", f"{text}\r".encode())
+
+
+def heard(time: float, data: bytes) -> Piece:
+    return Piece(time, 1, "controller", data)
+
+
+def asked(time: float, record: DataRecord) -> list[Piece]:
+    return [said(time, "QR"), heard(time + 0.001, encode(record) + b":")]
+
+
+OPENING = [Piece(1.0, 1, "client", b"", "open"), said(1.0, "SPA=1000"), heard(1.0, b":")]
+REST_OF_IT = [
+    *asked(90.0, replace(REST, axes=(MOVING, *REST.axes[1:]))),
+    *asked(90.1, REST),
+    said(90.2, "BGS"),
+    heard(90.2, b":"),
+]
+LATER = Recording(
+    replace(header(whole=90.0, complete=False), opening=1.0),
+    (state(89.9), state(90.1)),
+    (),
+    (*OPENING, *REST_OF_IT),
+)
+
+
+def machine(recording: Recording) -> Recording:
+    origin = replace(recording.header.origin, twin=None)
+    return replace(recording, header=replace(recording.header, origin=origin))
+
+
+def test_a_twin_recorded_whole_begins_at_its_power_up() -> None:
+    scene = scene_of(RECORDING)
+    assert (scene.begin, scene.record, scene.opening) == (0.5, None, ())
+    assert scene.pieces == tuple(piece for piece in RECORDING.wire if piece.link > 0)
+    assert scene.lacks == ("cannot_datagrams",)
+    assert commands_before(scene, Config()) == b""
+
+
+def test_another_begins_with_the_first_record_at_rest() -> None:
+    scene = scene_of(LATER)
+    assert scene.begin == pytest.approx(90.101)
+    assert scene.record == REST
+    assert scene.pieces == tuple(REST_OF_IT[-2:])
+    assert scene.opening == tuple(OPENING)
+    assert (scene.homed, scene.lacks) == (True, ())
+
+
+def test_what_lacks_is_told() -> None:
+    assert scene_of(machine(LATER)).lacks == ("cannot_machine",)
+    assert scene_of(replace(LATER, wire=tuple(REST_OF_IT))).lacks == ("cannot_opening",)
+    unhomed = replace(LATER, states=(state(89.9, homed=False), state(90.1, homed=False)))
+    assert scene_of(unhomed).lacks == ("cannot_place",)
+
+
+def test_counts_mean_lengths_where_a_homing_was_taken_over_later() -> None:
+    states = (state(90.0, homed=False), state(95.0))
+    over = replace(LATER, states=states)
+    assert scene_of(over).homed
+    homing = replace(over, events=(Event(1, 92.0, Kind.HOMING),))
+    assert not scene_of(homing).homed
+
+
+def test_without_rest_there_is_no_scene() -> None:
+    with pytest.raises(ValueError, match="at rest"):
+        scene_of(replace(LATER, wire=(*OPENING, *REST_OF_IT[:2])))
+
+
+def test_the_twin_is_made_what_the_controller_was() -> None:
+    lines = commands_before(scene_of(LATER), Config()).decode().split("\r")
+    assert lines == [
+        "SPA=1000",
+        "DP 6378,1500000,1300000",
+        "SHAB",
+        *("SB 1", "CB 2", "CB 3", "CB 4", "CB 5", "CB 6", "CB 7", "SB 8"),
+        *("ZAA=7", "ZAB=1", "ZAC=0"),
+        *("mayahome=7", "mayaendb=2260000", "mayaendc=2300000"),
+        "",
+    ]
+
+
+def test_what_a_controller_answered_before_it_was_told_is_known() -> None:
+    """Its program and its variables; what the host set itself tells nothing."""
+    pieces = (
+        *(said(0.0, "UL"), heard(0.0, b"#A\r\nEN\r\n\x1a:")),
+        *(said(0.1, "MG mayahome"), heard(0.1, b" 12.0000\r\n:")),
+        *(said(0.2, "speed=5"), heard(0.2, b":")),
+        *(said(0.3, "MG speed"), heard(0.3, b" 5.0000\r\n:")),
+        *(said(0.4, "MG _TPA"), heard(0.4, b" 1.0000\r\n:")),
+        *(said(0.5, "MG nothing"), heard(0.5, b"?")),
+    )
+    scene = Scene(0.0, pieces, (), REST, homed=False)
+    text = commands_before(scene, Config()).decode()
+    assert text.endswith("ZAC=0\rDL\r#A\rEN\r\\\rmayahome=12.0000\r")
+
+
+def test_why_axes_stopped_before_is_forgotten_until_they_move() -> None:
+    stopped = replace(REST, axes=tuple(replace(axis, stop_code=3) for axis in REST.axes))
+    moving = replace(stopped, axes=(*stopped.axes[:2], MOVING))
+    records = [stopped, moving, stopped]
+    exchanges = [Exchange(float(n), 1, "QR", Record(encode(record)), None) for n, record in enumerate(records)]
+    exchanges.insert(1, Exchange(0.5, 1, "TP", None, None))
+    forget_stop_codes(exchanges)
+    codes = [
+        [axis.stop_code for axis in decode(one.reply.data).axes] for one in exchanges if isinstance(one.reply, Record)
+    ]
+    assert codes == [[1, 1, 1], [1, 1, 0], [1, 1, 3]]
