@@ -6,6 +6,7 @@ import functools
 import os
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -111,3 +112,12 @@ def test_values_are_asked_of_the_running_robot(capsys: pytest.CaptureFixture[str
 def test_where_nobody_can_be_asked_there_are_no_values(kind: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert values.run(kind) == 0
     assert capsys.readouterr() == ("", "")
+
+
+def test_who_presses_tab_waits_for_no_parser() -> None:
+    ask = (
+        "import sys; from maya_un.cli.main import main; main(['completion', 'values', 'jobs']); "
+        "print(sorted({'typer', 'asyncio', 'pydantic', 'numpy'} & sys.modules.keys()))"
+    )
+    done = subprocess.run([sys.executable, "-c", ask], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
