@@ -7,7 +7,7 @@ import json
 import ssl
 import time
 from collections.abc import AsyncIterator
-from contextlib import AsyncExitStack, closing, suppress
+from contextlib import AsyncExitStack, asynccontextmanager, closing, suppress
 from typing import Any, TypeVar, cast
 
 import httpx
@@ -104,8 +104,10 @@ class AwaitingDriver(Awaiting):
         with trouble.translated():
             return Line(await lines.enter_async_context(self._connected(self._find(), path)))
 
-    def _connected(self, door: Door, path: str) -> connect:
-        return connect(
+    @asynccontextmanager
+    async def _connected(self, door: Door, path: str) -> AsyncIterator[ClientConnection]:
+        """Open a websocket for a block; in a loop that ends there is no time left to take leave, then it is cut."""
+        socket = await connect(
             codec.stream_url(door, path),
             ssl=self._trust if door.url.startswith("https") else None,
             additional_headers=codec.identity(door.token),
@@ -114,6 +116,13 @@ class AwaitingDriver(Awaiting):
             open_timeout=TIMEOUT,
             close_timeout=1.0,
         )
+        try:
+            yield socket
+        finally:
+            try:
+                await socket.close()
+            finally:
+                socket.transport.abort()
 
 
 async def _conversed(step: Say | Hear) -> str | bytes | None:

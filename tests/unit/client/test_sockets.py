@@ -1,0 +1,148 @@
+"""Streams of both clients over real websockets, that break, lag, refuse, or are left in the middle."""
+
+from __future__ import annotations
+
+import gc
+import json
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from itertools import count
+
+import pytest
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.server import ServerConnection, serve
+
+from maya_un import AsyncClient, Client
+from maya_un.errors import NotSignedIn, ServiceNotRunning
+from maya_un.loops import run
+from maya_un.values import State
+from tests.unit.cli.servers import free_port
+from tests.unit.client.test_streaming import event, hello, state
+
+Handler = Callable[[ServerConnection, int], None]
+
+
+@contextmanager
+def stream(handler: Handler) -> Iterator[str]:
+    """Serve websockets while the block runs; the handler is told which connection it is, from 0."""
+    number = count()
+
+    def handle(socket: ServerConnection) -> None:
+        with suppress(ConnectionClosed):
+            handler(socket, next(number))
+
+    with serve(handle, "127.0.0.1", 0, compression=None) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        try:
+            yield f"http://127.0.0.1:{server.socket.getsockname()[1]}"
+        finally:
+            server.shutdown()
+            thread.join()
+
+
+def breaking(socket: ServerConnection, number: int) -> None:
+    """Greet, answer with two events behind the one that was asked for, and break the connection without a word."""
+    socket.send(hello(last=10))
+    since = json.loads(socket.recv())["events"]["since"]
+    for seq in (since + 1, since + 2):
+        socket.send(event(seq))
+    if number < 3:
+        socket.socket.close()
+
+
+def stating(socket: ServerConnection, _number: int) -> None:
+    """Greet, and send states for as long as somebody listens."""
+    socket.send(hello())
+    socket.recv()
+    for time in count():
+        socket.send(state(float(time)))
+
+
+def test_events_go_on_behind_the_last_when_the_connection_breaks() -> None:
+    async def later(url: str) -> list[int]:
+        found: list[int] = []
+        async with AsyncClient(url) as client:
+            async for one in client.events():
+                found.append(one.seq)
+                if len(found) == 6:
+                    return found
+        return found
+
+    with stream(breaking) as url, Client(url) as client:
+        events = client.events()
+        assert [next(events).seq for _ in range(6)] == [11, 12, 13, 14, 15, 16]
+    with stream(breaking) as url:
+        assert run(later(url)) == [11, 12, 13, 14, 15, 16]
+
+
+def test_a_stream_that_is_left_in_the_middle_leaves_nothing_open() -> None:
+    async def later(url: str) -> State:
+        async with AsyncClient(url) as client:
+            async for one in client.states():
+                return one
+        raise AssertionError
+
+    with stream(stating) as url:
+        with Client(url) as client:
+            for one in client.states():
+                assert one.homed
+                break
+        assert run(later(url)).homed
+        gc.collect()
+
+
+def test_a_slow_reader_gets_the_newest_state_and_not_all_of_them() -> None:
+    many = threading.Event()
+
+    def hasty(socket: ServerConnection, _number: int) -> None:
+        socket.send(hello())
+        socket.recv()
+        for time in range(100):
+            socket.send(state(float(time)))
+        many.set()
+        socket.recv()
+
+    with stream(hasty) as url, Client(url) as client:
+        states = client.states()
+        times = [next(states).time]
+        assert many.wait(20.0)
+        while times[-1] < 99.0:
+            times.append(next(states).time)
+    assert times == sorted(set(times))
+    assert len(times) < 100
+
+
+def test_the_token_is_shown_and_a_refusal_is_raised_as_it_is() -> None:
+    shown: list[str | None] = []
+
+    def refusing(socket: ServerConnection, _number: int) -> None:
+        assert socket.request is not None
+        shown.append(socket.request.headers.get("Authorization"))
+        details = {"code": 4101, "message": "", "details": {"reason": "it has expired"}}
+        socket.send(json.dumps({"type": "error", **details}))
+
+    async def later(url: str) -> None:
+        async with AsyncClient(url, token="maya_t") as client:
+            with pytest.raises(NotSignedIn, match="expired"):
+                await anext(client.events())
+
+    with stream(refusing) as url:
+        with Client(url, token="maya_t") as client, pytest.raises(NotSignedIn, match="expired"):
+            next(client.events())
+        run(later(url))
+    assert shown == ["Bearer maya_t"] * 2
+
+
+def test_where_nobody_listens_a_stream_says_so_when_its_patience_is_over() -> None:
+    url = f"http://127.0.0.1:{free_port()}"
+
+    async def later() -> None:
+        async with AsyncClient(url) as client:
+            with pytest.raises(ServiceNotRunning):
+                await anext(client.states(patience=0.1))
+
+    with Client(url) as client, pytest.raises(ServiceNotRunning):
+        next(client.events(patience=0.1))
+    run(later())
