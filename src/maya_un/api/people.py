@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from maya_un.api.access import tokens
-from maya_un.api.access.caller import RESERVED, Caller, Role
+from maya_un.api.access.caller import LOCAL, RESERVED, Caller, Role
 from maya_un.api.access.entrance import Entrance
 from maya_un.api.access.operations import Operation, allowed, require
 from maya_un.api.access.store import Change, Token, User
@@ -113,8 +113,11 @@ class People:
                 raise InvalidValue(key="name", value=repr(name), reason="there is a user of this name")
             if not self._register.users and chosen is not Role.ADMIN:
                 raise InvalidValue(key="role", value=repr(role), reason="the first user is an administrator (admin)")
-            user = User(name, chosen, self._calendar.now(), hashed)
-            return await self._give(user, "first", "", new=True)
+            first = not self._register.users
+            made = await self._give(User(name, chosen, self._calendar.now(), hashed), "first", "", new=True)
+        if first:
+            self._ended("", LOCAL.name, "users are kept now")
+        return made
 
     async def change(
         self, name: str, *, role: str | None = None, password: str | None = None, old: str = "", by: Caller

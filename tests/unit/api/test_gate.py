@@ -276,6 +276,13 @@ async def test_an_audit_row_holds_whatever_it_is_about() -> None:
     assert (rows[0].who, rows[0].role, rows[0].date, rows[0].operation) == ("local", "admin", "today", "teach")
 
 
+async def test_a_token_that_was_said_in_the_wrong_place_is_not_written_down() -> None:
+    rows: list[AuditRow] = []
+    token = f"maya_0123abcd_{'f' * 48}"
+    Audit(rows.append, lambda: "today").asked(LOCAL, Operation.USERS, 4004, f"token {token}")
+    assert rows[0].detail == "token maya_0123abcd_…"
+
+
 async def test_a_lease_lost_is_said_with_the_reason() -> None:
     door = Door()
     ann = Caller("ann", Role.OPERATOR, "", door.lease.take("ann", "").id)

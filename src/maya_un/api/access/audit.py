@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 
+from maya_un.api.access import tokens
 from maya_un.api.access.caller import Caller
 from maya_un.api.access.operations import Operation
 from maya_un.errors import NotSignedIn
@@ -47,5 +48,5 @@ class Audit:
         self._write(name or "unknown", "", source, SIGN_IN, NotSignedIn.code, "")
 
     def _write(self, who: str, role: str, source: str, operation: str, code: int, detail: str) -> None:
-        plain = detail.encode("utf-8", "replace").decode()[:_LONGEST]
+        plain = tokens.hidden(detail).encode("utf-8", "replace").decode()[:_LONGEST]
         self._note(AuditRow(self._date(), who, role, source, operation, code, plain))

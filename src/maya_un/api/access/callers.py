@@ -131,9 +131,12 @@ class Callers:
         return found
 
     async def _compared(self, shown: tokens.Shown | None, meant: Token | None) -> Token | None:
-        """Return the token that somebody shows, None where it is not right; takes the same time either way."""
+        """Return the token that somebody shows, None where it is not right; takes the same time either way.
+
+        Tokens that there are go ahead of all that is made up: a stop must not wait behind that.
+        """
         secret = "" if shown is None else shown.secret
-        right = await self._hasher.matches("" if meant is None else meant.secret, secret)
+        right = await self._hasher.matches("" if meant is None else meant.secret, secret, ahead=meant is not None)
         return self._valid(meant) if right and meant is not None else None
 
     async def _fail(self, name: str, source: str) -> NoReturn:

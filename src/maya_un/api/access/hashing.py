@@ -1,6 +1,7 @@
 """Hashes of secrets by argon2: slow on purpose, so that whoever steals the file cannot try words one after the other.
 
-The hash takes tens of milliseconds and megabytes: it is worked out beside the loop, one at a time, and never on it.
+The hash takes tens of milliseconds and megabytes: it is worked out beside the loop, one or two at a time, and never on
+it.
 """
 
 from __future__ import annotations
@@ -26,15 +27,19 @@ class Hasher:
         self._made: PasswordHasher | None = None
         self._nobodys = ""
         self._turn = asyncio.Lock()
+        self._ahead = asyncio.Lock()
 
     async def hashed(self, secret: str) -> str:
         """Return the hash of a secret, with its salt and cost in it."""
         async with self._turn:
             return await asyncio.get_running_loop().run_in_executor(None, self.hash_now, secret)
 
-    async def matches(self, hashed: str, secret: str) -> bool:
-        """Tell whether `hashed` is of `secret`; "", which is the hash of nothing, takes as long as any other."""
-        async with self._turn:
+    async def matches(self, hashed: str, secret: str, *, ahead: bool = False) -> bool:
+        """Tell whether `hashed` is of `secret`; "", which is the hash of nothing, takes as long as any other.
+
+        What is `ahead` does not wait for the others.
+        """
+        async with self._ahead if ahead else self._turn:
             return await asyncio.get_running_loop().run_in_executor(None, self._matches_now, hashed, secret)
 
     def hash_now(self, secret: str) -> str:

@@ -38,3 +38,8 @@ def of_header(authorization: str | None) -> str | None:
     """Return what `Authorization: Bearer …` carries, None where it carries nothing of the kind."""
     scheme, _, rest = (authorization or "").strip().partition(" ")
     return rest.strip() or None if scheme.lower() == _SCHEME else None
+
+
+def hidden(text: str) -> str:
+    """Return a text with the secrets of the tokens in it left out, for a log."""
+    return _FORM.sub(r"maya_\1_…", text)
