@@ -5,12 +5,8 @@ Whatever was acknowledged before is kept, and nothing begins that could not be w
 
 from __future__ import annotations
 
-import http.client
 import json
 import signal
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,83 +15,32 @@ import pytest
 from tests.journals import content, damage, looked_up, overwrite
 from tests.system.disks import UNPRIVILEGED, Disk, disk, kinds
 from tests.system.processes import Process
+from tests.system.robots import Running, up
 
 pytestmark = pytest.mark.system
 
-SPEED = "200"
+TWIN = "--speed 200"
 LONG = {"name": "long", "steps": ["home", *[{"gripper": state} for state in ("open", "close") * 10]]}
 """A homing, which takes a while, and steps that would follow at once."""
 SHORT = {"name": "short", "steps": [{"gripper": "open"}], "parts": {f"part{n}": [0.5, 1.1] for n in range(300)}}
 """Some kilobytes, to fill what little is left."""
-QUIET = ("/bin/sh", "-c", 'exec "$@" 2>/dev/null', "sh")
-"""Before a command: what it logs goes nowhere, for nobody reads it."""
-LOOKS = 400
-"""So often it is looked whether something has happened; each look waits for an event, or 0.1 s."""
 
 
-@dataclass(slots=True)
-class Running:
-    """A `maya up` of its own and the way to ask it."""
-
-    process: Process
-    url: str
-    pid: int
-
-    def ask(self, method: str, path: str, body: object = None) -> tuple[int, Any]:
-        """Return status and answer of a request."""
-        connection = http.client.HTTPConnection(self.url.removeprefix("http://"), timeout=30.0)
-        try:
-            data = None if body is None else json.dumps(body)
-            connection.request(method, path, data, {"Content-Type": "application/json"})
-            answer = connection.getresponse()
-            text = answer.read()
-            return answer.status, json.loads(text) if text else None
-        finally:
-            connection.close()
-
-    def until(self, holds: Callable[[Any], bool], path: str = "/v1/queue") -> Any:
-        """Look at something until it is so, and return it."""
-        found: Any = None
-        for _ in range(LOOKS):
-            found = self.ask("GET", path)[1]
-            if holds(found):
-                return found
-            last = self.ask("GET", "/v1/status")[1]["last_event"]
-            self.ask("GET", f"/v1/events?since={last}&wait=0.1")
-        raise AssertionError(f"it never was so: {found}")
-
-    def submit_until_refused(self) -> tuple[set[int], Any]:
-        """Submit until it is refused; return the numbers that were acknowledged, and the refusal."""
-        kept: set[int] = set()
-        for _ in range(2000):
-            status, answer = self.ask("POST", "/v1/jobs", SHORT)
-            if status >= 400:
-                assert status == 503, answer
-                return kept, answer
-            kept.add(answer["id"])
-        raise AssertionError("it was never refused")
-
-    def end(self) -> None:
-        """End it as a person does."""
-        self.process.send(signal.SIGTERM)
-        code, said = self.process.end()
-        assert code == 0, said
-
-
-@contextmanager
-def up() -> Iterator[Running]:
-    """Run `maya up` on a twin while the block runs."""
-    process = Process(f"up --port 0 --speed {SPEED} --json", before=QUIET)
-    try:
-        url = process.until('"url"').split('"')[3]
-        yield Running(process, url, int(process.until('"pid"').strip(",").split()[-1]))
-    finally:
-        process.kill()
+def submit_until_refused(robot: Running) -> tuple[set[int], Any]:
+    """Submit until it is refused; return the numbers that were acknowledged, and the refusal."""
+    kept: set[int] = set()
+    for _ in range(2000):
+        status, answer = robot.ask("POST", "/v1/jobs", SHORT)
+        if status >= 400:
+            assert status == 503, answer
+            return kept, answer
+        kept.add(answer["id"])
+    raise AssertionError("it was never refused")
 
 
 def refused(*, before: tuple[str, ...] = ()) -> tuple[int, str]:
     """Return how a `maya up` ends that cannot begin, and what it says."""
-    return Process(f"up --port 0 --speed {SPEED}", before=before).end()
+    return Process(f"up --port 0 {TWIN}", before=before).end()
 
 
 @pytest.fixture
@@ -108,7 +53,7 @@ def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def fill(robot: Running, place: Disk) -> tuple[set[int], Any]:
     place.fill(robot.pid)
-    return robot.submit_until_refused()
+    return submit_until_refused(robot)
 
 
 def at_rest(robot: Running) -> bool:
@@ -118,7 +63,7 @@ def at_rest(robot: Running) -> bool:
 @pytest.mark.parametrize("kind", kinds())
 def test_on_a_full_disk_the_step_under_way_ends_and_none_begins(state: Path, kind: str) -> None:
     with disk(kind, state) as place:
-        with up() as robot:
+        with up(TWIN) as robot:
             status, accepted = robot.ask("POST", "/v1/jobs", LONG)
             assert status < 300
             robot.until(lambda queue: queue["running"] is not None)
@@ -142,7 +87,7 @@ def test_on_a_full_disk_the_step_under_way_ends_and_none_begins(state: Path, kin
 
 
 def test_a_stop_needs_no_disk(state: Path) -> None:
-    with disk("quota", state) as place, up() as robot:
+    with disk("quota", state) as place, up(TWIN) as robot:
         robot.ask("POST", "/v1/jobs", LONG)
         robot.until(lambda queue: queue["running"] is not None)
         fill(robot, place)
@@ -153,11 +98,11 @@ def test_a_stop_needs_no_disk(state: Path) -> None:
 
 def test_a_killed_one_on_a_full_disk_has_lost_nothing_that_was_acknowledged(state: Path) -> None:
     with disk("quota", state) as place:
-        with up() as robot:
+        with up(TWIN) as robot:
             robot.ask("POST", "/v1/jobs", LONG)
             kept, _ = fill(robot, place)
             robot.process.kill()
-        with up() as robot:
+        with up(TWIN) as robot:
             queue = robot.ask("GET", "/v1/queue")[1]
             assert (queue["mode"], queue["reason"]) == ("paused", "restart")
             known = {line["id"] for line in robot.ask("GET", "/v1/jobs?limit=1000")[1]}
@@ -166,7 +111,7 @@ def test_a_killed_one_on_a_full_disk_has_lost_nothing_that_was_acknowledged(stat
 
 @pytest.mark.parametrize("rights", [(0o400, 0o700), (0o600, 0o500)], ids=["file", "folder"])
 def test_what_may_only_be_read_is_said_before_anything_begins(state: Path, rights: tuple[int, int]) -> None:
-    with up() as robot:
+    with up(TWIN) as robot:
         robot.end()
     (state / "maya.db.lock").unlink()
     before = content(state / "maya.db")
@@ -181,7 +126,7 @@ def test_what_may_only_be_read_is_said_before_anything_begins(state: Path, right
 
 
 def test_a_damaged_file_is_refused_and_left_as_it_is(state: Path) -> None:
-    with up() as robot:
+    with up(TWIN) as robot:
         robot.ask("POST", "/v1/jobs", SHORT)
         robot.end()
     before = damage(state / "maya.db")
@@ -195,7 +140,7 @@ def test_a_damaged_file_is_refused_and_left_as_it_is(state: Path) -> None:
 
 @pytest.mark.parametrize("what", ["moved", "cut short"])
 def test_a_file_that_is_lost_while_it_is_in_use_is_said_and_nothing_more_begins(state: Path, what: str) -> None:
-    with up() as robot:
+    with up(TWIN) as robot:
         robot.ask("POST", "/v1/jobs", LONG)
         robot.until(lambda queue: queue["running"] is not None)
         if what == "moved":
@@ -212,11 +157,11 @@ def test_a_file_that_is_lost_while_it_is_in_use_is_said_and_nothing_more_begins(
 
 
 def test_a_file_that_is_damaged_while_it_is_in_use_ends_in_refusals_and_rest(state: Path) -> None:
-    with up() as robot:
+    with up(TWIN) as robot:
         numbers = [robot.ask("POST", "/v1/jobs", SHORT)[1]["id"] for _ in range(30)]
         robot.until(lambda queue: not queue["counts"])
         robot.end()
-    with up() as robot:
+    with up(TWIN) as robot:
         robot.ask("POST", "/v1/jobs", LONG)
         robot.until(lambda queue: queue["running"] is not None)
         damage(state / "maya.db")
