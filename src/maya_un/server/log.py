@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import json
 import logging
+import queue
 import sys
+import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from logging.handlers import RotatingFileHandler
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from maya_un.config.state import state_folder
 from maya_un.events import Event, Kind
@@ -27,6 +29,12 @@ MOST_BYTES = 5_000_000
 
 MOST_FILES = 4
 """So many older files are kept beside it: maya.log.1 and so on."""
+
+MOST_LINES = 10_000
+"""So many lines wait to be written at most."""
+
+LAST_WORDS = 2.0
+"""How long the end waits for what is still to be written [s]."""
 
 _EVENT_LEVELS = {
     Kind.PHASE: logging.DEBUG,
@@ -63,15 +71,13 @@ def note_event(event: Event) -> None:
 
 def note_defect(error: BaseException) -> str:
     """Write a defect with its traceback, also where no log is kept just now; return "", or why it cannot be written."""
-    file = next((one for one in logging.getLogger(ROOT).handlers if isinstance(one, LogFile)), None)
     record = logging.LogRecord(f"{ROOT}.defect", logging.ERROR, "", 0, f"{type(error).__name__}: {error}", None, None)
     record.exc_info = (type(error), error, error.__traceback__)
-    if file is not None:
-        file.handle(record)
-        return file.refusal
-    with suppress(OSError):
-        log_path().parent.mkdir(parents=True, exist_ok=True)
-    file = LogFile(log_path())
+    for handler in logging.getLogger(ROOT).handlers:
+        if isinstance(handler, _Desk):
+            handler.file.handle(record)
+            return handler.file.refusal
+    file = LogFile.opened()
     file.handle(record)
     file.close()
     return file.refusal
@@ -81,21 +87,15 @@ def note_defect(error: BaseException) -> str:
 def kept(*, people: bool = True) -> Iterator[None]:
     """Keep a log while the block runs; with `people` the error line has it too, on a terminal warnings only."""
     logger = logging.getLogger(ROOT)
-    with suppress(OSError):
-        log_path().parent.mkdir(parents=True, exist_ok=True)
-    handlers: list[logging.Handler] = [LogFile(log_path())]
-    if people:
-        handlers.append(_for_people())
+    desk = _Desk(LogFile.opened(), _for_people() if people else None)
     logger.setLevel(logging.INFO)
     logger.propagate = False
-    for handler in handlers:
-        logger.addHandler(handler)
+    logger.addHandler(desk)
     try:
         yield
     finally:
-        for handler in handlers:
-            logger.removeHandler(handler)
-            handler.close()
+        logger.removeHandler(desk)
+        desk.close()
 
 
 def hand_over(name: str) -> None:
@@ -116,6 +116,13 @@ class LogFile(RotatingFileHandler):
         self.setFormatter(_AsJson())
         self.refusal = ""
 
+    @classmethod
+    def opened(cls) -> LogFile:
+        """Return the log at its place, in a folder that is made where it is not there."""
+        with suppress(OSError):
+            log_path().parent.mkdir(parents=True, exist_ok=True)
+        return cls(log_path())
+
     def emit(self, record: logging.LogRecord) -> None:
         """Write a line, or remember why not."""
         self.refusal = ""
@@ -125,6 +132,42 @@ class LogFile(RotatingFileHandler):
         """Remember why a line cannot be written."""
         error = sys.exception()
         self.refusal = getattr(error, "strerror", None) or str(error)
+
+
+class _Desk(logging.Handler):
+    """Takes lines and has a thread write them: whoever has something to say never waits for a disk or a terminal.
+
+    Where more is said than can be written, the rest is lost.
+    """
+
+    def __init__(self, file: LogFile, people: logging.Handler | None) -> None:
+        super().__init__()
+        self.file = file
+        self._handlers = (file,) if people is None else (file, people)
+        self._lines: queue.Queue[logging.LogRecord | None] = queue.Queue(MOST_LINES)
+        self._writer = threading.Thread(target=self._write, name="maya-log", daemon=True)
+        self._writer.start()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Take a line."""
+        with suppress(queue.Full):
+            self._lines.put_nowait(record)
+
+    def close(self) -> None:
+        """Write what was said; a terminal that takes nothing is not waited for."""
+        with suppress(queue.Full):
+            self._lines.put(None, timeout=LAST_WORDS)
+        self._writer.join(LAST_WORDS)
+        if not self._writer.is_alive():
+            for handler in self._handlers:
+                handler.close()
+        super().close()
+
+    def _write(self) -> None:
+        while (record := self._lines.get()) is not None:
+            for handler in self._handlers:
+                if record.levelno >= handler.level:
+                    handler.handle(record)
 
 
 class _AsJson(logging.Formatter):
@@ -160,8 +203,13 @@ class _FromLibraries(logging.Handler):
             note_defect(defect)
 
 
+class _Screen(logging.StreamHandler[TextIO]):
+    def handleError(self, record: logging.LogRecord) -> None:  # noqa: N802 - the library's name
+        """Do nothing: then nobody is there to be told."""
+
+
 def _for_people() -> logging.Handler:
-    handler = logging.StreamHandler(sys.stderr)
+    handler = _Screen(sys.stderr)
     handler.setFormatter(_AsSentence())
     handler.setLevel(logging.WARNING if sys.stderr.isatty() else logging.INFO)
     return handler

@@ -75,13 +75,14 @@ def _run(servers: list[_Server]) -> None:
 
 
 @asynccontextmanager
-async def served(app: FastAPI, near: socket.socket, *far: Door) -> AsyncIterator[str]:
-    """Serve `app` at `near`, on loopback, and at doors to other machines, while the block runs; yields its URL.
+async def served(app: FastAPI, near: socket.socket | Door, *far: Door) -> AsyncIterator[str]:
+    """Serve `app` at `near`, on loopback, and at doors to other machines, while the block runs; yields the URL of near.
 
     The calling loop goes on while the thread starts and ends.
     """
     hand_over("uvicorn.error")
-    servers = [_Server(app, door) for door in (Door(near), *far)]
+    first = near if isinstance(near, Door) else Door(near)
+    servers = [_Server(app, door) for door in (first, *far)]
     url = servers[0].door.url
     thread = threading.Thread(target=_run, args=(servers,), name="maya-http", daemon=True)
     loop = asyncio.get_running_loop()

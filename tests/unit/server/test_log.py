@@ -2,6 +2,8 @@ from __future__ import annotations
 
 import json
 import logging
+import os
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -85,3 +87,18 @@ def test_a_library_complains_to_the_file_and_not_to_the_screen(capsys: pytest.Ca
     library.error("it failed", exc_info=ValueError("a defect of it"))
     assert [line["message"] for line in lines()] == ["ValueError: a defect of it"]
     assert capsys.readouterr() == ("", "")
+
+
+def test_nobody_waits_for_a_terminal_that_takes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    reading, writing = os.pipe()
+    stuck = os.fdopen(writing, "w")
+    monkeypatch.setattr("sys.stderr", stuck)
+    monkeypatch.setattr(log, "LAST_WORDS", 0.05)
+    with log.kept():
+        for number in range(3_000):
+            log.note("http", logging.INFO, "x" * 100, number=number)
+    written = len(lines())
+    os.close(reading)  # lets the writer go
+    with suppress(BrokenPipeError):
+        stuck.close()
+    assert 0 < written < 3_000

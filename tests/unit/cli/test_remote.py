@@ -1,0 +1,68 @@
+from __future__ import annotations
+
+import socket
+
+import pytest
+
+from maya_un.cli.remote import PORT, Remote, host_and_port, require_users
+from maya_un.errors import InvalidCommandLine, InvalidValue
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ("maya", ("maya", PORT)),
+        ("0.0.0.0:80", ("0.0.0.0", 80)),
+        ("[::]", ("::", PORT)),
+        ("[2001:db8::1]:443", ("2001:db8::1", 443)),
+    ],
+)
+def test_where_to_listen(text: str, place: tuple[str, int]) -> None:
+    assert host_and_port(text) == place
+
+
+@pytest.mark.parametrize("text", ["", ":80", "maya:", "maya:x", "maya:70000", "::1", "[::1", "[::1]80", "a:1:2"])
+def test_what_is_no_place_is_refused(text: str) -> None:
+    with pytest.raises(InvalidValue):
+        host_and_port(text)
+
+
+def test_other_machines_are_let_in_by_tls_or_by_saying_so() -> None:
+    Remote().check()
+    Remote(listen="maya", plain=True).check()
+    Remote(listen="maya", certificate="c", key="k").check()
+    Remote(origins=["https://panel"]).check()
+
+
+@pytest.mark.parametrize(
+    "remote",
+    [
+        Remote(listen="maya"),
+        Remote(listen="maya", certificate="c"),
+        Remote(listen="maya", key="k"),
+        Remote(listen="maya", certificate="c", key="k", plain=True),
+        Remote(plain=True),
+        Remote(certificate="c", key="k"),
+    ],
+)
+def test_what_does_not_fit_together_is_refused(remote: Remote) -> None:
+    with pytest.raises(InvalidCommandLine):
+        remote.check()
+
+
+def test_other_machines_need_users() -> None:
+    require_users(kept=False, listen=None)
+    require_users(kept=True, listen="maya")
+    with pytest.raises(InvalidCommandLine, match="maya user add"):
+        require_users(kept=False, listen="maya")
+
+
+def test_the_edge_knows_the_names_that_were_said() -> None:
+    here = socket.gethostname().lower()
+    assert Remote().edge().hosts == frozenset()
+    assert not Remote(origins=["https://panel.example.org"]).edge().remote
+    edge = Remote(listen="Robot.lab:1", plain=True, origins=["https://panel.example.org:8443"]).edge()
+    assert edge.remote
+    assert edge.hosts == {"robot.lab", "panel.example.org", here, f"{here}.local"}
+    assert edge.origins == {"https://panel.example.org:8443"}
+    assert "0.0.0.0" not in Remote(listen="0.0.0.0", plain=True).edge().hosts

@@ -1,0 +1,208 @@
+"""Doors and their bounds: real sockets, so these tests run in real loops and threads."""
+
+from __future__ import annotations
+
+import asyncio
+import http.client
+import json
+import socket
+import ssl
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import pytest
+
+from maya_un.api.service import Service
+from maya_un.errors import AddressInUse, FileUnreadable, InvalidValue
+from maya_un.loops import run
+from maya_un.server import protocol
+from maya_un.server.app import create_app
+from maya_un.server.bridge import Bridge
+from maya_un.server.doors import LOOPBACK, Door, bound_socket, far_door, tls_of
+from maya_un.server.edge import Edge
+from maya_un.server.protocol import Places
+from maya_un.server.thread import served
+
+T = TypeVar("T")
+
+
+def serving(work: Callable[[str], T], *far: Door, near: Door | None = None) -> T:
+    """Return what `work` returns in a thread of its own while a server is at its doors; it gets the first one's URL."""
+
+    async def main() -> T:
+        loop = asyncio.get_running_loop()
+        app = create_app(Bridge(loop, cast("Service", None)), Edge(remote=True))
+        door = near or Door(bound_socket(0))
+        async with served(app, door, *far) as url:
+            return await loop.run_in_executor(None, work, url)
+
+    return run(main())
+
+
+def connected(url: str) -> socket.socket:
+    """Return a connection to a server."""
+    host, _, port = url.rpartition("//")[2].rpartition(":")
+    return socket.create_connection((host, int(port)), timeout=10.0)
+
+
+def health(connection: http.client.HTTPConnection) -> tuple[int, Any]:
+    """Return what the server says of itself, and hang up."""
+    try:
+        connection.request("GET", "/v1/health")
+        response = connection.getresponse()
+        return response.status, json.loads(response.read())
+    finally:
+        connection.close()
+
+
+@pytest.fixture(scope="module")
+def certificate(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    folder = tmp_path_factory.mktemp("tls")
+    cert, key = folder / "cert.pem", folder / "key.pem"
+    made = ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes"]
+    named = ["-subj", "/CN=maya", "-addext", "subjectAltName=IP:127.0.0.1", "-keyout", str(key), "-out", str(cert)]
+    subprocess.run([*made, *named], check=True, capture_output=True)
+    return cert, key
+
+
+def test_one_door_speaks_tls_and_the_other_does_not(certificate: tuple[Path, Path]) -> None:
+    far = far_door(LOOPBACK, 0, tls_of(*certificate))
+    trusting = ssl.create_default_context(cafile=str(certificate[0]))
+
+    def ask(url: str) -> tuple[tuple[int, Any], tuple[int, Any]]:
+        near = http.client.HTTPConnection(url.removeprefix("http://"), timeout=10.0)
+        secure = http.client.HTTPSConnection(far.url.removeprefix("https://"), timeout=10.0, context=trusting)
+        return health(near), health(secure)
+
+    assert far.url.startswith("https://127.0.0.1:")
+    near, secure = serving(ask, far)
+    assert near == secure
+    assert near[0] == 200
+
+
+def test_old_tls_is_not_spoken(certificate: tuple[Path, Path]) -> None:
+    assert tls_of(*certificate).minimum_version == ssl.TLSVersion.TLSv1_2
+
+
+@pytest.mark.parametrize("broken", ["missing", "no certificate", "another's key"])
+def test_a_certificate_that_is_none_is_told_at_once(
+    broken: str, certificate: tuple[Path, Path], tmp_path: Path
+) -> None:
+    cert, key = certificate
+    if broken == "missing":
+        cert = tmp_path / "nowhere.pem"
+    elif broken == "no certificate":
+        cert = tmp_path / "text.pem"
+        cert.write_text("text")
+    else:
+        key = tmp_path / "key.pem"
+        subprocess.run(["openssl", "genrsa", "-out", str(key), "2048"], check=True, capture_output=True)
+    with pytest.raises(FileUnreadable):
+        tls_of(cert, key)
+
+
+def test_a_key_with_a_password_asks_nobody_for_it(certificate: tuple[Path, Path], tmp_path: Path) -> None:
+    key = tmp_path / "key.pem"
+    line = ["openssl", "ec", "-in", str(certificate[1]), "-out", str(key), "-aes128", "-passout", "pass:secret"]
+    subprocess.run(line, check=True, capture_output=True)
+    with pytest.raises(FileUnreadable, match="password"):
+        tls_of(certificate[0], key)
+
+
+def test_a_port_that_is_taken_and_an_address_of_somebody_else() -> None:
+    with bound_socket(0) as door, pytest.raises(AddressInUse):
+        door.listen()
+        bound_socket(door.getsockname()[1])
+    with pytest.raises(InvalidValue):
+        bound_socket(0, "192.0.2.1")
+    with pytest.raises(InvalidValue):
+        bound_socket(0, "no.such.host.invalid")
+
+
+def test_a_door_has_so_many_places_for_one_address_and_in_all() -> None:
+    places = Places(most=3, most_each=2)
+    assert [places.take(address) for address in ("a", "a", "a", "b", "c")] == [True, True, False, True, False]
+    places.give_back("a")
+    assert [places.take(address) for address in ("c", "a")] == [True, False]
+
+
+def test_who_has_all_places_of_one_door_keeps_nobody_from_the_other() -> None:
+    far = Door(bound_socket(0), most=2, most_each=2)
+
+    def ask(url: str) -> tuple[bytes, int]:
+        idle = [connected(far.url) for _ in range(2)]
+        with connected(far.url) as one_more:
+            ended = one_more.recv(1)
+        status, _ = health(http.client.HTTPConnection(url.removeprefix("http://"), timeout=10.0))
+        for connection in idle:
+            connection.close()
+        return ended, status
+
+    assert serving(ask, far) == (b"", 200)
+
+
+def test_a_place_is_free_again_after_its_connection() -> None:
+    near = Door(bound_socket(0), most=1, most_each=1)
+
+    def ask(url: str) -> list[int]:
+        answers: list[int] = []
+        for _ in range(5):
+            with connected(url) as line:
+                line.sendall(b"GET /v1/health HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
+                said = b""
+                while part := line.recv(4096):
+                    said += part
+            answers.append(int(said[9:12]))
+        return answers
+
+    assert serving(ask, near=near) == [200] * 5
+
+
+@pytest.mark.parametrize("said", [b"", b"GET /v1/health HTTP/1.1\r\nHost: local", b"\x16\x03\x01"])
+def test_a_request_that_does_not_come_to_its_point_is_cut(said: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(protocol, "HEAD_PATIENCE", 0.05)
+
+    def ask(url: str) -> bytes:
+        with connected(url) as line:
+            line.sendall(said)
+            try:
+                return line.recv(4096)[:12]
+            except ConnectionResetError:
+                return b""
+
+    assert serving(ask) in {b"", b"HTTP/1.1 400"}
+
+
+def test_one_that_goes_on_drop_by_drop_after_a_good_request_is_cut_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(protocol, "HEAD_PATIENCE", 0.2)
+
+    def ask(url: str) -> bytes:
+        with connected(url) as line:
+            line.sendall(b"GET /v1/health HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            first = line.recv(4096)
+            line.sendall(b"GET /v1/heal")
+            try:
+                rest = line.recv(4096)
+            except ConnectionResetError:
+                rest = b""
+            return first[:12] + rest
+
+    assert serving(ask) == b"HTTP/1.1 200"
+
+
+def test_what_is_no_http_is_refused_with_our_code() -> None:
+    def ask(url: str) -> bytes:
+        with connected(url) as line:
+            line.sendall(b"TP\r\n\r\n")
+            said = b""
+            while part := line.recv(4096):
+                said += part
+        return said
+
+    head, _, body = serving(ask).partition(b"\r\n\r\n")
+    assert head.startswith(b"HTTP/1.1 400")
+    assert b"content-type: application/problem+json" in head.lower()
+    assert b"\r\nmaya: " in head.lower()
+    assert json.loads(body)["code"] == 4005
