@@ -247,8 +247,15 @@ def test_a_reset_keeps_the_password_and_raises_the_role(state: Path) -> None:
         await store.close()
 
     run(fill())
-    assert resetting.reset("sam", Settings(json=True)) == 0
+    assert resetting.reset("sam", None, Settings(json=True)) == 0
     assert users_in(state)[0] == [User("sam", Role.ADMIN, DAY, "hash")]
+
+
+def test_the_file_of_the_queue_may_be_another(state: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    named = tmp_path / "other" / "queue.db"
+    printed(f"maya user reset ann --journal {named}", capsys)
+    assert [user.name for user in users_in(named)[0]] == ["ann"]
+    assert not state.exists()
 
 
 def test_while_the_service_runs_there_is_no_reset(state: Path, capsys: pytest.CaptureFixture[str]) -> None:

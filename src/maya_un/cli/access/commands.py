@@ -177,10 +177,12 @@ def reset(
     context: typer.Context,
     name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="is an admin then, with a new token")] = None,
     forget: Annotated[bool, typer.Option("--all", help="forget all users and tokens")] = False,
+    journal: Annotated[str | None, typer.Option(metavar="FILE", help="of the queue, where `maya up` named one")] = None,
 ) -> int:
     """Get in again where the admin's token is lost, at the machine, while `maya up` does not run."""
     from maya_un.cli.access import resetting
 
     if (name is None) is not forget:
         raise InvalidCommandLine(reason="it is NAME, or --all", command="maya user reset")
-    return resetting.forget(_settings(context)) if name is None else resetting.reset(name, _settings(context))
+    settings = _settings(context)
+    return resetting.forget(journal, settings) if name is None else resetting.reset(name, journal, settings)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from maya_un.api.access import tokens
 from maya_un.api.access.caller import Role
@@ -24,26 +25,29 @@ from maya_un.process.journal import file
 from maya_un.server.dates import now
 
 
-def reset(name: str, settings: Settings) -> int:
-    """Make `name` an administrator with a new token, beside whatever users there are; raises as `_in_file`."""
+def reset(name: str, journal: str | None, settings: Settings) -> int:
+    """Make `name` an administrator with a new token, beside whatever users there are; raises as `_in_file`.
+
+    `journal` is the file of the queue, None for the usual one.
+    """
     checked_name(name)
     shown = tokens.new()
-    run(_in_file(lambda users, kept: _administrator(name, shown, users, kept)))
+    run(_in_file(journal, lambda users, kept: _administrator(name, shown, users, kept)))
     place = files.keep_token(shown.text)
     made = {"user": name, "role": Role.ADMIN.word, "token": shown.text, "id": shown.id}
     text = f"{word('added', settings.language, **made)}\n{word('secret', settings.language, **made, file=place)}"
     return output.answer({**made, "kept": True}, text, settings)
 
 
-def forget(settings: Settings) -> int:
-    """Forget all users and tokens; raises as `_in_file`."""
-    run(_in_file(lambda users, _: Change(without_users=tuple(user.name for user in users))))
+def forget(journal: str | None, settings: Settings) -> int:
+    """Forget all users and tokens in a file; raises as `_in_file`."""
+    run(_in_file(journal, lambda users, _: Change(without_users=tuple(user.name for user in users))))
     return output.answer({"users": []}, word("forgotten", settings.language), settings)
 
 
-async def _in_file(change_of: Callable[[Sequence[User], Sequence[Token]], Change]) -> None:
+async def _in_file(journal: str | None, change_of: Callable[[Sequence[User], Sequence[Token]], Change]) -> None:
     """Change users and tokens in the file of the queue; raises `StorageInUse`, `StorageDamaged` and their kin."""
-    path = state_folder() / file.NAME
+    path = state_folder() / file.NAME if journal is None else Path(journal)
     path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
     lock = file.Lock(path)
     try:
