@@ -45,18 +45,16 @@ class Pace:
     def join(self, reader: Reader) -> None:
         """Show a reader the state of now, and every new one from here on."""
         self.readers.add(reader)
-        if self._idle and self._show_new():
+        if self._idle and self._look():
             return
         latest = self._latest()
         if latest is not None:
             reader.show("state", latest.frame)
-        if self._idle:
-            self._want()
 
     def offer(self) -> None:
         """Show what is new, unless the last was shown too short a time ago."""
-        if self._idle and not self._show_new():
-            self._want()
+        if self._idle:
+            self._look()
 
     def close(self) -> None:
         """Show nothing any more."""
@@ -64,7 +62,9 @@ class Pace:
             self._timer.cancel()
             self._timer = None
 
-    def _show_new(self) -> bool:
+    def _look(self) -> bool:
+        """Show what is new, or be offered what comes; asking before looking leaves no gap between the two."""
+        self._want()
         latest = self._latest()
         if latest is None or latest.content == self._shown:
             return False
@@ -80,8 +80,7 @@ class Pace:
 
     def _due(self) -> None:
         self._idle = True
-        self._want()  # before looking: what comes after the look is offered then
-        if not self._show_new():
+        if not self._look():
             self._again(HEARTBEAT, self._beat)
 
     def _beat(self) -> None:
