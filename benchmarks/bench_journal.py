@@ -11,7 +11,7 @@ import sqlite3
 import tempfile
 import time
 from collections.abc import Coroutine, Iterator
-from contextlib import closing, contextmanager
+from contextlib import AsyncExitStack, ExitStack, closing, contextmanager
 from itertools import count
 from pathlib import Path
 from statistics import median
@@ -19,6 +19,9 @@ from typing import Any, TypeVar
 
 from harness import Case, Goal, Sample, measure, report
 
+from maya_un.assembly import stack
+from maya_un.config import Config
+from maya_un.process.job import Job
 from maya_un.process.journal.memory import MemoryJournal
 from maya_un.process.journal.protocol import Filter
 from maya_un.process.journal.rows import JobRow, Options, Owner
@@ -36,6 +39,7 @@ EACH = 25
 
 BARE = "bare SQLite commit (WAL, FULL)"
 ALONE = "submission, one submitter, empty queue"
+SERVED = f"Service.submit, {SUBMITTERS} submitters"
 
 
 def job(number: int, state: TaskState = TaskState.QUEUED) -> JobRow:
@@ -50,10 +54,10 @@ def job(number: int, state: TaskState = TaskState.QUEUED) -> JobRow:
 class Kept:
     """A journal in a file of its own, with an event loop to ask it in."""
 
-    def __init__(self, folder: Path, jobs: int) -> None:
+    def __init__(self, folder: Path, jobs: int, name: str = "kept") -> None:
         self._loop = asyncio.new_event_loop()
         self._numbers = count(jobs + 1)
-        self.journal: SqliteJournal = self._do(SqliteJournal.open(folder / f"{jobs}.db"))
+        self.journal: SqliteJournal = self._do(SqliteJournal.open(folder / f"{name}-{jobs}.db"))
         if jobs:
             self._do(self.journal.add(*(job(number) for number in range(1, jobs + 1))))
 
@@ -94,6 +98,48 @@ class Kept:
         self._loop.close()
 
 
+class Served:
+    """The whole stack, on a file with so many jobs that wait, and a loop to ask its service in."""
+
+    def __init__(self, folder: Path, jobs: int) -> None:
+        with closing(Kept(folder, jobs, "served")) as kept:
+            path = kept.journal.path
+        self._loop = asyncio.new_event_loop()
+        self._loop.run_until_complete(self._open(path))
+
+    async def _open(self, path: Path) -> None:
+        self._opened = AsyncExitStack()
+        journal = await SqliteJournal.open(path)
+        self._opened.push_async_callback(journal.close)
+        wired = await self._opened.enter_async_context(stack(Config(), live=False, journal=journal))
+        self._service = wired.service
+        await self._service.queue.pause()
+
+    def submissions(self) -> Sample:
+        """Return a sample of the time of one submission to the service, while so many submit [s]."""
+        parsed = Job.parse(job(1).body)
+
+        async def submit() -> None:
+            for _ in range(EACH):
+                await self._service.submit(parsed)
+
+        async def together() -> None:
+            await asyncio.gather(*(submit() for _ in range(SUBMITTERS)))
+
+        def sample() -> float:
+            start = time.perf_counter()
+            self._loop.run_until_complete(together())
+            return (time.perf_counter() - start) / (SUBMITTERS * EACH)
+
+        return sample
+
+    def close(self) -> None:
+        """Close everything."""
+        self._loop.run_until_complete(self._opened.aclose())
+        self._loop.run_until_complete(self._loop.shutdown_default_executor())
+        self._loop.close()
+
+
 def bare(folder: Path) -> Sample:
     """Return a sample of the time of a commit of one small row [s]."""
     connection = sqlite3.connect(folder / "bare.db", isolation_level=None)
@@ -128,22 +174,25 @@ def in_memory() -> Sample:
 
 
 @contextmanager
-def journals() -> Iterator[tuple[Path, Kept, Kept]]:
-    """Provide a folder, an empty journal and a full one."""
-    with tempfile.TemporaryDirectory() as name:
+def journals() -> Iterator[tuple[Path, Kept, Kept, Served, Served]]:
+    """Provide a folder, an empty journal and a full one, a service on an empty one and on a full one."""
+    with tempfile.TemporaryDirectory() as name, ExitStack() as made:
         folder = Path(name)
-        with closing(Kept(folder, 0)) as empty, closing(Kept(folder, QUEUED)) as full:
-            yield folder, empty, full
+        kept = [made.enter_context(closing(Kept(folder, jobs))) for jobs in (0, QUEUED)]
+        served = [made.enter_context(closing(Served(folder, jobs))) for jobs in (0, QUEUED)]
+        yield folder, kept[0], kept[1], served[0], served[1]
 
 
 def main() -> None:
     page = Goal(20.0)
-    with journals() as (folder, empty, full):
+    with journals() as (folder, empty, full, served, served_full):
         cases = [
             Case(BARE, bare(folder)),
             Case(ALONE, empty.submissions(1)),
             Case(f"submission, {SUBMITTERS} submitters", empty.submissions(SUBMITTERS), goal=Goal(1.0, BARE)),
             Case(f"submission, one submitter, {QUEUED} jobs wait", full.submissions(1), goal=Goal(1.2, ALONE)),
+            Case(SERVED, served.submissions(), goal=Goal(1.0, BARE)),
+            Case(f"{SERVED}, {QUEUED} jobs wait", served_full.submissions(), goal=Goal(1.2, SERVED)),
             Case("submission in memory", in_memory(), goal=Goal(60.0)),
             Case("newest page", full.page(Filter()), "ms", page),
             Case("page of those that wait", full.page(Filter(states=(TaskState.QUEUED,))), "ms", page),

@@ -1,4 +1,4 @@
-"""SIGKILL of the real `maya up`, the controller lives on: it comes up paused, tells what was under way, moves nothing."""
+"""SIGKILL of the real `maya up`; the controller lives on. It comes up paused, says what was under way, does nothing."""
 
 from __future__ import annotations
 
