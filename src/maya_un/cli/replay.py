@@ -146,15 +146,17 @@ def _draw(recording: Recording, runs: Replayed, path: Path) -> None:
     config = parse(recording.header.origin.config)
     order = [LETTERS.index(config.axes[axis].letter) for axis in range(3)]
     scale = np.array(Units.of(config).per_unit) * np.array([np.pi / 180.0, 1.0, 1.0])
-    before, after = (_course(samples(talk.exchanges), order, scale) for talk in (runs.recorded, runs.replayed))
+    recorded, replayed = samples(runs.recorded.exchanges), samples(runs.replayed.exchanges)
+    commanded = _course(recorded, "reference", order, scale, runs.begin)
+    before, after = (_course(records, "position", order, scale, runs.begin) for records in (recorded, replayed))
     common, here, there = np.intersect1d(before[0], after[0], return_indices=True)
     apart = (after[1][there] - before[1][here]) * np.array([1.0, 1e3, 1e3])
     header = recording.header
-    style.save(replay_figure(before, after, (common, apart), f"{header.reason}, {header.date}"), path)
+    style.save(replay_figure(commanded, before, after, (common, apart), f"{header.reason}, {header.date}"), path)
 
 
-def _course(records: list[Sample], order: list[int], scale: Floats) -> tuple[Floats, Floats]:
-    """Return times (n,) [s] and positions (n, 3) [°, m, m] of records."""
-    times = np.array([time for time, _ in records])
-    counts = [[record.axes[place].position for place in order] for _, record in records]
+def _course(records: list[Sample], what: str, order: list[int], scale: Floats, begin: float) -> tuple[Floats, Floats]:
+    """Return times (n,) [s] since `begin`, and what records say of the axes, in °, m, m (n, 3)."""
+    times = np.array([time - begin for time, _ in records])
+    counts = [[getattr(record.axes[place], what) for place in order] for _, record in records]
     return times, np.array(counts, dtype=float).reshape(len(records), 3) / scale

@@ -5,28 +5,27 @@ from __future__ import annotations
 from matplotlib.figure import Figure
 
 from maya_un.kinematics import Floats
-from maya_un.plots.style import BOOM, INK, LINE_B, LINE_C, blank, house_style, quiet_grid
+from maya_un.plots.style import BOOM, INK, LINE_B, LINE_C, PALE, blank, house_style, quiet_grid
 
 _AXES = (("a", "°", BOOM), ("b", "m", LINE_B), ("c", "m", LINE_C))
 _APART = ("°", "mm", "mm")
 
 
-def replay_figure(
-    recorded: tuple[Floats, Floats],
-    replayed: tuple[Floats, Floats],
-    apart: tuple[Floats, Floats],
-    title: str = "",
-) -> Figure:
-    """Return the figure of a replay.
+Course = tuple[Floats, Floats]
+"""Times (n,) [s] and values of axes a, b, c (n, 3)."""
 
-    `recorded` and `replayed` are times (n,) [s] and positions (n, 3) [°, m, m], `apart` times (n,) and how far the
-    replay is from the recording (n, 3) [°, mm, mm].
+
+def replay_figure(commanded: Course, recorded: Course, replayed: Course, apart: Course, title: str = "") -> Figure:
+    """Return the figure of a replay: where the axes were told to be, where they were, and are in the replay [°, m, m].
+
+    `apart` is how far the replay is from the recording [°, mm, mm].
     """
     with house_style():
         figure = blank(10.0, 7.0)
         panels = figure.subplots(3, 2, sharex=True, width_ratios=(2.0, 1.0))
         for number, (name, unit, colour) in enumerate(_AXES):
             left, right = panels[number]
+            left.plot(commanded[0], commanded[1][:, number], color=PALE, linewidth=3.0, label="commanded")
             left.plot(recorded[0], recorded[1][:, number], color=colour, label="recorded")
             left.plot(
                 replayed[0], replayed[1][:, number], color=INK, linestyle="dashed", linewidth=0.9, label="replayed"
@@ -40,7 +39,7 @@ def replay_figure(
         panels[0][1].set_title("Replayed minus recorded", loc="left")
         panels[0][0].legend(loc="best")
         for axes in panels[-1]:
-            axes.set_xlabel("time [s]")
+            axes.set_xlabel("time from the beginning [s]")
         if title:
             figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold")
     return figure
