@@ -288,6 +288,25 @@ def test_it_works_inside_a_running_loop_as_in_a_notebook(maya: Client) -> None:
     assert run(cell())
 
 
+def test_a_twin_is_what_the_users_robot_is_and_changes_nothing_of_his(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own = tmp_path / "maya"
+    own.mkdir()
+    (own / "config.toml").write_text("[cell]\nclearance = 0.12\n", encoding="utf-8")
+    pose = '[poses.shelf]\njoints = [0.5, 1.7, 1.7]\ntaught = "2026-03-01"\n'
+    (own / "poses.toml").write_text(pose, encoding="utf-8")
+    monkeypatch.delenv("MAYA_CONFIG", raising=False)
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    with Client.twin(table={"parts": {"cube": [0.5, 1.1]}, "steps": ["home"]}) as client:
+        assert client.config().cell.clearance == 0.12
+        assert [known.name for known in client.poses.all()] == ["shelf"]
+        client.poses.forget("shelf")
+        assert dist(client.twin_parts()["cube"], (0.5, 1.1, 0.4)) < 1e-9
+    assert (own / "poses.toml").read_text(encoding="utf-8") == pose
+    assert sorted(place.name for place in own.iterdir()) == ["config.toml", "poses.toml"]
+
+
 def test_a_twin_tells_why_it_cannot_start() -> None:
     with pytest.raises(MayaError) as caught:
         Client.twin(parts={"cube": (0.5,)})

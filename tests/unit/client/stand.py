@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import ssl
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -40,8 +41,8 @@ class Stand:
 
 
 @contextmanager
-def service(says: Says) -> Iterator[Stand]:
-    """Serve what `says` says on a free port while the block runs."""
+def service(says: Says, secret: ssl.SSLContext | None = None) -> Iterator[Stand]:
+    """Serve what `says` says on a free port while the block runs; by TLS where there is a `secret`."""
 
     class Handler(BaseHTTPRequestHandler):
         protocol_version = "HTTP/1.1"
@@ -73,7 +74,10 @@ def service(says: Says) -> Iterator[Stand]:
         block_on_close = False
 
     with Server(("127.0.0.1", 0), Handler) as server:
-        stand = Stand(f"http://127.0.0.1:{server.server_port}")
+        if secret is not None:
+            server.socket = secret.wrap_socket(server.socket, server_side=True)
+        scheme = "http" if secret is None else "https"
+        stand = Stand(f"{scheme}://127.0.0.1:{server.server_port}")
         thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
         thread.start()
         try:

@@ -4,27 +4,31 @@ from __future__ import annotations
 
 import gc
 import json
+import ssl
+import subprocess
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from itertools import count
+from pathlib import Path
 
 import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.server import ServerConnection, serve
 
 from maya_un import AsyncClient, Client
-from maya_un.errors import NotSignedIn, ServiceNotRunning
+from maya_un.errors import NotSignedIn, ServiceNotAnswering, ServiceNotRunning
 from maya_un.loops import run
-from maya_un.values import State
+from maya_un.values import State, StopReport
 from tests.unit.cli.servers import free_port
+from tests.unit.client.stand import service
 from tests.unit.client.test_streaming import event, hello, state
 
 Handler = Callable[[ServerConnection, int], None]
 
 
 @contextmanager
-def stream(handler: Handler) -> Iterator[str]:
+def stream(handler: Handler, secret: ssl.SSLContext | None = None) -> Iterator[str]:
     """Serve websockets while the block runs; the handler is told which connection it is, from 0."""
     number = count()
 
@@ -32,11 +36,11 @@ def stream(handler: Handler) -> Iterator[str]:
         with suppress(ConnectionClosed):
             handler(socket, next(number))
 
-    with serve(handle, "127.0.0.1", 0, compression=None) as server:
+    with serve(handle, "127.0.0.1", 0, compression=None, ssl=secret) as server:
         thread = threading.Thread(target=server.serve_forever)
         thread.start()
         try:
-            yield f"http://127.0.0.1:{server.socket.getsockname()[1]}"
+            yield f"{'http' if secret is None else 'https'}://127.0.0.1:{server.socket.getsockname()[1]}"
         finally:
             server.shutdown()
             thread.join()
@@ -146,3 +150,36 @@ def test_where_nobody_listens_a_stream_says_so_when_its_patience_is_over() -> No
     with Client(url) as client, pytest.raises(ServiceNotRunning):
         next(client.events(patience=0.1))
     run(later())
+
+
+@pytest.fixture(scope="module")
+def certificate(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A certificate of this machine's own, with its key."""
+    place = tmp_path_factory.mktemp("tls") / "both.pem"
+    command = (
+        "openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost -addext subjectAltName=IP:127.0.0.1"
+    )
+    subprocess.run([*command.split(), "-keyout", place, "-out", f"{place}.crt"], check=True, capture_output=True)
+    place.write_bytes(place.read_bytes() + Path(f"{place}.crt").read_bytes())
+    return place
+
+
+def test_a_service_with_a_certificate_of_its_own_is_trusted_where_that_is_named(certificate: Path) -> None:
+    secret = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    secret.load_cert_chain(certificate)
+    stopping = StopReport(False, 0.0, (0.0, 0.0, 0.0))
+
+    async def later(door: str, stream_url: str) -> None:
+        async with AsyncClient(door, ca=certificate) as client:
+            assert await client.stop() == stopping
+        async with AsyncClient(stream_url, ca=certificate) as client:
+            assert (await anext(client.states())).homed
+
+    with service(lambda _: stopping, secret) as stand, stream(stating, secret) as url:
+        with Client(stand.url, ca=certificate) as client:
+            assert client.stop() == stopping
+        with Client(url, ca=certificate) as client:
+            assert next(client.states()).homed
+        run(later(stand.url, url))
+        with Client(stand.url) as client, pytest.raises(ServiceNotAnswering, match="certificate"):
+            client.stop()
