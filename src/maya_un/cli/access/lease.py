@@ -19,7 +19,7 @@ from maya_un.cli.access import files
 from maya_un.cli.access.words import word
 from maya_un.cli.client import Client
 from maya_un.cli.settings import Settings
-from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded, MayaError, ServiceNotAnswering
+from maya_un.errors import MayaError, ServiceNotAnswering
 
 HEARTBEAT = 2.0
 """How often the lease is renewed [s]: a fifth of its patience, so that a few lost answers cost nothing."""
@@ -91,13 +91,13 @@ def _drive(client: Client, settings: Settings) -> int:
                 _tell(word("unheard", settings.language, expires=_lasts(left)), settings)
             wait.wait(HEARTBEAT)
     except KeyboardInterrupt:
-        _tell("", settings)
         with suppress(MayaError):
             client.request("DELETE", "/v1/lease")
+        _tell("", settings)  # after it: the terminal may be gone
         if not settings.json:
             output.say(word("released", settings.language))
         return output.DONE
-    except (LeaseLost, LeaseHeld, LeaseNeeded):
+    except MayaError:
         _tell("", settings)
         raise
     finally:
