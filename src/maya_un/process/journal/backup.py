@@ -49,8 +49,8 @@ def make(source: Path, target: Path) -> Backup:
 def restore(backup: Path, path: Path) -> Backup:
     """Put a backup in the place of the file at `path`, which is kept aside whatever state it is in.
 
-    Cut short at any instant it leaves both; the file is then refused until this was done again. The numbers of runs go
-    on from the greater of the two, so that nobody takes the events of one for another's.
+    Cut short at any instant it leaves both; once the exchange has begun, the file is refused until this was done again.
+    The numbers of runs go on from the greater of the two, so that nobody takes the events of one for another's.
     Raises `StorageInUse` while somebody has the file open, and what `make` raises.
     """
     try:
@@ -68,12 +68,12 @@ def restore(backup: Path, path: Path) -> Backup:
 
 
 def _exchange(copy: Path, path: Path) -> Path | None:
-    """Give the old file a second name, then its name to the copy; a mark stands there meanwhile."""
+    """Give the old file a second name, then its name to the copy; a mark tells where that was cut short."""
     mark = beside(path, ".restoring")
     try:
+        aside = _keep_aside(path)
         mark.touch(mode=0o600)
         file.sync_folder(path.parent)
-        aside = _keep_aside(path)
         for suffix in ("-wal", "-shm"):
             beside(path, suffix).unlink(missing_ok=True)
         copying.put(copy, path)
@@ -88,7 +88,8 @@ def _keep_aside(path: Path) -> Path | None:
     """Give the old file and its log a name more, that is not taken."""
     if not path.exists() and not beside(path, "-wal").exists():
         return None
-    aside = next(name for number in count(1) if not (name := beside(path, f".old-{number}")).exists())
+    names = (beside(path, f".old-{number}") for number in count(1))
+    aside = next(name for name in names if not name.exists() and not beside(name, "-wal").exists())
     for suffix in ("-wal", ""):
         if beside(path, suffix).exists():
             os.link(beside(path, suffix), beside(aside, suffix))

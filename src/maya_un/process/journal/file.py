@@ -36,10 +36,13 @@ class Lock:
             raise FileUnwritable(path=beside(path, ".lock"), reason=faults.reason(error)) from error
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
+        except BlockingIOError as error:
             holder = os.pread(descriptor, 20, 0).decode(errors="replace").strip()
             os.close(descriptor)
             raise StorageInUse(path=path, pid=holder or "?") from error
+        except OSError as error:
+            os.close(descriptor)
+            raise FileUnwritable(path=beside(path, ".lock"), reason=faults.reason(error)) from error
         self._descriptor = descriptor
         self._say_who(descriptor)
 

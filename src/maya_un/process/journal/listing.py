@@ -8,6 +8,7 @@ from maya_un.process.journal import encoding
 from maya_un.process.journal.encoding import JOB
 from maya_un.process.journal.protocol import Filter
 from maya_un.process.journal.rows import JobRow
+from maya_un.process.journal.tables import LARGEST, bounded
 from maya_un.process.states import TaskState
 
 MOST = 1000
@@ -46,8 +47,8 @@ def _by_text(which: Filter) -> tuple[str, list[object]]:
 
 def _conditions(which: Filter, number: str, states: tuple[TaskState, ...]) -> tuple[str, list[object]]:
     conditions = [f"{number} > ?", f"{number} < ?"]
-    values: list[object] = [-1 if which.above is None else which.above]
-    values.append(2**63 - 1 if which.below is None else which.below)
+    values: list[object] = [-1 if which.above is None else bounded(which.above)]
+    values.append(LARGEST if which.below is None else bounded(which.below))
     if which.owner is not None:
         conditions.append("owner = ?")
         values.append(which.owner)

@@ -15,6 +15,9 @@ from maya_un.process.states import TaskState
 Change = JobRow | QueueRow | tuple[int, StepRow]
 """A newer version of a job, of the queue's mode, of a step (the job's number, the step)."""
 
+LARGEST = 2**63 - 1
+"""The largest whole number of SQLite; no number of ours comes near."""
+
 _ADD_JOB = f"INSERT INTO jobs ({JOB}) VALUES ({marks(JOB)})"
 _SAVE_JOB = f"{_ADD_JOB} {updates(JOB, 'id')}"
 _SAVE_BODY = "INSERT INTO bodies VALUES (?, ?) ON CONFLICT (job) DO UPDATE SET body = excluded.body"
@@ -114,9 +117,14 @@ def unfinished(connection: sqlite3.Connection) -> Unfinished:
     )
 
 
+def bounded(number: int) -> int:
+    """Return the number that SQLite can compare with which is nearest to any."""
+    return max(-LARGEST - 1, min(number, LARGEST))
+
+
 def job(connection: sqlite3.Connection, number: int) -> tuple[JobRow, tuple[StepRow, ...]] | None:
     """Return a job with its body and its steps, None where there is none."""
-    found = _one(connection, "jobs.id = ?", number)
+    found = _one(connection, "jobs.id = ?", bounded(number))
     if found is None:
         return None
     steps = connection.execute(f'SELECT {STEP} FROM steps WHERE job = ? ORDER BY "index"', (number,)).fetchall()
@@ -136,14 +144,17 @@ def _one(connection: sqlite3.Connection, where: str, *values: object) -> JobRow 
 def events(connection: sqlite3.Connection, run: int, above: int, limit: int) -> list[EventRow]:
     """Return events of a run above a number, oldest first."""
     asked = f"SELECT {EVENT} FROM events WHERE run = ? AND seq > ? ORDER BY seq LIMIT ?"
-    return [encoding.event_of(values) for values in connection.execute(asked, (run, above, limit)).fetchall()]
+    return [
+        encoding.event_of(values)
+        for values in connection.execute(asked, (bounded(run), bounded(above), bounded(limit))).fetchall()
+    ]
 
 
 def audit(connection: sqlite3.Connection, below: int | None, limit: int) -> Sequence[tuple[int, AuditRow]]:
     """Return numbered audit entries below a number, newest first."""
     asked = f"SELECT number, {AUDIT} FROM audit WHERE number < ? ORDER BY number DESC LIMIT ?"
-    below = 2**63 - 1 if below is None else below
-    return [(values[0], AuditRow(*values[1:])) for values in connection.execute(asked, (below, limit)).fetchall()]
+    bounds = (LARGEST if below is None else bounded(below), bounded(limit))
+    return [(values[0], AuditRow(*values[1:])) for values in connection.execute(asked, bounds).fetchall()]
 
 
 def prune(connection: sqlite3.Connection, keep: StorageConfig) -> None:

@@ -22,6 +22,18 @@ async def test_it_keeps_what_a_file_would() -> None:
     await journal.close()
 
 
+async def test_a_number_beyond_all_bounds_is_one_that_is_not_there() -> None:
+    journal = MemoryJournal()
+    await journal.add(job_row(1))
+    for far in (10**30, -(10**30)):
+        assert await journal.job(far) is None
+        assert await journal.events(far, far, far) == []
+        assert await journal.audit(far, 10) == []
+        assert len(await journal.page(Filter(below=far))) == (far > 0)
+        assert len(await journal.page(Filter(above=far))) == (far < 0)
+    await journal.close()
+
+
 async def test_no_write_waits() -> None:
     journal = MemoryJournal()
     write = journal.add(job_row(1))
