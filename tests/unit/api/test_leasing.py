@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from math import inf, nan
+from typing import cast
 
 import pytest
 
 from maya_un.api.access.caller import LOCAL, Caller, Role
 from maya_un.api.leasing import LONGEST
+from maya_un.api.queueing import Queueing
 from maya_un.errors import InvalidValue, LeaseHeld, LeaseLost, LeaseNeeded, MayaError, NotAllowed, UnknownName
+from maya_un.process.process import Process
 from tests.entrances import House, house, somebody
 from tests.virtual_time import elapse
 
@@ -194,3 +197,18 @@ async def test_the_local_user_needs_no_ceremony_and_may_have_it() -> None:
     assert (taken.holder, taken.note, taken.expires_in) == ("local", "calibrating", 10.0)
     with owner.entrance.lease.driving("local", "local", direct=True):
         assert driver(owner) == "local"
+
+
+async def test_what_a_student_wants_waits_for_approval_unless_the_lease_was_lent_to_him() -> None:
+    owner = await lab()
+    lease = owner.entrance.lease
+    queue = Queueing(cast("Process", None), lease)
+    assert (queue.proposes(SAM), queue.proposes(OLGA)) == (True, False)
+    with lease.driving("sam", "job 1"):
+        assert queue.proposes(SAM)
+    await owner.leasing.offer("sam", OLGA)
+    assert queue.proposes(SAM)
+    await owner.leasing.take(SAM)
+    assert (queue.proposes(SAM), queue.proposes(TOM), queue.proposes(OLGA)) == (False, True, False)
+    await elapse(11.0)
+    assert queue.proposes(SAM)
