@@ -183,6 +183,13 @@ def test_a_wish_that_is_interrupted_before_its_answer_is_found_by_its_key_and_ca
     assert len({request.key for request in player.asked if request.method == "POST"}) == 1
 
 
+def test_whoever_interrupts_his_jog_has_the_robot_stopped() -> None:
+    player = Player(lambda request: KeyboardInterrupt() if request.path == "/v1/jog" else None)
+    with pytest.raises(KeyboardInterrupt):
+        player.perform(moving.jog("z", 0.02))
+    assert player.paths == ["POST /v1/jog", "POST /v1/stop"]
+
+
 def test_whoever_interrupts_the_waiting_for_a_job_leaves_the_job_alone() -> None:
     service = Service(REPORT)
 

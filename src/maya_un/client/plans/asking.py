@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from maya_un.api.messages import Reach, Status
 from maya_un.client.jobs import JobLike, body_of
+from maya_un.client.plans.patience import AT_REST
 from maya_un.client.steps import Plan, Request, get
 from maya_un.config import Config
 from maya_un.process.inspection import JobInspection
 from maya_un.process.preview import JobPreview
 from maya_un.values import Joints, Point, State
-
-PLANNING = 120.0
-"""Longest wait for a long job to be worked out [s]."""
 
 
 def status() -> Request[Status]:
@@ -31,7 +29,7 @@ def twin_parts() -> Plan[dict[str, Point]]:
 
 def preview(job: JobLike) -> Request[JobPreview]:
     """Return what a job would be from where the robot is: times, heights, and the first refusal; nothing moves."""
-    return Request("POST", "/v1/preview", JobPreview, body=body_of(job), timeout=PLANNING)
+    return Request("POST", "/v1/preview", JobPreview, body=body_of(job), timeout=AT_REST)
 
 
 def inspect(job: JobLike, *, samples: int = 200) -> Request[JobInspection]:
@@ -39,7 +37,7 @@ def inspect(job: JobLike, *, samples: int = 200) -> Request[JobInspection]:
 
     Every motion has so many `samples`.
     """
-    return Request("POST", "/v1/inspect", JobInspection, {"samples": samples}, body_of(job), PLANNING)
+    return Request("POST", "/v1/inspect", JobInspection, {"samples": samples}, body_of(job), AT_REST)
 
 
 def reach(x: float, y: float, z: float) -> Request[Reach]:

@@ -9,17 +9,14 @@ from typing import Any, Literal, NamedTuple, TypedDict, Unpack, cast
 from maya_un.api.messages import EventMessage, JobAccepted
 from maya_un.client.jobs import JobLike, body_of
 from maya_un.client.plans.asking import status
-from maya_un.client.plans.patience import persistently
+from maya_un.client.plans.patience import AT_REST, persistently
 from maya_un.client.plans.waiting import remark
-from maya_un.client.steps import Clock, Item, Plan, Request, Source, get
+from maya_un.client.steps import TIMEOUT, Clock, Item, Plan, Request, Source, get
 from maya_un.errors import EventsForgotten
 from maya_un.process.report import JobReport
 
 LOOK = 2.0
 """A question for news is answered after so long that there are none [s, real time]."""
-
-AT_REST = 120.0
-"""Longest wait for the robot to come to rest, or to end a job that is cancelled [s]."""
 
 
 class Submitted(NamedTuple):
@@ -124,7 +121,7 @@ def _news(number: int, since: int, patience: float) -> Plan[tuple[int, bool]]:
 
     Without any event at all that is taken for news, since the service may have been started anew meanwhile.
     """
-    look = get("/v1/events", list[EventMessage], patience + AT_REST, since=since, wait=patience)
+    look = get("/v1/events", list[EventMessage], patience + TIMEOUT, since=since, wait=patience)
     try:
         events = yield from persistently(look)
     except EventsForgotten:

@@ -13,8 +13,8 @@ from typing import Any, Literal
 from maya_un.client import codec
 from maya_un.client.jobs import Spot
 from maya_un.client.plans.asking import status
-from maya_un.client.plans.jobs import AT_REST, cancel, ended, new_key
-from maya_un.client.plans.patience import persistently
+from maya_un.client.plans.jobs import cancel, ended, new_key
+from maya_un.client.plans.patience import AT_REST, persistently
 from maya_un.client.steps import Plan, Request, Step, post
 from maya_un.controller.protocol import Jogged
 from maya_un.errors import InvalidValue, ServiceNotAnswering
@@ -114,13 +114,17 @@ def spot(first: Spot | float, second: float | None, third: float | None) -> str 
     return [float(first), *rest]
 
 
-def jog(axis: str, distance: float, *, speed: float = 1.0, clip: bool = True) -> Request[Jogged]:
+def jog(axis: str, distance: float, *, speed: float = 1.0, clip: bool = True) -> Plan[Jogged]:
     """Move along an axis (a, b, c; x, y, z, r of the gripper) by `distance` (rad or m); tell how far it went.
 
-    It goes as far as the workspace allows; with `clip` false more than that is refused.
+    It goes as far as the workspace allows; with `clip` false more than that is refused. Ctrl-C stops the robot.
     """
     body = {"axis": axis, "distance": distance, "speed": speed, "clip": clip}
-    return Request("POST", "/v1/jog", Jogged, body=body, timeout=LONGEST_JOG)
+    try:
+        return (yield from Request("POST", "/v1/jog", Jogged, body=body, timeout=LONGEST_JOG))
+    except INTERRUPTED:
+        yield from stop()
+        raise
 
 
 def stop() -> Plan[StopReport]:

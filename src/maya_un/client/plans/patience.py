@@ -1,4 +1,4 @@
-"""Asking again where the connection broke: only what may be said twice."""
+"""How long the client waits, and what it asks again where the connection broke: only what may be said twice."""
 
 from __future__ import annotations
 
@@ -15,6 +15,10 @@ PATIENCE = 20.0
 
 SHORTEST, LONGEST = 0.05, 2.0
 """The first rest, and the longest [s]; each is twice the one before."""
+
+
+AT_REST = 120.0
+"""Longest wait for an answer that comes when the robot is at rest, or that is worked out of a long job [s]."""
 
 
 def persistently(request: Request[T], patience: float = PATIENCE) -> Generator[Request[T] | Rest, Any, T]:

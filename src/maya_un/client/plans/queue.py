@@ -6,11 +6,9 @@ from collections.abc import Mapping
 from typing import Any, Literal
 
 from maya_un.client.jobs import JobLike, body_of
+from maya_un.client.plans.patience import AT_REST
 from maya_un.client.steps import Plan, Request, get, post
 from maya_un.process.view import JobLine, QueueView, Recovery
-
-AT_REST = 120.0
-"""Longest wait for what brakes before it answers [s]."""
 
 
 def view() -> Request[QueueView]:
