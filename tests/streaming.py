@@ -153,11 +153,12 @@ async def streamed(watched: Watched, *, most_behind: int = MOST_EVENTS) -> Async
 
 
 class Client:
-    """One that reads the stream as programs do."""
+    """One that reads the stream as programs do; `numbers` are those of the events that came."""
 
     def __init__(self, connection: ClientConnection) -> None:
         self.connection = connection
         self.got: list[dict[str, Any]] = []
+        self.numbers: list[int] = []
 
     async def say(self, kind: str, **message: object) -> None:
         """Send a message."""
@@ -165,8 +166,11 @@ class Client:
 
     async def hear(self) -> dict[str, Any]:
         """Return the next message."""
-        self.got.append(json.loads(await self.connection.recv()))
-        return self.got[-1]
+        message: dict[str, Any] = json.loads(await self.connection.recv())
+        self.got.append(message)
+        if message["type"] == "event":
+            self.numbers.append(message["event"]["seq"])
+        return message
 
     async def until(self, kind: str) -> dict[str, Any]:
         """Return the next message of a kind."""
@@ -184,14 +188,9 @@ class Client:
 
     async def events_to(self, last: int) -> list[int]:
         """Read on to the event of this number and return those of all events so far."""
-        while last not in (numbers := self.numbers):
+        while self.numbers[-1:] != [last]:
             await self.hear()
-        return numbers
-
-    @property
-    def numbers(self) -> list[int]:
-        """Numbers of the events so far."""
-        return [message["event"]["seq"] for message in self.got if message["type"] == "event"]
+        return self.numbers
 
 
 @asynccontextmanager

@@ -161,6 +161,28 @@ def test_a_client_of_another_run_is_told_and_gets_everything_of_this_one() -> No
     told(story, before=3, run_number=2)
 
 
+def test_one_that_falls_too_far_behind_is_told_where_it_was_and_goes_on_from_there() -> None:
+    async def main() -> None:
+        watched = Watched()
+        async with streamed(watched, most_behind=100) as url, connected(url) as well:
+            await well.ask("subscribe", events={"since": 0})
+            async with connected(url) as slow:
+                await slow.ask("subscribe", events={"since": 0})
+                for round_ in range(1, 81):
+                    watched.happen(20, text="x" * 2000)
+                    await well.events_to(20 * round_)
+                with pytest.raises(ConnectionClosed):
+                    await slow.until("nothing")
+            told = slow.got[-1]
+            assert (told["type"], told["code"], slow.connection.close_code) == ("error", 4016, 4016)
+            assert slow.numbers == list(range(1, told["details"]["since"] + 1))
+            async with connected(url) as again:
+                await again.say("subscribe", events={"since": told["details"]["since"], "run": 1})
+                assert slow.numbers + await again.events_to(1600) == list(range(1, 1601))
+
+    run(main())
+
+
 def test_many_clients_come_and_go_and_the_service_is_looked_at_only_while_there_are_any() -> None:
     async def main() -> None:
         watched = Watched()
