@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator
 from functools import cache
+from heapq import merge
 from pathlib import Path
 from types import MappingProxyType
 from typing import IO, Any, NamedTuple, TypeVar
@@ -49,8 +50,7 @@ def write(recording: Recording, file: IO[bytes]) -> None:
     writer.start(profile=PROFILE, library=f"maya-un {recording.header.software.maya_un}")
     writer.add_metadata(METADATA, {"header": recording.header.to_json()})
     channels = {topic.name: _channel(writer, topic) for topic in schemas.TOPICS}
-    messages = sorted(_messages(recording), key=lambda message: message.time)
-    for number, message in enumerate(messages):
+    for number, message in enumerate(merge(*_messages(recording), key=lambda message: message.time)):
         stamp = max(0, recording.header.utc_at(message.time))
         writer.add_message(channels[message.topic.name], stamp, message.data, stamp, number)
     writer.finish()
@@ -78,18 +78,19 @@ def _channel(writer: Writer, topic: Topic) -> int:
     return writer.register_channel(topic.name, "json", schema)
 
 
-def _messages(recording: Recording) -> Iterator[_Message]:
+def _messages(recording: Recording) -> Iterator[Iterator[_Message]]:
+    """Yield the messages of each topic, in order; one after the other, so that nothing large is held or let go at once.
+
+    Who writes shares the interpreter with a robot.
+    """
     header, states = recording.header, _states()
-    for state in recording.states:
-        yield _Message(state.time, schemas.STATE, states.dump_json(state))
-        if state.joints is not None:
-            yield _Message(state.time, schemas.JOINTS, _joints(header, state))
-    for event in recording.events:
-        yield _Message(event.time, schemas.EVENTS, _event(event))
-    for piece in recording.wire:
-        yield _Message(piece.time, schemas.WIRE, _wire(piece))
-    for exchange in exchanges.talk(recording.wire).exchanges:
-        yield _Message(exchange.time, schemas.EXCHANGES, _exchange(exchange))
+    homed = (state for state in recording.states if state.joints is not None)
+    talk = exchanges.talk(recording.wire)
+    yield (_Message(state.time, schemas.STATE, states.dump_json(state)) for state in recording.states)
+    yield (_Message(state.time, schemas.JOINTS, _joints(header, state)) for state in homed)
+    yield (_Message(event.time, schemas.EVENTS, _event(event)) for event in recording.events)
+    yield (_Message(piece.time, schemas.WIRE, _wire(piece)) for piece in recording.wire)
+    yield (_Message(exchange.time, schemas.EXCHANGES, _exchange(exchange)) for exchange in talk.exchanges)
 
 
 def _joints(header: Header, state: State) -> bytes:

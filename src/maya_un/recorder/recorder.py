@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager, suppress
+import sys
+from collections.abc import AsyncIterator, Iterator
+from contextlib import asynccontextmanager, contextmanager, suppress
 from dataclasses import replace
 from typing import Protocol
 
@@ -28,6 +29,9 @@ LONGEST = 6.0
 
 MOST_OPENING = 1 << 20
 """Bytes kept of the first opening of the link, in which the controller is configured; a longer one is not kept."""
+
+TURN = 0.0005
+"""While a recording is written the loop waits no longer than this for its turn [s], a tenth of Python's usual."""
 
 NOBODY = Cause()
 """The cause of what a person asked for."""
@@ -136,7 +140,8 @@ class Recorder:
         return kept
 
     def _write(self, shelf: Shelf, header: Header, entries: list[Entry]) -> Kept:
-        return shelf.save(self._composed(header, self._ring.contents(entries)))
+        with _giving_way():
+            return shelf.save(self._composed(header, self._ring.contents(entries)))
 
     def _tell(self, reason: str, *, code: int = 0, **detail: object) -> None:
         if self._source is not None:
@@ -216,6 +221,17 @@ class Recorder:
             wire = (*(piece for piece in self._opening if piece.time < contents.whole), *wire)
         header = replace(header, whole=contents.whole, complete=not contents.dropped)
         return Recording(header, contents.states, contents.events, wire)
+
+
+@contextmanager
+def _giving_way() -> Iterator[None]:
+    """Let the loop have its turn sooner than usual while another thread of this program works."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(min(before, TURN))
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(before)
 
 
 def _cause(event: Event) -> Cause:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -58,7 +59,9 @@ async def test_states_events_and_the_wire_are_kept_as_they_come() -> None:
 async def test_asked_for_it_is_saved_and_told(tmp_path: Path) -> None:
     async with recorded(tmp_path) as robot:
         await elapse(1.0)
+        turn = sys.getswitchinterval()
         kept = await robot.recorder.save()
+        assert sys.getswitchinterval() == turn
         assert saved(robot) == [kept]
         (event,) = told(robot)
         assert kept is not None
