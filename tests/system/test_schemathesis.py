@@ -5,7 +5,6 @@ No defect, no surprise: every answer is one that the document tells of, and nobo
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -29,6 +28,7 @@ from schemathesis.specs.openapi.checks import (
 
 from maya_un.api.access.caller import LOCAL, Role
 from maya_un.api.access.operations import RULES, Operation
+from maya_un.errors import InvalidRequest
 from tests.campaign import Campaign
 from tests.shared_robot import SharedRobot, shared_robot
 
@@ -46,6 +46,7 @@ CHECKS = [
     response_schema_conformance,
     negative_data_rejection,
 ]
+PARTS = 4
 PATIENCE = 20.0
 """Longest wait for an answer [s]."""
 
@@ -56,12 +57,21 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SharedRobot]:
         yield robot
 
 
-def operations(robot: SharedRobot) -> Iterator[APIOperation]:
-    """Return every operation of the document, as it is served; each from a copy, for what draws from one changes it."""
-    text = requests.get(f"{robot.url}/v1/openapi.json", timeout=PATIENCE).text
-    for path, methods in json.loads(text)["paths"].items():
-        for method in methods:
-            yield schemathesis.openapi.from_dict(json.loads(text))[path][method.upper()]
+def operations(robot: SharedRobot) -> list[APIOperation]:
+    """Return every operation of the document, as it is served."""
+    document = requests.get(f"{robot.url}/v1/openapi.json", timeout=PATIENCE).json()
+    schema = schemathesis.openapi.from_dict(_without_tuples(document))
+    return [schema[path][method.upper()] for path, methods in document["paths"].items() for method in methods]
+
+
+def _without_tuples(schema: Any) -> Any:
+    """Say the same of tuples in other words: schemathesis 4.32 makes of `prefixItems` what it then refuses itself."""
+    if isinstance(schema, list):
+        return [_without_tuples(one) for one in schema]
+    if not isinstance(schema, dict):
+        return schema
+    plain = {key: _without_tuples(value) for key, value in schema.items() if key != "prefixItems"}
+    return plain | {"items": {"anyOf": _without_tuples(schema["prefixItems"])}} if "prefixItems" in schema else plain
 
 
 def may(who: str, operation: APIOperation) -> bool:
@@ -107,12 +117,17 @@ class Visitor:
     def ask(self, case: Case) -> None:
         """Ask, and look at the answer."""
         _shorten(case)
+        made_up = [name for name in case.headers or () if name.lower() in {"authorization", "maya-lease"}]
+        for name in made_up:
+            del case.headers[name]
         response = case.call(
             base_url=self._robot.url, session=self._session, headers=self._headers(case), timeout=PATIENCE
         )
-        case.validate_response(response, checks=CHECKS)
+        # With its token and lease put right, a request that was broken may be whole.
+        case.validate_response(response, checks=CHECKS, excluded_checks=[negative_data_rejection] if made_up else [])
         if not may(self._who, case.operation):
-            assert response.status_code in {401, 403}, f"{self._who}: {case.method} {case.path}"
+            nowhere = response.status_code == 404 and response.json()["code"] == InvalidRequest.code
+            assert nowhere or response.status_code in {401, 403}, f"{self._who}: {case.method} {case.path}"
 
     def _headers(self, case: Case) -> dict[str, str]:
         headers = self._robot.headers(self._who)
@@ -130,12 +145,15 @@ def _shorten(case: Case) -> None:
         case.query["wait"] = min(wait, 0.01)
 
 
+@pytest.mark.parametrize("part", range(PARTS))
 @pytest.mark.parametrize("who", PEOPLE)
-def test_what_is_made_up_is_answered_as_the_document_says(who: str, robot: SharedRobot, campaign: Campaign) -> None:
-    examples = campaign.size(ci=8, long=60)
+def test_what_is_made_up_is_answered_as_the_document_says(
+    who: str, part: int, robot: SharedRobot, campaign: Campaign
+) -> None:
+    examples = campaign.size(ci=2, long=60)
     visitor = Visitor(robot, who)
     problems: list[str] = []
-    for number, operation in enumerate(operations(robot)):
+    for number, operation in enumerate(operations(robot)[part::PARTS]):
         for mode in MODES:
             try:
                 tried(operation.as_strategy(generation_mode=mode), examples, campaign.seed + number, visitor.ask)
