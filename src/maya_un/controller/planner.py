@@ -133,10 +133,10 @@ class Planner:
         """Return the move through proved knots, nowhere so fast that a fault could do harm beside the path."""
 
         def safely(directions: Floats, braking: float, wished: Floats) -> Floats:
-            per_count = directions / np.array(self._units.per_unit)
+            per_count = directions / np.array(self._units.per_unit)[:, np.newaxis]
             found = emergency_speed(workspace, self._emergency, joints, per_count, braking, wished)
             nonlocal slowed
-            slowed = slowed or bool(np.any(found < wished))
+            slowed = slowed or bool((found < wished).any())
             return found
 
         slowed = False

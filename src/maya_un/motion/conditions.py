@@ -73,13 +73,13 @@ def values(workspace: Workspace, b: Floats, c: Floats) -> Floats:
 
 def along(workspace: Workspace, joints: Floats) -> Floats:
     """Return the Bernstein coefficients of the conditions along the chords between knots (n, 3): (7, 5, n − 1)."""
-    return coefficients(values(workspace, *places(joints[:-1, 1:], joints[1:, 1:])))
+    lines = np.array(joints[:, 1:].T, order="C")
+    return coefficients(values(workspace, *places(lines[:, :-1], lines[:, 1:])))
 
 
 def places(starts: Floats, ends: Floats) -> Floats:
-    """Return the seven places at which polynomials along chords are known, for columns of (n, k): (k, 7, n)."""
-    ways = (ends - starts).T
-    return starts.T[:, np.newaxis] + _SHARES[:, np.newaxis] * ways[:, np.newaxis]
+    """Return the seven places at which polynomials along chords are known, for rows of (k, n): (k, 7, n)."""
+    return starts[:, np.newaxis] + _SHARES[:, np.newaxis] * (ends - starts)[:, np.newaxis]
 
 
 def coefficients(sampled: Floats) -> Floats:
@@ -104,7 +104,9 @@ def dips(coefficients: Floats, halvings: int) -> NDArray[np.bool_]:
     """Return on which chords (n,) not all conditions (7, k, n) are proved to be at least 0 by so many halvings."""
     chords = coefficients.shape[-1]
     found = np.zeros(chords, dtype=np.bool_)
-    columns = np.flatnonzero((coefficients.min(axis=0) < 0.0).ravel())
+    columns = np.flatnonzero(coefficients.min(axis=0) < 0.0)
+    if not len(columns):
+        return found
     pieces, owners = coefficients.reshape(_DEGREE + 1, -1)[:, columns], columns % chords
     for _ in range(halvings):
         found[owners[(pieces[0] < 0.0) | (pieces[-1] < 0.0)]] = True
