@@ -17,13 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maya_un.kinematics import Floats
-from maya_un.motion.knots import JUMPS, STEP, Knots, Whole
+from maya_un.motion.knots import JUMPS, STEP, Knots, norms, steps
 from maya_un.motion.limits import Limits
 
 _TINY = 1e-12
-
-JUMPS_OF_AXES = np.array(JUMPS)[:, np.newaxis]
-"""`JUMPS` as a column, for arrays (3, n)."""
 
 NOTHING = 1e-9
 """A share of a chord below this is none [counts per count]; it stands for 0 where it divides."""
@@ -71,18 +68,6 @@ class Chords:
         return cls(counts, lengths, directions, bends, smooth, turns, knots.sharp[1:-1], shares)
 
 
-def steps(places: Floats | Whole) -> Floats:
-    """Return the ways (3, n) between places (n + 1, 3)."""
-    rows = np.array(places.T, dtype=np.float64, order="C")
-    return rows[:, 1:] - rows[:, :-1]
-
-
-def norms(ways: Floats) -> Floats:
-    """Return the lengths (n,) of ways (3, n)."""
-    a, b, c = ways
-    return np.sqrt(a * a + c * c + b * b)
-
-
 def caps(chords: Chords, limits: Limits, scale: float) -> tuple[Floats, Floats]:
     """Return the greatest speeds within the chords, (n,), and at the knots, (n + 1,), by the slew speeds.
 
@@ -92,7 +77,7 @@ def caps(chords: Chords, limits: Limits, scale: float) -> tuple[Floats, Floats]:
     within = np.minimum(_FASTEST, scale * (slew / chords.shares).min(axis=0))
     at = np.zeros(len(within) + 1)
     if len(within) > 1:
-        allowed = np.where(chords.sharp, STEP * slew, MERCY * slew * JUMPS_OF_AXES)
+        allowed = np.where(chords.sharp, STEP * slew, MERCY * slew * JUMPS)
         held = (allowed / np.maximum(np.abs(chords.turns), _TINY)).min(axis=0)
         at[1:-1] = np.minimum(np.minimum(within[:-1], within[1:]), held)
     return within, at

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maya_un.kinematics import Floats
-from maya_un.motion.knots import STEP
+from maya_un.motion.knots import JUMPS, STEP, norms
 from maya_un.motion.move import Segment, Segments
-from maya_un.motion.speeds import JUMPS_OF_AXES, NOTHING, Chords, norms
+from maya_un.motion.speeds import NOTHING, Chords
 
 LONGEST = 8_388_607
 """Largest distance of one axis in one segment [counts]."""
@@ -86,7 +86,7 @@ def segments(
 def _shares(chords: Chords) -> Floats:
     """Return for every chord how much the axes' speeds may change from piece to piece (3, n), of their slew speeds."""
     corners = np.concatenate(([True], chords.sharp, [True]))
-    return np.where(corners[1:] & corners[:-1], STEP, JUMPS_OF_AXES)
+    return np.where(corners[1:] & corners[:-1], STEP, JUMPS)
 
 
 def _pieces(chords: Chords, ramps: Ramps, va: float, own: Floats) -> _Pieces:
