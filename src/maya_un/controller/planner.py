@@ -155,7 +155,8 @@ class Planner:
             if not np.isfinite(knots.exact).all():
                 raise PathRefused(target=_text(path), reason="it leads above the anchors of the lines")
         joints = knots.counts / np.array(self._units.per_unit)
-        if path.space is Space.CARTESIAN and np.any(np.abs(np.diff(joints[:, 0])) > pi):
+        boom = joints[:, 0]
+        if path.space is Space.CARTESIAN and (np.abs(boom[1:] - boom[:-1]) > pi).any():
             raise PathRefused(target=_text(path), reason="it leads across where the boom would have to turn back round")
         vias = range(1, len(joints) - 1) if path.is_joint else ()
         prove(workspace, joints, vias)

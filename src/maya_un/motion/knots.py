@@ -43,7 +43,7 @@ TOLERANCE = 5e-5
 """How far a chord may be off its curve [m]; an angle counts at 1 m."""
 
 _GRID = 24
-_SHARES = np.arange(_GRID) / _GRID
+_SHARES = np.arange(_GRID)[:, np.newaxis] / _GRID
 _WEIGHTS = ((1.0 - _SHARES) ** 2, 2.0 * _SHARES * (1.0 - _SHARES), _SHARES**2)
 _TINY = 1e-12
 
@@ -160,11 +160,9 @@ def _laid(path: Path, mechanism: Mechanism, scale: Floats, limits: Limits, coars
 
 def _fine(pieces: Pieces) -> Floats:
     """Return the coordinates of an even grid along all pieces."""
-    grid = sum(
-        weight[:, np.newaxis] * corner[:, np.newaxis]
-        for weight, corner in zip(_WEIGHTS, (pieces.first, pieces.control, pieces.last), strict=True)
-    )
-    return np.concatenate((np.reshape(grid, (-1, 3)), pieces.last[-1:]))
+    one, two, three = _WEIGHTS
+    grid = one * pieces.first[:, np.newaxis] + two * pieces.control[:, np.newaxis] + three * pieces.last[:, np.newaxis]
+    return np.concatenate((grid.reshape(-1, 3), pieces.last[-1:]))
 
 
 def _to_whole_counts(chosen: Floats, boom: Floats, path: Path, mechanism: Mechanism, per_angle: float) -> None:

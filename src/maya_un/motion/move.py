@@ -13,7 +13,7 @@ import numpy as np
 
 from maya_un.config import Units
 from maya_un.kinematics import Floats
-from maya_un.motion.knots import Whole
+from maya_un.motion.knots import Whole, norms
 from maya_un.motion.profile import Profile
 from maya_un.values import Joints
 
@@ -45,8 +45,7 @@ class Segments(Sequence[Segment]):
 
     def __init__(self, counts: Whole, speeds: Whole, end_speeds: Whole) -> None:
         self.counts, self.speeds, self.end_speeds = counts, speeds, end_speeds
-        ways = counts.astype(np.float64)
-        self.lengths: Floats = np.sqrt(np.einsum("ij,ij->i", ways, ways))
+        self.lengths = norms(counts.T.astype(np.float64, order="C"))
 
     @classmethod
     def of(cls, segments: Iterable[Segment]) -> Segments:

@@ -11,7 +11,7 @@ Speeds are in counts/s, lengths in counts, as the norm over the axes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,8 +35,7 @@ MERCY = 1.5
 """Knots are laid for the jumps that are wanted; the speed is held back where they come to so much more."""
 
 
-@dataclass(frozen=True)
-class Chords:
+class Chords(NamedTuple):
     """Straight pieces of a path: counts (3, n), lengths (n,) [counts], directions (3, n), bends at knots (3, n + 1).
 
     `smooth` (3, n) are the directions before rounding to counts, `turns` (3, n − 1) how these change at the knots,
@@ -83,8 +82,7 @@ def caps(chords: Chords, limits: Limits, scale: float) -> tuple[Floats, Floats]:
     return within, at
 
 
-@dataclass(frozen=True)
-class Budget:
+class Budget(NamedTuple):
     """What the axes leave for speeding up and slowing down along every chord, the controller itself as a fourth axis.
 
     In the middle of a chord, where x has become x + L u, an axis accelerates by (dᵢ + cᵢL) u + cᵢ x. `up` and `down`
@@ -144,11 +142,12 @@ def _held(squares: Floats, slopes: Floats, offsets: Floats) -> Floats:
     held = (reached < squares[1:]).nonzero()[0].tolist()
     if not held:
         return squares[1:]
-    found, lines = squares.tolist(), list(zip(*slopes.tolist(), *offsets.tolist(), strict=True))
+    found, lines = squares.tolist(), np.concatenate((slopes, offsets))
     seen = -1
     for first in held:
-        for k in range(max(first, seen + 1), len(lines)):
-            (s0, s1, s2, s3, o0, o1, o2, o3), before = lines[k], found[k]
+        for k in range(max(first, seen + 1), len(reached)):
+            s0, s1, s2, s3, o0, o1, o2, o3 = lines[:, k].tolist()
+            before = found[k]
             least = min(s0 * before + o0, s1 * before + o1, s2 * before + o2, s3 * before + o3)
             seen = k
             if least >= found[k + 1]:

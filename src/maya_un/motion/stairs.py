@@ -9,8 +9,8 @@ stop's. A rise at VA is one ramp, and a gentler one has as few stairs as that ru
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import ceil
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +30,7 @@ SLOWEST = 2.0
 """Speeds are whole and even [counts/s]."""
 
 
-@dataclass(frozen=True)
-class Ramps:
+class Ramps(NamedTuple):
     """What happens in every chord: from speed `start` to `top` at `up`, on at `top`, and to `end` at `down`; (n,) each.
 
     Speeds in counts/s, accelerations in counts/s², none of them 0.
@@ -44,8 +43,7 @@ class Ramps:
     down: Floats
 
 
-@dataclass(frozen=True)
-class _Pieces:
+class _Pieces(NamedTuple):
     """Pieces in order: the chord of each, the share of it where each ends, target speed, and speed at its end."""
 
     chord: NDArray[np.intp]
@@ -77,7 +75,9 @@ def segments(
     own = (steps.take(chord, axis=1) / shares).min(axis=0) * lengths
     # Stairs shorter than a count are lost to rounding: then a piece ends with no more than a step, or for axes so slow
     # that a step is nothing with what a count is enough to slow down by.
-    own = np.where(own < 2.0 * SLOWEST, np.sqrt(end * end + 2.0 * ramps.down[chord]) - end, own)
+    tiny = own < 2.0 * SLOWEST
+    if tiny.any():
+        own = np.where(tiny, np.sqrt(end * end + 2.0 * ramps.down[chord]) - end, own)
     target = np.maximum(end, np.minimum(target, _even(end + own)))
     found = Segments(counts.T.astype(np.int64, order="C"), target.astype(np.int64), end.astype(np.int64))
     return found if shares.max(initial=0.0) <= LONGEST else _split(found)
