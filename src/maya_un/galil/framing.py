@@ -136,6 +136,9 @@ class Stray:
     data: bytes
 
 
+_DONE = Reply(True)
+"""What most commands are answered with."""
+
 Received: TypeAlias = Reply | Record | Message | Stray
 
 
@@ -159,9 +162,9 @@ class ReplySplitter:
         """How many requests wait for their reply."""
         return len(self._kinds)
 
-    def expect(self, kind: Kind = Kind.TEXT) -> None:
-        """Announce that one more request is on its way and what will answer it."""
-        self._kinds.append(kind)
+    def expect(self, kind: Kind = Kind.TEXT, count: int = 1) -> None:
+        """Announce that so many more requests are on their way and what will answer each."""
+        self._kinds.extend([kind] * count)
 
     def feed(self, data: bytes) -> list[Received]:
         """Return what `data` completes, in order."""
@@ -170,6 +173,11 @@ class ReplySplitter:
         while place < len(data):
             if self._kinds and self._kinds[0] is Kind.RECORD and (self._record or not _is_message(data[place])):
                 place = self._take_record(data, place, received)
+                continue
+            if not self._text and self._kinds and data[place] == _ACCEPTED and self._kinds[0] is Kind.TEXT:
+                self._kinds.popleft()
+                received.append(_DONE)
+                place += 1
                 continue
             run = _RUN.match(data, place)
             assert run is not None
