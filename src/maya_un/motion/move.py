@@ -199,8 +199,9 @@ def commands(move: CoordinatedMove, ratio: float = 1.0) -> list[str]:
     setup = ["CA S", "CS S", speed_ratio(ratio), f"LM {move.axes}", f"VA {move.va}", f"VD {move.vd}", f"VS {move.vs}"]
     segments, taking_part = move.segments, [joint for joint in move.columns if joint is not None]
     numbers = np.column_stack((segments.counts[:, taking_part], segments.speeds, segments.end_speeds))
-    pattern = "LI " + ",".join("" if joint is None else "%d" for joint in move.columns) + "<%d>%d"
-    return [*setup, *(pattern % tuple(row) for row in numbers.tolist()), "LE"]
+    pattern = "LI " + ",".join("" if joint is None else "%d" for joint in move.columns) + "<%d>%d\n"
+    lines = (pattern * len(numbers)) % tuple(numbers.ravel().tolist())
+    return [*setup, *lines.splitlines(), "LE"]
 
 
 def _columns(segments: Segments, letters: tuple[str, str, str]) -> tuple[int | None, ...]:
