@@ -237,9 +237,10 @@ class _Table(NamedTuple):
         flat = np.fromiter(chain.from_iterable(pieces), np.float64, 4 * len(pieces))
         columns = np.ascontiguousarray(flat.reshape(-1, 4).T)  # (4, pieces)
         t, p, v, a = columns[:, :-1]
-        length = np.diff(columns[0])
+        length = columns[0, 1:] - t
         end = p + (v + 0.5 * a * length) * length
-        turn = np.clip(np.divide(-v, a, out=np.zeros_like(a), where=np.abs(a) >= FLAT), 0.0, length)
+        turn = np.divide(-v, a, out=np.zeros(len(a)), where=np.abs(a) >= FLAT)
+        turn = np.minimum(np.maximum(turn, 0.0), length)
         extreme = p + (v + 0.5 * a * turn) * turn
         low = np.minimum(np.minimum(p, end), extreme)
         high = np.maximum(np.maximum(p, end), extreme)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import atan2, degrees
+from operator import add
 from typing import NamedTuple
 
 from maya_un.virtual.motion.arc import TANGENT
@@ -39,7 +40,7 @@ class Route:
         heading = self._turned(segment) if turning else 0.0
         self.segments.append(segment)
         self.starts.append(Start(self.tip, self.length, heading))
-        self.tip = tuple(at + delta for at, delta in zip(self.tip, segment.deltas, strict=True))
+        self.tip = tuple(map(add, self.tip, segment.deltas))
         self.heading = heading + (degrees(segment.arc.turn) if segment.arc else 0.0)
         self.length += segment.length
 
@@ -91,7 +92,7 @@ class Member(NamedTuple):
         """Return the timeline over `stretches`, each with its end [s], and the largest speed [counts/s]."""
         pieces: list[Piece] = []
         peak, resting = 0.0, False
-        known, base, unit = -1, 0.0, 0.0
+        known, base, unit, size = -1, 0.0, 0.0, 0.0
         for stretch, until in stretches:
             t, number, s, v, a = stretch
             if number != known:  # several stretches lie on one segment
@@ -102,10 +103,12 @@ class Member(NamedTuple):
                     continue
                 known = number
                 base, unit = self._line(segment, start)
+                size = abs(unit)
             if unit == 0.0 and resting and base == pieces[-1].p:
                 continue
             resting = unit == 0.0
-            peak = max(peak, abs(unit) * v)
+            if size * v > peak:
+                peak = size * v
             pieces.append(Piece(t, base + unit * s, unit * v, unit * a))
         return pieces, peak
 
@@ -113,8 +116,9 @@ class Member(NamedTuple):
         """Return the position at the start of a segment, and how it changes with the way along it."""
         if self.coordinate == TANGENT:
             return self.position(start.heading), self.factor * (segment.arc.bend if segment.arc else 0.0)
-        unit = self.factor * segment.deltas[self.coordinate] / segment.length
-        return self.position(start.place[self.coordinate]), unit
+        coordinate, factor = self.coordinate, self.factor
+        unit = factor * segment.deltas[coordinate] / segment.length
+        return self.origin + factor * start.place[coordinate], unit
 
     def _curved(self, segment: Segment, start: Start, stretch: Stretch, until: float) -> Iterator[Piece]:
         """Yield the pieces along an arc, from `stretch` on `until` a time [s]."""
