@@ -283,9 +283,7 @@ class Driver:
         self._write(data)
         return request.future
 
-    def _expect(
-        self, commands: Sequence[str], request: _Request[object] | None, patience: float, kind: Kind
-    ) -> None:
+    def _expect(self, commands: Sequence[str], request: _Request[object] | None, patience: float, kind: Kind) -> None:
         if not self._sent:
             self._since = self._loop.time()
         self._sent.extend(_Sent(command, request, patience) for command in commands)

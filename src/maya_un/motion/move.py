@@ -12,7 +12,6 @@ from typing import NamedTuple, overload
 import numpy as np
 
 from maya_un.config import Units
-from maya_un.kinematics import Floats
 from maya_un.motion.knots import Whole, norms
 from maya_un.motion.profile import Profile
 from maya_un.values import Joints

@@ -40,7 +40,7 @@ def test_chords_have_lengths_directions_and_bends() -> None:
     chords = through((0, 0, 0), (0, 300, 400), (0, 300, 900))
     assert chords.lengths.tolist() == [500.0, 500.0]
     assert chords.directions.T.tolist() == [[0.0, 0.6, 0.8], [0.0, 0.0, 1.0]]
-    assert chords.bends.T == pytest.approx(np.array([(0, 0, 0), (0.0, -0.6 / 500.0, 0.2 / 500.0), (0, 0, 0)]))
+    assert chords.bends == pytest.approx(np.array([(0, 0, 0), (0.0, -0.6 / 500.0, 0.2 / 500.0), (0, 0, 0)]).T)
 
 
 def test_a_corner_has_no_bend_and_is_passed_next_to_rest() -> None:

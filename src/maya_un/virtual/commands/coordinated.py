@@ -19,7 +19,7 @@ LONGEST = 8_388_607
 PLANES = "ST"
 
 _SEGMENT = re.compile(r"([^<>]*)(?:<([^<>]*))?(?:>([^<>]*))?")
-_PLAIN = {
+_PLAIN: dict[tuple[int, ...], re.Pattern[str]] = {
     members: re.compile(
         " ?" + ",".join("(-?[0-9]{1,6})" * (place in members) for place in range(3)) + "<([0-9]{1,7})>([0-9]{1,7})"
     )

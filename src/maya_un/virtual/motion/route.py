@@ -107,8 +107,7 @@ class Member(NamedTuple):
             if unit == 0.0 and resting and base == pieces[-1].p:
                 continue
             resting = unit == 0.0
-            if size * v > peak:
-                peak = size * v
+            peak = max(peak, size * v)
             pieces.append(Piece(t, base + unit * s, unit * v, unit * a))
         return pieces, peak
 
