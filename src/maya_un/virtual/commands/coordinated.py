@@ -19,13 +19,11 @@ LONGEST = 8_388_607
 PLANES = "ST"
 
 _SEGMENT = re.compile(r"([^<>]*)(?:<([^<>]*))?(?:>([^<>]*))?")
-_PLAIN: dict[tuple[int, ...], re.Pattern[str]] = {
-    members: re.compile(
-        " ?" + ",".join("(-?[0-9]{1,6})" * (place in members) for place in range(3)) + "<([0-9]{1,7})>([0-9]{1,7})"
-    )
-    for members in ((0, 1, 2), (1, 2))
+_WHOLE: dict[tuple[int, ...], re.Pattern[str]] = {
+    members: re.compile(f" ?{deltas}<([0-9]{{1,7}})>([0-9]{{1,7}})".replace("n", "(-?[0-9]{1,6})"))
+    for members, deltas in {(0,): "n", (1, 2): ",n,n", (0, 1, 2): "n,n,n"}.items()
 }
-"""Segments as hosts send them most: nothing in them has to be evaluated, or is out of range but `<o` below 2."""
+"""Segments of some members as hosts send them: nothing is to be evaluated, or out of range but `<o` below 2."""
 
 _USE_VV = -1.0
 
@@ -57,12 +55,12 @@ def _segment(context: Context, text: str) -> Answer:
     plane = current(context)
     if plane.mode != LINEAR or not plane.members:
         raise Refused(ErrorCode.SEGMENT_KINDS_MIXED if plane.mode == VECTOR else ErrorCode.NO_SEQUENCE)
-    plane.append(_plain(plane, text) or _evaluated(context, plane, text), context.core.now)
+    plane.append(_in_whole_numbers(plane, text) or _evaluated(context, plane, text), context.core.now)
     return None
 
 
-def _plain(plane: Plane, text: str) -> Segment | None:
-    pattern = _PLAIN.get(plane.members)
+def _in_whole_numbers(plane: Plane, text: str) -> Segment | None:
+    pattern = _WHOLE.get(plane.members)
     form = pattern and pattern.fullmatch(text)
     if form is None:
         return None
