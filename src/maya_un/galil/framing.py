@@ -55,13 +55,14 @@ class LineSplitter:
         text = data.translate(_SEVEN_BITS, b"\n\x8a").decode("ascii")
         place = 0
         while found := (_PROGRAM_ENDS if self.program else _COMMAND_ENDS).search(text, place):
+            end = found[0]
             self._pending += text[place : found.start()]
             place = found.end()
-            if found[0] == ";" and self._pending.lstrip(" \t").startswith("'"):
+            if end == ";" and "'" in self._pending and self._pending.lstrip(" \t").startswith("'"):
                 self._pending += ";"
                 continue
-            command = self._complete(found[0])
-            if found[0] in "\r;":
+            command = self._complete(end)
+            if end in "\r;":
                 yield command if self.program else command.strip(" \t")
                 continue
             if command:

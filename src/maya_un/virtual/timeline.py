@@ -149,11 +149,11 @@ class Timeline:
         """Return the times in (t0, t1] at which a piece begins."""
         return self._times[bisect_right(self._times, t0) : bisect_right(self._times, t1)]
 
-    def turns(self, t0: float, t1: float) -> list[float]:
-        """Return the times in [t0, t1] at which the axis turns round within a piece, the last piece apart."""
-        turns = self._arrays().turns
-        first, last = np.searchsorted(turns, (t0, t1))
-        return turns[first:last].tolist()
+    def changes(self, t0: float, t1: float) -> Floats:
+        """Return the times in (t0, t1] at which a piece begins, and in [t0, t1] at which the axis turns within one."""
+        table = self._arrays()
+        begins, turns = table.columns[0], table.turns
+        return np.concatenate((begins[(begins > t0) & (begins <= t1)], turns[(turns >= t0) & (turns <= t1)]))
 
     def bounds(self, t0: float, t1: float) -> tuple[float, float]:
         """Return a lower and an upper bound of the positions [counts] in [t0, t1]; they may be a little wide."""

@@ -376,8 +376,8 @@ class MayaMechanics:
         """Return when to look at free motion in [t0, t1]: every 50 ms while it lasts and where its law changes."""
         moving = min(t1, max(t0, *(drive.rest() for drive in self._drives)))
         grid = np.linspace(t0, moving, 1 + ceil((moving - t0) / SAMPLE))
-        edges = [t for drive in self._drives for t in (*drive.boundaries(t0, t1), *drive.turns(t0, t1))]
-        ts = np.concatenate((grid, edges, (t1,)))
+        changes = [drive.changes(t0, t1) for drive in self._drives]
+        ts = np.concatenate((grid, *changes, (t1,)))
         ts.sort()
         return ts
 
