@@ -50,7 +50,7 @@ def values(workspace: Workspace, b: Floats, c: Floats) -> Floats:
     where it is at least 0.
     """
     W, deepest = workspace.mechanism.width, workspace.mechanism.reach_down
-    out = np.empty((5, *b.shape))
+    out = np.empty((len(b), 5, *b.shape[1:])).swapaxes(0, 1)  # places first is how coefficients want it
     bb, cc = b * b, c * c
     u = (bb - cc) * (0.5 / (W * W)) + 0.5  # all lengths as shares of W from here
     rest = 1.0 - u
@@ -84,11 +84,11 @@ def places(starts: Floats, ends: Floats) -> Floats:
 
 def coefficients(sampled: Floats) -> Floats:
     """Return the Bernstein coefficients (7, k, n) of polynomials whose values at seven places are known (k, 7, n)."""
-    kinds, _, chords = sampled.shape
-    found = _TO_COEFFICIENTS @ sampled.transpose(1, 0, 2).reshape(_DEGREE + 1, -1)
+    known = sampled.swapaxes(0, 1)
+    found = (_TO_COEFFICIENTS @ known.reshape(_DEGREE + 1, -1)).reshape(known.shape)
     # The matrix leaves the ends as they are but for rounding, which must not matter to what is at rest at a limit.
-    found[0], found[-1] = sampled[:, 0].reshape(-1), sampled[:, -1].reshape(-1)
-    return found.reshape(_DEGREE + 1, kinds, chords)
+    found[0], found[-1] = known[0], known[-1]
+    return found
 
 
 def falling(coefficients: Floats) -> list[int]:

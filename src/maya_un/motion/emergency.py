@@ -246,7 +246,7 @@ def _kept(workspace: Workspace, emergency: Emergency, boxes: _Boxes) -> Floats:
     loose = emergency.slack / W
     loose += 0.5 * loose * loose
     strength = emergency.tension**-2
-    out = np.empty((6, *short.shape[1:]))
+    out = np.empty((short.shape[1], 6, short.shape[2])).swapaxes(0, 1)
     out[0] = 0.5 + loose + 0.5 * (short[0] - long[1])
     out[1] = 0.5 + loose - 0.5 * (long[0] - short[1])
     u = 0.5 + 0.5 * (long[0] - long[1])

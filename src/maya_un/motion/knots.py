@@ -103,7 +103,8 @@ def _finite(places: Floats) -> Floats:
 def _vias(parameters: Floats, counts: Whole, pieces: Pieces) -> tuple[float, ...]:
     if not pieces.vias:
         return ()
-    ways = np.concatenate(([0.0], np.cumsum(np.sqrt(np.sum(np.diff(counts, axis=0) ** 2.0, axis=1)))))
+    ways = np.zeros(len(counts))
+    norms(steps(counts)).cumsum(out=ways[1:])
     return tuple(np.interp(pieces.vias, parameters, ways).tolist())
 
 

@@ -262,8 +262,10 @@ def _cuts(path: Path) -> list[Blend]:
 
 def _turns_back(one: Waypoint, two: Waypoint, three: Waypoint) -> bool:
     """Whether a path goes back the way it came: there is no corner to cut, it has to stop."""
-    to, fro = np.subtract(two, one), np.subtract(three, two)
-    return float(np.dot(to, fro)) < _BACK * float(np.linalg.norm(to) * np.linalg.norm(fro))
+    to = [there - here for here, there in zip(one, two, strict=True)]
+    fro = [there - here for here, there in zip(two, three, strict=True)]
+    along = sum(before * behind for before, behind in zip(to, fro, strict=True))
+    return along < _BACK * hypot(*to) * hypot(*fro)
 
 
 def _length(space: Space, one: Waypoint, two: Waypoint) -> float:

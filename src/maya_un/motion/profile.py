@@ -206,7 +206,8 @@ def _even(legs: _Legs, va: float, vd: float, ratio: float) -> tuple[Floats, floa
     course[:, 2, 1] = legs.stops - ways[2]
     course[:, 0, 2], course[:, 1, 2], course[:, 2, 2] = speeds[:-1], peaks, peaks
     course[:, 0, 3], course[:, 1, 3], course[:, 2, 3] = first, 0.0, -vd
-    return course.reshape(-1, 4)[(ways > 0.0).T.ravel()], float(ran[-1])
+    kept = (ways > 0.0).T.ravel().nonzero()[0]
+    return course.reshape(-1, 4).take(kept, axis=0), float(ran[-1])
 
 
 def _squares(ends: Floats, gains: Floats) -> Floats:
@@ -214,8 +215,9 @@ def _squares(ends: Floats, gains: Floats) -> Floats:
 
     A segment adds at most its gain: few are too short for what is asked, and these only rise.
     """
-    squares = np.concatenate(([0.0], ends * ends))
-    for short in np.flatnonzero(squares[1:] > squares[:-1] + gains).tolist():
+    squares = np.zeros(len(ends) + 1)
+    np.multiply(ends, ends, out=squares[1:])
+    for short in (squares[1:] > squares[:-1] + gains).nonzero()[0].tolist():
         for segment in range(short, len(gains)):
             if squares[segment + 1] <= squares[segment] + gains[segment]:
                 break
