@@ -23,8 +23,8 @@ class Start(NamedTuple):
 class Route:
     """Segments end to end; `first` is the number of the first one kept, `tip` the coordinates where they end.
 
-    `length` is the way along all that were ever appended [counts]; `heading` the direction in which they end
-    [degrees], None before the first.
+    `length` is the way along all that were ever appended [counts], `curved` tells whether arcs were among them;
+    `heading` the direction in which they end [degrees], None before the first.
     """
 
     def __init__(self, coordinates: int) -> None:
@@ -33,6 +33,7 @@ class Route:
         self.first = 0
         self.tip = (0.0,) * coordinates
         self.length = 0.0
+        self.curved = False
         self.heading: float | None = None
 
     def append(self, segment: Segment, turning: bool) -> None:
@@ -43,6 +44,7 @@ class Route:
         self.tip = tuple(map(add, self.tip, segment.deltas))
         self.heading = heading + (degrees(segment.arc.turn) if segment.arc else 0.0)
         self.length += segment.length
+        self.curved = self.curved or segment.arc is not None
 
     def drop(self, number: int) -> int:
         """Forget the segments before a number; return how many they were."""

@@ -100,6 +100,8 @@ class Schedule:
     def _look_ahead(self, t: float, route: Route) -> None:
         """Choose how far from `t` on the timelines are worked out now."""
         self.reach = self.horizon = inf
+        if not route.curved and len(self._stretches) - self._fresh <= AHEAD:
+            return
         left = float(AHEAD)
         for index in range(self._fresh, len(self._stretches)):
             at, number, _, v, a = self._stretches[index]
