@@ -94,7 +94,7 @@ class Schedule:
         """Return the stretches of the part that is to be laid out, each with its end [s]."""
         first = self._fresh
         ends = [*self._times[first + 1 :], self.end]
-        laid = zip(self._stretches[first:], ends, strict=True)
+        laid = zip(self._stretches[first:], ends, strict=False)  # a plan without any way has but its end
         return [(stretch, min(end, self.reach)) for stretch, end in laid if stretch.t < self.reach]
 
     def _look_ahead(self, t: float, route: Route) -> None:
