@@ -50,11 +50,10 @@ def speeds(workspace: Workspace, path: Floats, name: str, goal: Goal | None = No
     axes = (config.axes.a, config.axes.b, config.axes.c)
     ways = np.diff(path, axis=0) * per_unit
     ways /= np.sqrt((ways * ways).sum(axis=1, keepdims=True))
-    ways = np.concatenate((ways, ways[-1:]))
     slew = (np.array([axis.speed_counts for axis in axes]) / np.maximum(np.abs(ways), 1e-9)).min(axis=1)
     braking = float((np.array([axis.stop_deceleration_counts for axis in axes]) / np.maximum(np.abs(ways), 1e-9)).min())
-    emergency = Emergency.of(config)
-    work = timed(lambda: emergency_speed(workspace, emergency, path, ways / per_unit, braking, slew), 20)
+    emergency, directions = Emergency.of(config), (ways / per_unit).T
+    work = timed(lambda: emergency_speed(workspace, emergency, path, directions, braking, slew), 20)
     return Case(name, work, goal=goal)
 
 

@@ -61,11 +61,16 @@ class _OrderedTimer(asyncio.TimerHandle):
 
 
 class _JumpingSelector(selectors.SelectSelector):
-    """Polls once, then moves the clock to the next timer instead of waiting for it."""
+    """Polls once, then moves the clock to the next timer instead of waiting for it.
+
+    While there is work, the loop's own pipe, by which other threads wake it, need not be looked at.
+    """
 
     loop: JumpingLoop
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+        if timeout == 0 and len(self.get_map()) == 1:
+            return []
         ready = super().select(0)
         if ready or timeout == 0:
             return ready

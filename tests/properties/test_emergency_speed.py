@@ -50,9 +50,7 @@ class Way:
         self.directions = units / PER_UNIT
         self.braking = float((STOP / shares).min())
         self.slew = (SLEW / shares).min(axis=1)
-        behind = np.concatenate((self.directions, self.directions[-1:]))
-        fastest = np.concatenate((self.slew, self.slew[-1:]))
-        self.speeds = emergency_speed(workspace, EMERGENCY, joints, behind, self.braking, fastest)
+        self.speeds = emergency_speed(workspace, EMERGENCY, joints, self.directions.T, self.braking, self.slew)
 
     def at(self, way: Floats) -> Floats:
         """Return the joints (n, 3) so far on the way (n,)."""
@@ -145,7 +143,8 @@ def test_a_speed_is_no_smaller_than_needed_where_lines_go_alone(campaign: Campai
         place = Joints(0.5, hypot(u, h), hypot(W - u, h))
         direction = rng.choice([(0.0, -1.0, 0.0), (0.0, 0.0, -1.0), (0.0, -0.7, -0.7), (0.0, -0.7, 0.7)])
         knots = np.array([place, np.array(place) + 1e-7 * np.array(direction)])
-        found = emergency_speed(WORKSPACE, EMERGENCY, knots, np.array([direction] * 2), np.inf, np.full(2, 0.1))[0]
+        ways = np.array([direction]).T
+        found = emergency_speed(WORKSPACE, EMERGENCY, knots, ways, np.inf, np.full(1, 0.1))[0]
         # A little faster, and the box' corner of shortest lines lies beyond the bound.
         speed = np.maximum(-1.02 * found * np.array(direction), 0.0)
         way = speed * LATE + speed * speed / (2.0 * rates)

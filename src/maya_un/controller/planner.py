@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from math import pi
+from math import inf, pi
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from maya_un.controller.seek import SETTLE
 from maya_un.errors import InvalidValue, PathRefused, TrajectoryRefused
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.workspace import Workspace
+from maya_un.kinematics.zones import Zone
 from maya_un.motion.clearance import extremes
 from maya_un.motion.emergency import Emergency, emergency_speed
 from maya_un.motion.knots import Knots, divided, lay
@@ -32,7 +34,8 @@ REMEMBERED = 1024
 """Previews kept: a job's legs are checked before it starts and again as it comes to them."""
 
 AT_HAND = 512
-"""Plans kept: what a job has previewed it need not plan again. They are arrays, some 30 kB each."""
+"""Plans kept: what a job has previewed it need not plan again, and where homing has measured the strokes it need only
+be proved again. They are arrays, some 30 kB each."""
 
 START_TOLERANCE = (1e-3, 1e-4, 1e-4)
 """A path starts where the robot is, to this much (rad, m, m)."""
@@ -41,9 +44,10 @@ SHORT = 20_000.0
 """Where speed is held back, chords are at most so long [counts]: 20 mm of a line."""
 
 _COARSER = (1.0, 2.0, 4.0)
+_ENDLESS = (-inf, inf)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Plan:
     """The knots of a path in whole counts, as joints of shape (n, 3) [rad, m, m], and the move through them.
 
@@ -60,15 +64,27 @@ class Plan:
         return Joints(a, b, c)
 
 
+class _Timed(NamedTuple):
+    """A plan that is not proved yet, and the knots to prove besides its own, where its chords had to be divided."""
+
+    plan: Plan
+    between: Floats | None
+
+
 class Planner:
     """Checks paths against a workspace and times them. Equal questions get the remembered answer."""
 
     def __init__(self, config: Config, mechanism: Mechanism) -> None:
         self._limits = Limits.of(config)
         self._units = Units.of(config)
+        a, b, c = self._units.per_unit
+        self._grain = 1.0 / a, 1.0 / b, 1.0 / c
         self._mechanism = mechanism
         self._emergency = Emergency.of(config)
+        self._laid = lru_cache(maxsize=AT_HAND)(self._lay)
+        self._timed = lru_cache(maxsize=AT_HAND)(self._time)
         self._planned = lru_cache(maxsize=AT_HAND)(self._plan)
+        self._told = lru_cache(maxsize=AT_HAND)(self._tell)
         self._previewed = lru_cache(maxsize=REMEMBERED)(self._preview)
 
     def plan(self, workspace: Workspace, route: Route, speed: float) -> Plan:
@@ -85,8 +101,7 @@ class Planner:
 
     def prove(self, workspace: Workspace, route: Route) -> None:
         """Check a route without timing it; raises `Unreachable`, `PathRefused` as `plan` does."""
-        path = self._path(route)
-        self._proved(workspace, path, lay(path, self._mechanism, self._units, self._limits))
+        self._prove(workspace, self._path(route), 1.0)
 
     def inspect(self, workspace: Workspace, route: Route, speed: float, samples: int) -> Inspection | None:
         """Return the details of the motion along a route, None where it goes nowhere; raises as `plan` does."""
@@ -119,50 +134,62 @@ class Planner:
     def _plan(self, workspace: Workspace, path: Path, speed: float) -> Plan:
         needed = 0
         for coarseness in _COARSER:
-            knots = lay(path, self._mechanism, self._units, self._limits, coarseness)
-            joints = self._proved(workspace, path, knots)
-            move = self._timed(workspace, knots, joints, speed, coarseness)
-            needed = len(move.segments)
+            self._prove(workspace, path, coarseness)
+            plan, between = self._timed(workspace.zones, path, speed, coarseness)
+            if between is not None:
+                prove(workspace, between)  # once more: the new knots are rounded to counts as well
+            needed = 0 if plan.move is None else len(plan.move.segments)
             if needed <= MOST_SEGMENTS:
-                return Plan(joints, move if needed else None)
+                return plan
         raise _too_long(f"it needs {needed} segments")
 
-    def _timed(
-        self, workspace: Workspace, knots: Knots, joints: Floats, speed: float, coarseness: float
-    ) -> CoordinatedMove:
-        """Return the move through proved knots, nowhere so fast that a fault could do harm beside the path."""
+    def _lay(self, path: Path, coarseness: float) -> tuple[Knots, Floats]:
+        """Return the knots of a path, and the same as joints (n, 3) [rad, m, m]."""
+        knots = lay(path, self._mechanism, self._units, self._limits, coarseness)
+        return knots, self._joints(knots)
+
+    def _joints(self, knots: Knots) -> Floats:
+        return knots.counts / np.array(self._units.per_unit)
+
+    def _time(self, zones: tuple[Zone, ...], path: Path, speed: float, coarseness: float) -> _Timed:
+        """Return the move along a path, nowhere so fast that a fault could do harm beside it.
+
+        The strokes of the axes do not matter here: to keep them is the proof's affair.
+        """
+        knots, joints = self._laid(path, coarseness)
+        wide = Workspace(self._mechanism, _ENDLESS, _ENDLESS, _ENDLESS, inf, self._grain, zones)
+        per_unit, here, slowed = np.array(self._units.per_unit)[:, np.newaxis], joints, False
 
         def safely(directions: Floats, braking: float, wished: Floats) -> Floats:
-            per_count = directions / np.array(self._units.per_unit)
-            found = emergency_speed(workspace, self._emergency, joints, per_count, braking, wished)
             nonlocal slowed
-            slowed = slowed or bool(np.any(found < wished))
+            found = emergency_speed(wide, self._emergency, here, directions / per_unit, braking, wished)
+            slowed = slowed or bool((found < wished).any())
             return found
 
-        slowed = False
         move = plan(knots, self._limits, self._units, speed, safely=safely, coarseness=coarseness)
         if slowed:  # only where it is dangerous: shorter chords
             knots = divided(knots, SHORT)
-            joints = knots.counts / np.array(self._units.per_unit)
-            prove(workspace, joints)  # once more: the new knots are rounded to counts as well
+            here = self._joints(knots)
             move = plan(knots, self._limits, self._units, speed, safely=safely, coarseness=coarseness)
-        return move
+        return _Timed(Plan(joints, move if len(move.segments) else None), here if slowed else None)
 
-    def _proved(self, workspace: Workspace, path: Path, knots: Knots) -> Floats:
-        """Return the knots as joints (n, 3) [rad, m, m] once every chord between them is proved."""
+    def _prove(self, workspace: Workspace, path: Path, coarseness: float) -> None:
+        """Prove every chord between the knots of a path."""
+        knots, joints = self._laid(path, coarseness)
         if path.space is not Space.JOINT:
             workspace.require(path.end(self._mechanism))
             if not np.isfinite(knots.exact).all():
                 raise PathRefused(target=_text(path), reason="it leads above the anchors of the lines")
-        joints = knots.counts / np.array(self._units.per_unit)
-        if path.space is Space.CARTESIAN and np.any(np.abs(np.diff(joints[:, 0])) > pi):
+        boom = joints[:, 0]
+        if path.space is Space.CARTESIAN and (np.abs(boom[1:] - boom[:-1]) > pi).any():
             raise PathRefused(target=_text(path), reason="it leads across where the boom would have to turn back round")
         vias = range(1, len(joints) - 1) if path.is_joint else ()
         prove(workspace, joints, vias)
-        return joints
 
     def _preview(self, workspace: Workspace, path: Path, speed: float) -> Preview:
-        planned = self._planned(workspace, path, speed)
+        return self._told(self._planned(workspace, path, speed))
+
+    def _tell(self, planned: Plan) -> Preview:
         low, high = extremes(self._mechanism, planned.knots)
         return Preview(
             duration=0.0 if planned.move is None else planned.move.duration + SETTLE,

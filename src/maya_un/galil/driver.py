@@ -279,18 +279,17 @@ class Driver:
     ) -> asyncio.Future[T]:
         request = _Request(self._loop.create_future(), len(commands), result)
         patience = self._timeout if timeout is None else timeout
-        for command in commands:
-            self._expect(_Sent(command, cast("_Request[object]", request), patience), kind)
+        self._expect(commands, cast("_Request[object]", request), patience, kind)
         self._write(data)
         return request.future
 
-    def _expect(self, sent: _Sent, kind: Kind) -> None:
+    def _expect(self, commands: Sequence[str], request: _Request[object] | None, patience: float, kind: Kind) -> None:
         if not self._sent:
             self._since = self._loop.time()
-        self._sent.append(sent)
-        self._splitter.expect(kind)
+        self._sent.extend(_Sent(command, request, patience) for command in commands)
+        self._splitter.expect(kind, len(commands))
         if self._watchdog is None:
-            self._watchdog = self._loop.call_at(self._since + sent.patience, self._look_at_oldest)
+            self._watchdog = self._loop.call_at(self._since + patience, self._look_at_oldest)
 
     def _write(self, data: bytes) -> None:
         if self.tap is not None:
@@ -347,7 +346,7 @@ class Driver:
         """
         self._rejected.append(sent)
         if len(self._rejected) == 1:
-            self._expect(_Sent(_ASK, None, self._timeout), Kind.TEXT)
+            self._expect((_ASK,), None, self._timeout, Kind.TEXT)
             self._write(f"{_ASK}\r".encode())
 
     def _explain(self, received: Reply | Record) -> None:

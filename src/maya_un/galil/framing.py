@@ -55,13 +55,14 @@ class LineSplitter:
         text = data.translate(_SEVEN_BITS, b"\n\x8a").decode("ascii")
         place = 0
         while found := (_PROGRAM_ENDS if self.program else _COMMAND_ENDS).search(text, place):
+            end = found[0]
             self._pending += text[place : found.start()]
             place = found.end()
-            if found[0] == ";" and self._pending.lstrip(" \t").startswith("'"):
+            if end == ";" and "'" in self._pending and self._pending.lstrip(" \t").startswith("'"):
                 self._pending += ";"
                 continue
-            command = self._complete(found[0])
-            if found[0] in "\r;":
+            command = self._complete(end)
+            if end in "\r;":
                 yield command if self.program else command.strip(" \t")
                 continue
             if command:
@@ -136,6 +137,9 @@ class Stray:
     data: bytes
 
 
+_DONE = Reply(True)
+"""What most commands are answered with."""
+
 Received: TypeAlias = Reply | Record | Message | Stray
 
 
@@ -159,9 +163,9 @@ class ReplySplitter:
         """How many requests wait for their reply."""
         return len(self._kinds)
 
-    def expect(self, kind: Kind = Kind.TEXT) -> None:
-        """Announce that one more request is on its way and what will answer it."""
-        self._kinds.append(kind)
+    def expect(self, kind: Kind = Kind.TEXT, count: int = 1) -> None:
+        """Announce that so many more requests are on their way and what will answer each."""
+        self._kinds.extend([kind] * count)
 
     def feed(self, data: bytes) -> list[Received]:
         """Return what `data` completes, in order."""
@@ -170,6 +174,11 @@ class ReplySplitter:
         while place < len(data):
             if self._kinds and self._kinds[0] is Kind.RECORD and (self._record or not _is_message(data[place])):
                 place = self._take_record(data, place, received)
+                continue
+            if not self._text and self._kinds and data[place] == _ACCEPTED and self._kinds[0] is Kind.TEXT:
+                self._kinds.popleft()
+                received.append(_DONE)
+                place += 1
                 continue
             run = _RUN.match(data, place)
             assert run is not None

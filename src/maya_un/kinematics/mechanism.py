@@ -128,7 +128,7 @@ class Mechanism:
         Rows whose lines cannot meet have z = nan.
         """
         out = np.empty(joints.shape)
-        columns = np.empty((6, _BLOCK))
+        columns = np.empty((6, min(_BLOCK, len(joints))))
         for start in range(0, len(joints), _BLOCK):
             block = joints[start : start + _BLOCK]
             self._fk_block(block, out[start : start + _BLOCK], columns[:, : len(block)])
@@ -140,11 +140,17 @@ class Mechanism:
         Rows above the anchors have b = c = nan.
         """
         out = np.empty(points.shape)
-        columns = np.empty((6, _BLOCK))
+        columns = np.empty((6, min(_BLOCK, len(points))))
         for start in range(0, len(points), _BLOCK):
             block = points[start : start + _BLOCK]
             self._ik_block(block, out[start : start + _BLOCK], columns[:, : len(block)])
         return out
+
+    def angles(self, x: Floats, y: Floats) -> Floats:
+        """Return the boom's angles [rad] that point to x, y [m], of any one shape."""
+        found = np.arctan2(x, y)
+        np.add(found, tau, out=found, where=found < self.turn_start)
+        return found
 
     def _fk_block(self, joints: Floats, out: Floats, columns: Floats) -> None:
         a, b, c, u, h, spare = columns
@@ -185,9 +191,7 @@ class Mechanism:
         np.multiply(spare, spare, out=spare)
         np.add(h, spare, out=spare)
         np.sqrt(spare, out=out[:, 2])
-        np.arctan2(x, y, out=z)
-        np.add(z, tau, out=z, where=z < self.turn_start)
-        out[:, 0] = z
+        out[:, 0] = self.angles(x, y)
         if above.any():
             out[above, 1:] = np.nan
 

@@ -100,8 +100,8 @@ def extremes(mechanism: Mechanism, joints: Sequence[Joints] | Floats) -> tuple[P
     knots = _two_at_least(np.asarray(joints, dtype=np.float64))
     parts = max(4, ceil(_LOOKS / (len(knots) - 1)))
     shares = np.arange(parts + 1.0) / parts
-    ways = knots[1:] - knots[:-1]
-    _, squares = _section(mechanism, knots[:-1, np.newaxis] + ways[:, np.newaxis] * shares[:, np.newaxis])
+    starts, ways = knots[:-1, :, np.newaxis], (knots[1:] - knots[:-1])[:, :, np.newaxis]
+    _, squares = _section(mechanism, *(starts[:, line] + ways[:, line] * shares for line in (1, 2)))
     low, high = (_extreme(mechanism, knots, sign, sign * squares) for sign in (-1.0, 1.0))
     return low, high
 
@@ -143,20 +143,20 @@ def _two_at_least(joints: Floats) -> Floats:
     return joints if len(joints) > 1 else np.concatenate((joints, joints))
 
 
-def _section(mechanism: Mechanism, places: Floats) -> Floats:
-    """Return u and h² (2, ...) [m, m²] of joints (..., 3)."""
-    b, c = places[..., 1], places[..., 2]
+def _section(mechanism: Mechanism, b: Floats, c: Floats) -> tuple[Floats, Floats]:
+    """Return u and h² [m, m²] for lengths of the lines of any one shape."""
     W = mechanism.width
     u = 0.5 * W + (b - c) * (b + c) / (2.0 * W)
-    return np.array((u, (b - u) * (b + u)))
+    return u, (b - u) * (b + u)
 
 
 def _margins(workspace: Workspace, places: Floats) -> Floats:
     """Return the margins that are not linear (5, ...), in the order of `LIMITS`, at joints (..., 3)."""
-    u, square = _section(workspace.mechanism, places)
+    b, c = places[..., 1], places[..., 2]
+    u, square = _section(workspace.mechanism, b, c)
     h = np.sqrt(np.maximum(square, _FLAT * _FLAT))
     W = workspace.mechanism.width
-    pulls = np.array(((W - u) * places[..., 1], u * places[..., 2])) / (W * h)
+    pulls = np.array(((W - u) * b, u * c)) / (W * h)
     return np.array((u, W - u, workspace.mechanism.reach_down - h, *(workspace.tension_limit - pulls)))
 
 
@@ -208,7 +208,7 @@ def _guessed(found: Floats) -> Floats:
     """Return how small it may get between the outer ones of every three neighbouring samples (..., n): (..., n − 2)."""
     before, here, behind = found[..., :-2], found[..., 1:-1], found[..., 2:]
     slope, bend = 0.5 * (behind - before), behind - 2.0 * here + before
-    dip = np.where(bend > 0.0, 0.5 * slope * slope / np.where(bend > 0.0, bend, 1.0), 0.0)
+    dip = 0.5 * slope * slope / np.where(bend > 0.0, bend, 1.0)
     return np.where(np.abs(slope) <= bend, here - dip, np.minimum(np.minimum(before, behind), here))
 
 

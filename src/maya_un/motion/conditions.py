@@ -50,7 +50,7 @@ def values(workspace: Workspace, b: Floats, c: Floats) -> Floats:
     where it is at least 0.
     """
     W, deepest = workspace.mechanism.width, workspace.mechanism.reach_down
-    out = np.empty((5, *b.shape))
+    out = np.empty((len(b), 5, *b.shape[1:])).swapaxes(0, 1)  # places first is how coefficients want it
     bb, cc = b * b, c * c
     u = (bb - cc) * (0.5 / (W * W)) + 0.5  # all lengths as shares of W from here
     rest = 1.0 - u
@@ -73,22 +73,22 @@ def values(workspace: Workspace, b: Floats, c: Floats) -> Floats:
 
 def along(workspace: Workspace, joints: Floats) -> Floats:
     """Return the Bernstein coefficients of the conditions along the chords between knots (n, 3): (7, 5, n − 1)."""
-    return coefficients(values(workspace, *places(joints[:-1, 1:], joints[1:, 1:])))
+    lines = np.array(joints[:, 1:].T, order="C")
+    return coefficients(values(workspace, *places(lines[:, :-1], lines[:, 1:])))
 
 
 def places(starts: Floats, ends: Floats) -> Floats:
-    """Return the seven places at which polynomials along chords are known, for columns of (n, k): (k, 7, n)."""
-    ways = (ends - starts).T
-    return starts.T[:, np.newaxis] + _SHARES[:, np.newaxis] * ways[:, np.newaxis]
+    """Return the seven places at which polynomials along chords are known, for rows of (k, n): (k, 7, n)."""
+    return starts[:, np.newaxis] + _SHARES[:, np.newaxis] * (ends - starts)[:, np.newaxis]
 
 
 def coefficients(sampled: Floats) -> Floats:
     """Return the Bernstein coefficients (7, k, n) of polynomials whose values at seven places are known (k, 7, n)."""
-    kinds, _, chords = sampled.shape
-    found = _TO_COEFFICIENTS @ sampled.transpose(1, 0, 2).reshape(_DEGREE + 1, -1)
+    known = sampled.swapaxes(0, 1)
+    found = (_TO_COEFFICIENTS @ known.reshape(_DEGREE + 1, -1)).reshape(known.shape)
     # The matrix leaves the ends as they are but for rounding, which must not matter to what is at rest at a limit.
-    found[0], found[-1] = sampled[:, 0].reshape(-1), sampled[:, -1].reshape(-1)
-    return found.reshape(_DEGREE + 1, kinds, chords)
+    found[0], found[-1] = known[0], known[-1]
+    return found
 
 
 def falling(coefficients: Floats) -> list[int]:
@@ -104,7 +104,9 @@ def dips(coefficients: Floats, halvings: int) -> NDArray[np.bool_]:
     """Return on which chords (n,) not all conditions (7, k, n) are proved to be at least 0 by so many halvings."""
     chords = coefficients.shape[-1]
     found = np.zeros(chords, dtype=np.bool_)
-    columns = np.flatnonzero((coefficients.min(axis=0) < 0.0).ravel())
+    columns = np.flatnonzero(coefficients.min(axis=0) < 0.0)
+    if not len(columns):
+        return found
     pieces, owners = coefficients.reshape(_DEGREE + 1, -1)[:, columns], columns % chords
     for _ in range(halvings):
         found[owners[(pieces[0] < 0.0) | (pieces[-1] < 0.0)]] = True

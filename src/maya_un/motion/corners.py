@@ -40,11 +40,12 @@ def pace(
     share = min(1.0, _STEP / length)
     near = [one + (two - one) * share for one, two in zip(start, end, strict=True)]
     here, there = to_joints(space, mechanism, np.array([start, near]))
-    rates = np.maximum(np.abs(there - here) * np.array(units.per_unit) / (share * length), 1e-9)
-    speeds = np.array(limits.speed) / rates
-    speed = float(np.min(speeds))
-    acceleration = float(np.min(np.minimum(limits.acceleration, limits.deceleration) / rates))
-    return Pace(speed, acceleration, speed / float(np.min(speeds[1:])))
+    ways = zip((there - here).tolist(), units.per_unit, strict=True)
+    rates = [max(abs(way) * per_unit / (share * length), 1e-9) for way, per_unit in ways]
+    speeds = [speed / rate for speed, rate in zip(limits.speed, rates, strict=True)]
+    slowest = map(min, limits.acceleration, limits.deceleration)
+    acceleration = min(most / rate for most, rate in zip(slowest, rates, strict=True))
+    return Pace(min(speeds), acceleration, min(speeds) / min(speeds[1:]))
 
 
 def overlap(before: Pace, speed_before: float, behind: Pace, room: float) -> Blend:

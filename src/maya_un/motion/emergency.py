@@ -76,7 +76,7 @@ class Emergency:
 
 
 class _Boxes(NamedTuple):
-    """Where a fault on a chord may end: chords from `starts` to `ends` (m, 3), plus boxes from −`back` to `on` (m, 3).
+    """Where a fault on a chord may end: chords from `starts` to `ends` (3, m), plus boxes from −`back` to `on` (3, m).
 
     `clear` (m,) is how near any zone comes to the chords [m], infinite without zones.
     """
@@ -89,7 +89,7 @@ class _Boxes(NamedTuple):
 
 
 class _Growth(NamedTuple):
-    """How boxes grow with the speed v along the path: `back` and `on` (m, 3) with v², `least` and `most` with v.
+    """How boxes grow with the speed v along the path: `back` and `on` (3, m) with v², `least` and `most` with v.
 
     The others are as in `_Boxes`.
     """
@@ -104,44 +104,42 @@ class _Growth(NamedTuple):
 
     def of(self, chords: NDArray[np.intp]) -> _Growth:
         """Return what belongs to some chords, which may be named more than once."""
-        return _Growth(*(column[chords] for column in self))
+        return _Growth(*(rows[..., chords] for rows in self))
 
     def at(self, squares: Floats) -> _Boxes:
         """Return the boxes that belong to these squares of the speed (m,)."""
-        square = squares[:, np.newaxis]
-        speed = np.sqrt(square)
-        back, on = self.back * square + self.least * speed, self.on * square + self.most * speed
+        speed = np.sqrt(squares)
+        back, on = self.back * squares + self.least * speed, self.on * squares + self.most * speed
         return _Boxes(self.starts, self.ends, back, on, self.clear)
 
 
 def emergency_speed(
     workspace: Workspace, emergency: Emergency, joints: Floats, directions: Floats, braking: float, fastest: Floats
 ) -> Floats:
-    """Return for every knot (n,) the greatest speed along the path that keeps the emergency bounds.
+    """Return for every chord (m,) the greatest speed along the path that keeps the emergency bounds.
 
-    `joints` (n, 3) are the knots [rad, m, m] of a path that is proved, `directions` (n, 3) how far the axes go per
-    unit of the way on the chord behind each knot (the last one is not looked at), `braking` the deceleration along
-    the path and `fastest` (n,) the greatest speed wished there, in that unit per s² and per s. A speed holds for
-    all of the chord behind its knot, at the last knot for the chord before. It is infinite where `fastest` does no
-    harm, and never so small that a stop would take less than `CREEP`.
+    `joints` (m + 1, 3) are the knots [rad, m, m] of a path that is proved, `directions` (3, m) how far the axes go per
+    unit of the way on every chord, `braking` the deceleration along the path and `fastest` (m,) the greatest speed
+    wished there, in that unit per s² and per s. A speed is infinite where `fastest` does no harm, and never so small
+    that a stop would take less than `CREEP`.
     """
-    found = np.full(len(joints), np.inf)
-    if len(joints) < 2:
+    found = np.full(len(fastest), np.inf)
+    if not len(fastest):
         return found
-    squares, directions = fastest[:-1] * fastest[:-1], directions[:-1]
-    anywhere = directions.max(axis=0), directions.min(axis=0)
+    squares, places = fastest * fastest, np.array(joints.T, order="C")
+    anywhere = directions.max(axis=1, keepdims=True), directions.min(axis=1, keepdims=True)
+    starts, ends = places[:, :-1], places[:, 1:]
     clear = _nearest_zone(workspace, joints[:-1], joints[1:], _FAR)
-    coarse = _Growth(joints[:-1], joints[1:], *_growing(emergency, directions, anywhere, braking), clear)
+    coarse = _Growth(starts, ends, *_growing(emergency, directions, anywhere, braking), clear)
     chords = _doubtful(workspace, emergency, coarse, squares)
     if len(chords):
-        reach = squares / (2.0 * braking) + fastest[:-1] * emergency.late
+        reach = squares / (2.0 * braking) + fastest * emergency.late
         ahead = _ahead(workspace, joints, directions, reach)
-        fine = _Growth(joints[:-1], joints[1:], *_growing(emergency, directions, ahead, braking), clear).of(chords)
+        fine = _Growth(starts, ends, *_growing(emergency, directions, ahead, braking), clear).of(chords)
         left = _doubtful(workspace, emergency, fine, squares[chords])
         chords, fine = chords[left], fine.of(left)
-        fine = fine._replace(clear=_nearest_zone(workspace, fine.starts, fine.ends, _NEAR))
+        fine = fine._replace(clear=_nearest_zone(workspace, fine.starts.T, fine.ends.T, _NEAR))
         found[chords] = _slowed(workspace, emergency, fine, squares[chords])
-    found[-1] = found[-2]
     return found
 
 
@@ -152,34 +150,32 @@ def _doubtful(workspace: Workspace, emergency: Emergency, growth: _Growth, squar
 
 def _slowed(workspace: Workspace, emergency: Emergency, growth: _Growth, squares: Floats) -> Floats:
     """Return the greatest speeds (m,), infinite where the wished ones, whose squares are given, are safe."""
-    arms = np.array((workspace.mechanism.length, 1.0, 1.0))
+    arms = np.array(((workspace.mechanism.length,), (1.0,), (1.0,)))
     safe = _greatest(workspace, emergency, growth, squares)
-    creep = CREEP / (np.maximum(growth.back, growth.on) * arms).max(axis=1, initial=0.0)
+    creep = CREEP / (np.maximum(growth.back, growth.on) * arms).max(axis=0)
     return np.where(safe < squares, np.sqrt(np.maximum(safe, creep)), np.inf)
 
 
 def _growing(
     emergency: Emergency, directions: Floats, ahead: tuple[Floats, Floats], braking: float
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return `back`, `on`, `least` and `most` (m, 3) of `_Growth`.
+    """Return `back`, `on`, `least` and `most` of `_Growth`.
 
     `ahead` are the greatest and the least direction on the way of braking.
     """
-    alone = directions * directions / (2.0 * np.array(emergency.rates))
+    alone = directions * np.abs(directions) / (2.0 * np.array(emergency.rates)[:, np.newaxis])
     most, least = np.maximum(ahead[0], 0.0), np.maximum(-ahead[1], 0.0)
-    on = np.maximum(np.where(directions > 0.0, alone, 0.0), most / (2.0 * braking))
-    back = np.maximum(np.where(directions < 0.0, alone, 0.0), least / (2.0 * braking))
-    late, every = emergency.late, directions.shape
-    return back, on, np.broadcast_to(least * late, every), np.broadcast_to(most * late, every)
+    on, back = np.maximum(alone, most / (2.0 * braking)), np.maximum(-alone, least / (2.0 * braking))
+    return back, on, least * emergency.late, most * emergency.late
 
 
 def _ahead(workspace: Workspace, joints: Floats, directions: Floats, reach: Floats) -> tuple[Floats, Floats]:
-    """Return the greatest and the least direction (m, 3) on the way of braking from anywhere on a chord.
+    """Return the greatest and the least direction (3, m) on the way of braking from anywhere on a chord.
 
     `reach` (m,) is the length of that way. It ends at corners, where the path is next to rest anyway.
     """
     steps = np.diff(joints, axis=0) / workspace.grain
-    units = directions / workspace.grain
+    units = directions.T / workspace.grain
     sizes = np.sqrt(np.einsum("ij,ij->i", units, units))
     units /= sizes[:, np.newaxis]
     ways = np.concatenate(([0.0], np.cumsum(np.sqrt(np.einsum("ij,ij->i", steps, steps)) / sizes)))
@@ -190,8 +186,8 @@ def _ahead(workspace: Workspace, joints: Floats, directions: Floats, reach: Floa
     most, least = directions.copy(), directions.copy()
     for step in range(1, int(further.max()) + 1):
         chords = np.flatnonzero(further >= step)
-        most[chords] = np.maximum(most[chords], directions[chords + step])
-        least[chords] = np.minimum(least[chords], directions[chords + step])
+        most[:, chords] = np.maximum(most[:, chords], directions[:, chords + step])
+        least[:, chords] = np.minimum(least[:, chords], directions[:, chords + step])
     return most, least
 
 
@@ -242,14 +238,15 @@ def _kept(workspace: Workspace, emergency: Emergency, boxes: _Boxes) -> Floats:
     and h² at the corner of shortest lines, which T implies.
     """
     W, deepest = workspace.mechanism.width, workspace.mechanism.reach_down
-    short = places(boxes.starts[:, 1:] - boxes.back[:, 1:], boxes.ends[:, 1:] - boxes.back[:, 1:]) / W
-    long = places(boxes.starts[:, 1:] + boxes.on[:, 1:], boxes.ends[:, 1:] + boxes.on[:, 1:]) / W
+    lines = places(boxes.starts[1:] / W, boxes.ends[1:] / W)
+    short = lines - boxes.back[1:, np.newaxis] / W
+    long = lines + boxes.on[1:, np.newaxis] / W
     short *= short
     long *= long
     loose = emergency.slack / W
     loose += 0.5 * loose * loose
     strength = emergency.tension**-2
-    out = np.empty((6, *short.shape[1:]))
+    out = np.empty((short.shape[1], 6, short.shape[2])).swapaxes(0, 1)
     out[0] = 0.5 + loose + 0.5 * (short[0] - long[1])
     out[1] = 0.5 + loose - 0.5 * (long[0] - short[1])
     u = 0.5 + 0.5 * (long[0] - long[1])
@@ -272,5 +269,5 @@ def _strayed(workspace: Workspace, boxes: _Boxes, depth: Floats) -> Floats:
     longest = np.maximum(boxes.starts, boxes.ends) + boxes.on
     h = W * np.sqrt(np.maximum(depth.min(axis=0), 0.0))
     with np.errstate(divide="ignore", invalid="ignore"):
-        sideways = (most[:, 1] + most[:, 2]) * longest[:, 1] * longest[:, 2] / (W * h)
-    return np.where(h > 0.0, sideways, np.inf) + most[:, 0] * (workspace.mechanism.length + SLACK)
+        sideways = (most[1] + most[2]) * longest[1] * longest[2] / (W * h)
+    return np.where(h > 0.0, sideways, np.inf) + most[0] * (workspace.mechanism.length + SLACK)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from maya_un.config import Units
 from maya_un.kinematics import Floats, Mechanism
 from maya_un.motion.limits import Limits
-from maya_un.motion.path import Path, Pieces, Space, to_joints
+from maya_un.motion.path import Path, Pieces, Space, boom_angles, to_joints
 from maya_un.values import Joints
 
 Whole = NDArray[np.int64]
@@ -30,8 +30,8 @@ Whole = NDArray[np.int64]
 STEP = 0.02
 """How much the speed changes from one segment of a slow-down to the next, as a share of the slew speed."""
 
-JUMPS = (0.05, 0.02, 0.02)
-"""How much the speeds of a, b, c may jump where two chords meet, as shares of their slew speeds.
+JUMPS = np.array([[0.05], [0.02], [0.02]])
+"""How much the speeds of a, b, c may jump where two chords meet, as shares of their slew speeds; a column.
 
 The boom's counts are coarse: where the lines come to rest and it goes on, it asks for most of the knots.
 """
@@ -43,7 +43,7 @@ TOLERANCE = 5e-5
 """How far a chord may be off its curve [m]; an angle counts at 1 m."""
 
 _GRID = 24
-_SHARES = np.arange(_GRID) / _GRID
+_SHARES = np.arange(_GRID)[:, np.newaxis] / _GRID
 _WEIGHTS = ((1.0 - _SHARES) ** 2, 2.0 * _SHARES * (1.0 - _SHARES), _SHARES**2)
 _TINY = 1e-12
 
@@ -103,13 +103,14 @@ def _finite(places: Floats) -> Floats:
 def _vias(parameters: Floats, counts: Whole, pieces: Pieces) -> tuple[float, ...]:
     if not pieces.vias:
         return ()
-    ways = np.concatenate(([0.0], np.cumsum(np.sqrt(np.sum(np.diff(counts, axis=0) ** 2.0, axis=1)))))
+    ways = np.zeros(len(counts))
+    norms(steps(counts)).cumsum(out=ways[1:])
     return tuple(np.interp(pieces.vias, parameters, ways).tolist())
 
 
 def _distinct(counts: Whole, exact: Floats, sharp: NDArray[np.bool_], vias: tuple[float, ...]) -> Knots:
     """Leave out knots that do not differ from the one before by a count; the last one is kept."""
-    moves = np.any(counts[1:] != counts[:-1], axis=1)
+    moves = (counts[1:] != counts[:-1]).any(axis=1)
     if moves.all():
         return Knots(counts, exact, sharp, vias)
     kept = np.concatenate(([True], moves))
@@ -117,6 +118,18 @@ def _distinct(counts: Whole, exact: Floats, sharp: NDArray[np.bool_], vias: tupl
     corners = np.zeros(int(number[-1]) + 1, dtype=np.bool_)
     np.logical_or.at(corners, number, sharp)
     return Knots(counts[kept], exact[kept], corners, vias)
+
+
+def steps(places: Floats | Whole) -> Floats:
+    """Return the ways (3, n) between places (n + 1, 3)."""
+    rows = np.array(places.T, dtype=np.float64, order="C")
+    return rows[:, 1:] - rows[:, :-1]
+
+
+def norms(ways: Floats) -> Floats:
+    """Return the lengths (n,) of ways (3, n)."""
+    a, b, c = ways
+    return np.sqrt(a * a + c * c + b * b)
 
 
 def _laid(path: Path, mechanism: Mechanism, scale: Floats, limits: Limits, coarseness: float) -> tuple[Floats, Floats]:
@@ -129,58 +142,57 @@ def _laid(path: Path, mechanism: Mechanism, scale: Floats, limits: Limits, coars
     density = _density(_finite(fine), scale, limits, coarseness)
     if path.space is Space.JOINT:
         density[np.repeat(pieces.straight, _GRID)] = 0.0
-    along = np.concatenate(([0.0], np.cumsum(density)))
+    along = np.zeros(len(fine))
+    np.cumsum(density, out=along[1:])
     ends = along[::_GRID]
-    asked = np.diff(ends)
+    asked = ends[1:] - ends[:-1]
     parts = np.maximum(1, np.ceil(asked - 1e-9)).astype(np.intp)
     if parts.max() == 1:
         return np.arange(len(parts) + 1.0), fine[::_GRID]
-    piece = np.repeat(np.arange(len(parts)), parts)
-    firsts = np.cumsum(parts) - parts
+    firsts = parts.cumsum() - parts
+    piece = np.arange(len(parts)).repeat(parts)
     wanted = ends[piece] + asked[piece] * ((np.arange(len(piece)) - firsts[piece]) / parts[piece])
-    chosen = np.interp(wanted, along, np.arange(len(along)) / _GRID)
-    chosen[firsts] = np.arange(len(parts))
-    chosen = np.append(chosen, float(len(parts)))
-    chosen = _on_whole_counts(chosen, fine[:, 0], path, mechanism, scale[0])
+    chosen = np.empty(len(piece) + 1)
+    chosen[:-1] = np.interp(wanted, along, np.arange(len(along)) / _GRID)
+    chosen[firsts], chosen[-1] = np.arange(len(parts)), len(parts)
+    _to_whole_counts(chosen, fine[:, 0], path, mechanism, scale[0])
     return chosen, to_joints(path.space, mechanism, pieces.at(chosen)) * scale
 
 
 def _fine(pieces: Pieces) -> Floats:
     """Return the coordinates of an even grid along all pieces."""
-    grid = sum(
-        weight[:, np.newaxis] * corner[:, np.newaxis]
-        for weight, corner in zip(_WEIGHTS, (pieces.first, pieces.control, pieces.last), strict=True)
-    )
-    return np.concatenate((np.reshape(grid, (-1, 3)), pieces.last[-1:]))
+    one, two, three = _WEIGHTS
+    grid = one * pieces.first[:, np.newaxis] + two * pieces.control[:, np.newaxis] + three * pieces.last[:, np.newaxis]
+    return np.concatenate((grid.reshape(-1, 3), pieces.last[-1:]))
 
 
-def _on_whole_counts(chosen: Floats, boom: Floats, path: Path, mechanism: Mechanism, per_angle: float) -> Floats:
+def _to_whole_counts(chosen: Floats, boom: Floats, path: Path, mechanism: Mechanism, per_angle: float) -> None:
     """Move the parameters between the ends of the pieces to where the boom is at whole counts, if that is near.
 
     `boom` is where it is on the fine grid [counts].
     """
     if boom.max() - boom.min() < 1.0:
-        return chosen
-    angles = to_joints(path.space, mechanism, path.pieces.at(chosen))[:, 0] * per_angle
-    slope = np.interp(chosen, (np.arange(len(boom) - 1) + 0.5) / _GRID, np.diff(boom) * _GRID)
-    gap = np.diff(chosen)
-    room = 0.3 * np.minimum(np.concatenate((gap, gap[-1:])), np.concatenate((gap[:1], gap)))
+        return
+    inner = chosen[1:-1]
+    angles = boom_angles(path.space, mechanism, path.pieces.at(inner)) * per_angle
+    slope = np.interp(inner, (np.arange(len(boom) - 1) + 0.5) / _GRID, (boom[1:] - boom[:-1]) * _GRID)
+    gap = chosen[1:] - chosen[:-1]
     shift = (np.rint(angles) - angles) / np.where(np.abs(slope) > _TINY, slope, np.inf)
-    inner = (chosen != np.rint(chosen)) & (np.abs(shift) < room)
-    return np.where(inner, chosen + shift, chosen)
+    movable = (inner != np.rint(inner)) & (np.abs(shift) < 0.3 * np.minimum(gap[1:], gap[:-1]))
+    inner += np.where(movable, shift, 0.0)
 
 
 def _density(exact: Floats, scale: Floats, limits: Limits, coarseness: float) -> Floats:
     """Return how many chords every interval of a fine grid of (n + 1, 3) counts asks for, (n,)."""
-    steps = exact[1:] - exact[:-1]
-    lengths = np.sqrt(np.einsum("ij,ij->i", steps, steps)) + _TINY
-    directions = steps / lengths[:, np.newaxis]
-    turns = directions[1:] - directions[:-1]
+    ways = steps(exact)
+    lengths = norms(ways) + _TINY
+    directions = ways / lengths
+    turns = directions[:, 1:] - directions[:, :-1]
     between = 0.5 * (lengths[1:] + lengths[:-1])
     turned = np.abs(turns)
-    speeds = fastest(0.5 * (directions[1:] + directions[:-1]), turns / between[:, np.newaxis], limits)
-    jump = (turned / (np.array(limits.speed) * JUMPS)).max(axis=1) * speeds
-    off = (turned / scale).max(axis=1) * between / (8.0 * TOLERANCE)
+    speeds = fastest(0.5 * (directions[:, 1:] + directions[:, :-1]), turns / between, limits)
+    jump = (turned / (limits.slew * JUMPS)).max(axis=0) * speeds
+    off = (turned / scale[:, np.newaxis]).max(axis=0) * between / (8.0 * TOLERANCE)
     at_points = np.maximum(jump / coarseness, np.sqrt(off) / min(coarseness, _LOOSE))
     density = np.empty(len(lengths))
     density[0], density[-1] = at_points[0], at_points[-1]
@@ -190,19 +202,18 @@ def _density(exact: Floats, scale: Floats, limits: Limits, coarseness: float) ->
 
 
 def fastest(directions: Floats, bends: Floats, limits: Limits) -> Floats:
-    """Return the greatest speed along the path where its direction is q' and its bend q'', both (n, 3), as (n,).
+    """Return the greatest speed along the path where its direction is q' and its bend q'', both (3, n), as (n,).
 
     Speeds of the axes: |q'ᵢ| v ≤ spᵢ. Accelerations |q'ᵢ u + q''ᵢ v²| ≤ aᵢ for some u: the intervals of u that the axes
     allow have a point in common if every two of them have one, which is |q''ᵢ q'ⱼ − q''ⱼ q'ᵢ| v² ≤ aᵢ|q'ⱼ| + aⱼ|q'ᵢ|.
     """
-    share = np.abs(directions)
-    speed = (limits.speed / np.maximum(share, _TINY)).min(axis=1)
-    rates = np.minimum(limits.acceleration, limits.deceleration)
-    crossed = np.abs(bends[:, _ONE] * directions[:, _TWO] - bends[:, _TWO] * directions[:, _ONE])
-    room = rates[_ONE] * share[:, _TWO] + rates[_TWO] * share[:, _ONE]
-    square = (np.maximum(room, _TINY) / np.maximum(crossed, _TINY * _TINY)).min(axis=1)
+    share, rates = np.abs(directions), np.minimum(limits.rise, limits.fall)
+    speed = (limits.slew / np.maximum(share, _TINY)).min(axis=0)
+    crossed = np.abs(bends * directions[_OTHER] - bends[_OTHER] * directions)
+    room = rates * share[_OTHER] + rates[_OTHER] * share
+    square = (np.maximum(room, _TINY) / np.maximum(crossed, _TINY * _TINY)).min(axis=0)
     return np.minimum(speed, np.sqrt(square))
 
 
-_ONE, _TWO = np.array([0, 0, 1]), np.array([1, 2, 2])
-"""All pairs of axes."""
+_OTHER = np.array([1, 2, 0])
+"""For every axis another one, so that all pairs occur."""

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import inf
 
+import numpy as np
+
 from maya_un.config import Config
+from maya_un.kinematics import Floats
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Limits:
     """What the axes a, b, c can do: speeds in counts/s, accelerations in counts/s²; `letters` on the controller.
 
@@ -34,3 +38,27 @@ class Limits:
             (a.stop_deceleration_counts, b.stop_deceleration_counts, c.stop_deceleration_counts),
             (a.jerk_counts or inf, b.jerk_counts or inf, c.jerk_counts or inf),
         )
+
+    @cached_property
+    def slew(self) -> Floats:
+        """The speeds as a column (3, 1), to be compared with arrays (3, n)."""
+        return _column(self.speed)
+
+    @cached_property
+    def rise(self) -> Floats:
+        """The accelerations as a column."""
+        return _column(self.acceleration)
+
+    @cached_property
+    def fall(self) -> Floats:
+        """The decelerations as a column."""
+        return _column(self.deceleration)
+
+    @cached_property
+    def stop(self) -> Floats:
+        """The decelerations of a stop as a column."""
+        return _column(self.stop_deceleration)
+
+
+def _column(values: tuple[int, int, int]) -> Floats:
+    return np.array(values, dtype=np.float64)[:, np.newaxis]

@@ -12,8 +12,7 @@ from typing import NamedTuple, overload
 import numpy as np
 
 from maya_un.config import Units
-from maya_un.kinematics import Floats
-from maya_un.motion.knots import Whole
+from maya_un.motion.knots import Whole, norms
 from maya_un.motion.profile import Profile
 from maya_un.values import Joints
 
@@ -45,8 +44,7 @@ class Segments(Sequence[Segment]):
 
     def __init__(self, counts: Whole, speeds: Whole, end_speeds: Whole) -> None:
         self.counts, self.speeds, self.end_speeds = counts, speeds, end_speeds
-        ways = counts.astype(np.float64)
-        self.lengths: Floats = np.sqrt(np.einsum("ij,ij->i", ways, ways))
+        self.lengths = norms(counts.T.astype(np.float64, order="C"))
 
     @classmethod
     def of(cls, segments: Iterable[Segment]) -> Segments:
@@ -200,8 +198,9 @@ def commands(move: CoordinatedMove, ratio: float = 1.0) -> list[str]:
     setup = ["CA S", "CS S", speed_ratio(ratio), f"LM {move.axes}", f"VA {move.va}", f"VD {move.vd}", f"VS {move.vs}"]
     segments, taking_part = move.segments, [joint for joint in move.columns if joint is not None]
     numbers = np.column_stack((segments.counts[:, taking_part], segments.speeds, segments.end_speeds))
-    pattern = "LI " + ",".join("" if joint is None else "%d" for joint in move.columns) + "<%d>%d"
-    return [*setup, *(pattern % tuple(row) for row in numbers.tolist()), "LE"]
+    pattern = "LI " + ",".join("" if joint is None else "%d" for joint in move.columns) + "<%d>%d\n"
+    lines = (pattern * len(numbers)) % tuple(numbers.ravel().tolist())
+    return [*setup, *lines.splitlines(), "LE"]
 
 
 def _columns(segments: Segments, letters: tuple[str, str, str]) -> tuple[int | None, ...]:

@@ -173,10 +173,10 @@ class Pieces:
     def at(self, parameters: Floats) -> Floats:
         """Return the coordinates at `parameters` of shape (m,), as shape (m, 3)."""
         index = np.minimum(parameters.astype(np.intp), len(self.straight) - 1)
-        share = (parameters - index)[:, np.newaxis]
+        share = parameters - index
         rest = 1.0 - share
-        first, control, last = self.first[index], self.control[index], self.last[index]
-        return rest * (rest * first + 2.0 * share * control) + share * share * last
+        first, control, last = (corner.T.take(index, axis=1) for corner in (self.first, self.control, self.last))
+        return (rest * (rest * first + 2.0 * share * control) + share * share * last).T
 
 
 def _pieces(path: Path) -> Pieces:
@@ -262,8 +262,10 @@ def _cuts(path: Path) -> list[Blend]:
 
 def _turns_back(one: Waypoint, two: Waypoint, three: Waypoint) -> bool:
     """Whether a path goes back the way it came: there is no corner to cut, it has to stop."""
-    to, fro = np.subtract(two, one), np.subtract(three, two)
-    return float(np.dot(to, fro)) < _BACK * float(np.linalg.norm(to) * np.linalg.norm(fro))
+    to = [there - here for here, there in zip(one, two, strict=True)]
+    fro = [there - here for here, there in zip(two, three, strict=True)]
+    along = sum(before * behind for before, behind in zip(to, fro, strict=True))
+    return along < _BACK * hypot(*to) * hypot(*fro)
 
 
 def _length(space: Space, one: Waypoint, two: Waypoint) -> float:
@@ -299,6 +301,13 @@ def to_joints(space: Space, mechanism: Mechanism, coordinates: Floats) -> Floats
     out[:, 1] = np.sqrt(square + u * u)
     out[:, 2] = np.sqrt(square + (mechanism.width - u) ** 2)
     return out
+
+
+def boom_angles(space: Space, mechanism: Mechanism, coordinates: Floats) -> Floats:
+    """Return the first column of `to_joints` alone, (n,) [rad]."""
+    if space is Space.CARTESIAN:
+        return mechanism.angles(coordinates[:, 0], coordinates[:, 1])
+    return coordinates[:, 0]
 
 
 Route = Path | Sequence[Joints]

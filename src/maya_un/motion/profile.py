@@ -50,8 +50,7 @@ class Leg(NamedTuple):
     bound: float
 
 
-@dataclass(frozen=True)
-class _Legs:
+class _Legs(NamedTuple):
     """The legs in order, (n,) each, as `Leg` has them; `lengths` are their own."""
 
     lengths: Floats
@@ -67,7 +66,7 @@ class _Legs:
         squares = bounds * bounds
         if (squares[:-1] > squares[1:] + 2.0 * vd * lengths[1:]).any():
             bounds = _bounded(lengths, ends, vd)
-        return cls(lengths, np.cumsum(lengths), targets.astype(np.float64), bounds)
+        return cls(lengths, lengths.cumsum(), targets.astype(np.float64), bounds)
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,26 +187,27 @@ def _even(legs: _Legs, va: float, vd: float, ratio: float) -> tuple[Floats, floa
     entries, falls = squares[:-1], squares[1:]
     meeting = (2.0 * va * vd * lengths + vd * entries + va * falls) / (va + vd)
     highest = np.minimum(targets * targets, np.maximum(meeting, np.maximum(entries, falls)))
-    begins, ends = np.sqrt(squares[:-1]), np.sqrt(falls)
-    peaks = np.sqrt(highest)
+    speeds, peaks = np.sqrt(squares), np.sqrt(highest)
     first = np.where(highest < entries, -vd, va)
-    ways = np.empty((len(peaks), 3))
-    ways[:, 0] = (highest - entries) / (2.0 * first)
-    ways[:, 2] = (highest - falls) / (2.0 * vd)
-    ways[:, 1] = lengths - ways[:, 0] - ways[:, 2]
+    ways = np.empty((3, len(peaks)))
+    ways[0] = (highest - entries) / (2.0 * first)
+    ways[2] = (highest - falls) / (2.0 * vd)
+    ways[1] = lengths - ways[0] - ways[2]
     if not ratio > 0.0 or ways.min(initial=0.0) < -_ROUNDING:
         return None
     np.maximum(ways, 0.0, out=ways)
-    times = ways / np.stack((0.5 * (begins + peaks), peaks, 0.5 * (ends + peaks)), axis=1)
-    ran = np.concatenate(([0.0], np.cumsum(times)))
+    times = ways / (0.5 * (speeds[:-1] + peaks), peaks, 0.5 * (speeds[1:] + peaks))
+    ran = np.zeros(times.size + 1)
+    times.T.ravel().cumsum(out=ran[1:])
     course = np.empty((len(peaks), 3, 4))
     course[..., 0] = ran[:-1].reshape(-1, 3)
     course[:, 0, 1] = legs.stops - lengths
-    course[:, 1, 1] = course[:, 0, 1] + ways[:, 0]
-    course[:, 2, 1] = legs.stops - ways[:, 2]
-    course[:, 0, 2], course[:, 1, 2], course[:, 2, 2] = begins, peaks, peaks
+    course[:, 1, 1] = course[:, 0, 1] + ways[0]
+    course[:, 2, 1] = legs.stops - ways[2]
+    course[:, 0, 2], course[:, 1, 2], course[:, 2, 2] = speeds[:-1], peaks, peaks
     course[:, 0, 3], course[:, 1, 3], course[:, 2, 3] = first, 0.0, -vd
-    return course.reshape(-1, 4)[(ways > 0.0).ravel()], float(ran[-1])
+    kept = (ways > 0.0).T.ravel().nonzero()[0]
+    return course.reshape(-1, 4).take(kept, axis=0), float(ran[-1])
 
 
 def _squares(ends: Floats, gains: Floats) -> Floats:
@@ -215,8 +215,9 @@ def _squares(ends: Floats, gains: Floats) -> Floats:
 
     A segment adds at most its gain: few are too short for what is asked, and these only rise.
     """
-    squares = np.concatenate(([0.0], ends * ends))
-    for short in np.flatnonzero(squares[1:] > squares[:-1] + gains).tolist():
+    squares = np.zeros(len(ends) + 1)
+    np.multiply(ends, ends, out=squares[1:])
+    for short in (squares[1:] > squares[:-1] + gains).nonzero()[0].tolist():
         for segment in range(short, len(gains)):
             if squares[segment + 1] <= squares[segment] + gains[segment]:
                 break

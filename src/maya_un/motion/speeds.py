@@ -11,16 +11,19 @@ Speeds are in counts/s, lengths in counts, as the norm over the axes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from maya_un.kinematics import Floats
-from maya_un.motion.knots import JUMPS, STEP, Knots
+from maya_un.motion.knots import JUMPS, STEP, Knots, norms, steps
 from maya_un.motion.limits import Limits
 
 _TINY = 1e-12
+
+NOTHING = 1e-9
+"""A share of a chord below this is none [counts per count]; it stands for 0 where it divides."""
 
 _FASTEST = 15_000_000
 """Greatest speed along a path [counts/s] (Galil DMC-41x3, commands VS, LI)."""
@@ -32,11 +35,12 @@ MERCY = 1.5
 """Knots are laid for the jumps that are wanted; the speed is held back where they come to so much more."""
 
 
-@dataclass(frozen=True)
-class Chords:
-    """Straight pieces of a path: counts (n, 3), lengths (n,) [counts], directions (n, 3), bends at knots (n + 1, 3).
+class Chords(NamedTuple):
+    """Straight pieces of a path: counts (3, n), lengths (n,) [counts], directions (3, n), bends at knots (3, n + 1).
 
-    `smooth` (n, 3) are the directions before rounding to counts, `sharp` (n − 1,) the knots that are corners.
+    `smooth` (3, n) are the directions before rounding to counts, `turns` (3, n − 1) how these change at the knots,
+    `sharp` (n − 1,) tells which of the knots are corners. `shares` (3, n) are how much an axis takes of a chord, never
+    nothing. The axes come first, as numpy is quicker so.
     """
 
     counts: Floats
@@ -44,19 +48,23 @@ class Chords:
     directions: Floats
     bends: Floats
     smooth: Floats
+    turns: Floats
     sharp: NDArray[np.bool_]
+    shares: Floats
 
     @classmethod
     def of(cls, knots: Knots) -> Chords:
         """Return the chords between knots; at a sharp corner there is no bend, it is passed next to rest."""
-        counts = np.diff(knots.counts, axis=0).astype(np.float64)
-        lengths = np.sqrt(np.einsum("ij,ij->i", counts, counts))
-        exact = np.diff(knots.exact, axis=0)
-        directions = exact / np.sqrt(np.einsum("ij,ij->i", exact, exact))[:, np.newaxis]
-        bends = np.zeros((len(lengths) + 1, 3))
-        bends[1:-1] = 2.0 * np.diff(directions, axis=0) / (lengths[1:] + lengths[:-1])[:, np.newaxis]
-        bends[knots.sharp] = 0.0
-        return cls(counts, lengths, counts / lengths[:, np.newaxis], bends, directions, knots.sharp[1:-1])
+        counts, smooth = steps(knots.counts), steps(knots.exact)
+        lengths = norms(counts)
+        directions = counts / lengths
+        smooth /= norms(smooth)
+        turns = smooth[:, 1:] - smooth[:, :-1]
+        bends = np.zeros((3, len(lengths) + 1))
+        bends[:, 1:-1] = 2.0 * turns / (lengths[1:] + lengths[:-1])
+        bends[:, knots.sharp] = 0.0
+        shares = np.maximum(np.abs(directions), NOTHING)
+        return cls(counts, lengths, directions, bends, smooth, turns, knots.sharp[1:-1], shares)
 
 
 def caps(chords: Chords, limits: Limits, scale: float) -> tuple[Floats, Floats]:
@@ -64,22 +72,21 @@ def caps(chords: Chords, limits: Limits, scale: float) -> tuple[Floats, Floats]:
 
     `scale` slows the slew speeds. The ends of the path are at rest.
     """
-    slew = np.array(limits.speed, dtype=np.float64)
-    within = np.minimum(_FASTEST, scale * (slew / np.maximum(np.abs(chords.directions), _TINY)).min(axis=1))
+    slew = limits.slew
+    within = np.minimum(_FASTEST, scale * (slew / chords.shares).min(axis=0))
     at = np.zeros(len(within) + 1)
     if len(within) > 1:
-        turns = np.maximum(np.abs(chords.smooth[1:] - chords.smooth[:-1]), _TINY)
-        allowed = np.where(chords.sharp[:, np.newaxis], STEP * slew, MERCY * slew * JUMPS)
-        at[1:-1] = np.minimum(np.minimum(within[:-1], within[1:]), (allowed / turns).min(axis=1))
+        allowed = np.where(chords.sharp, STEP * slew, MERCY * slew * JUMPS)
+        held = (allowed / np.maximum(np.abs(chords.turns), _TINY)).min(axis=0)
+        at[1:-1] = np.minimum(np.minimum(within[:-1], within[1:]), held)
     return within, at
 
 
-@dataclass(frozen=True)
-class Budget:
+class Budget(NamedTuple):
     """What the axes leave for speeding up and slowing down along every chord, the controller itself as a fourth axis.
 
     In the middle of a chord, where x has become x + L u, an axis accelerates by (dᵢ + cᵢL) u + cᵢ x. `up` and `down`
-    (n, 4) are aᵢ/|dᵢ + cᵢL| [counts/s²] and `bend` (n, 4) is cᵢ/(dᵢ + cᵢL): −(down + bend x) ≤ u ≤ up − bend x.
+    (4, n) are aᵢ/|dᵢ + cᵢL| [counts/s²] and `bend` (4, n) is cᵢ/(dᵢ + cᵢL): −(down + bend x) ≤ u ≤ up − bend x.
     """
 
     up: Floats
@@ -89,24 +96,25 @@ class Budget:
     @classmethod
     def of(cls, chords: Chords, limits: Limits, most_up: float, most_down: float) -> Budget:
         """Return the budget; the controller itself rises by at most `most_up`, falls by at most `most_down`."""
-        bends = 0.5 * (chords.bends[1:] + chords.bends[:-1])
-        effect = chords.directions + bends * chords.lengths[:, np.newaxis]
+        bends = 0.5 * (chords.bends[:, 1:] + chords.bends[:, :-1])
+        effect = chords.directions + bends * chords.lengths
         share = np.maximum(np.abs(effect), _LEAST)
-        up, down, bend = np.empty((3, len(share), 4))
-        up[:, :3], up[:, 3] = limits.acceleration / share, most_up
-        down[:, :3], down[:, 3] = limits.deceleration / share, most_down
-        bend[:, :3], bend[:, 3] = bends / np.copysign(share, effect), 0.0
+        up, down, bend = np.empty((3, 4, len(chords.lengths)))
+        up[:3], up[3] = limits.rise / share, most_up
+        down[:3], down[3] = limits.fall / share, most_down
+        bend[:3], bend[3] = bends / np.copysign(share, effect), 0.0
         return cls(up, down, bend)
 
     def less(self, share: Floats) -> Budget:
         """Return what is left for speeding up and slowing down of a share (n,) of it."""
-        return Budget(self.up * share[:, np.newaxis], self.down * share[:, np.newaxis], self.bend)
+        return Budget(self.up * share, self.down * share, self.bend)
 
     def most(self) -> Floats:
         """Return the greatest x at the start of every chord, (n,): where some u is within what all axes allow."""
-        apart = self.bend[:, np.newaxis, :] - self.bend[:, :, np.newaxis]
-        room = self.up[:, np.newaxis, :] + self.down[:, :, np.newaxis]
-        return np.min(np.where(apart > 0.0, room / np.maximum(apart, _TINY * _TINY), np.inf), axis=(1, 2))
+        apart = self.bend - self.bend[:, np.newaxis]
+        room = self.up + self.down[:, np.newaxis]
+        most = np.where(apart > 0.0, room / np.maximum(apart, _TINY * _TINY), np.inf)
+        return most.reshape(-1, most.shape[-1]).min(axis=0)
 
 
 def knot_squares(chords: Chords, budget: Budget, at: Floats) -> Floats:
@@ -115,30 +123,31 @@ def knot_squares(chords: Chords, budget: Budget, at: Floats) -> Floats:
     From x at the start of a chord its end is reached at x + 2 L u, so backwards x (1 − 2 L bend) ≤ x' + 2 L down, and
     forwards x' ≤ x (1 − 2 L bend) + 2 L up.
     """
-    double = 2.0 * chords.lengths[:, np.newaxis]
+    double = 2.0 * chords.lengths
     kept = 1.0 - double * budget.bend
     squares = at * at
     squares[:-1] = np.minimum(squares[:-1], budget.most())
     back = 1.0 / np.maximum(kept, _TINY)
-    squares[-2::-1] = _held(squares[::-1], back[::-1], (double * budget.down * back)[::-1])
+    squares[-2::-1] = _held(squares[::-1], back[:, ::-1], (double * budget.down * back)[:, ::-1])
     squares[1:] = _held(squares, kept, double * budget.up)
     return squares
 
 
 def _held(squares: Floats, slopes: Floats, offsets: Floats) -> Floats:
-    """Return the squares (n,) behind the first of (n + 1,), each no more than any line (n, 4) of the one before it.
+    """Return the squares (n,) behind the first of (n + 1,), each no more than any line (4, n) of the one before it.
 
     Most are not held back. From one that is, as many behind it are followed as are held back by it.
     """
-    reached = (slopes * squares[:-1, np.newaxis] + offsets).min(axis=1)
-    held = np.flatnonzero(reached < squares[1:]).tolist()
+    reached = (slopes * squares[:-1] + offsets).min(axis=0)
+    held = (reached < squares[1:]).nonzero()[0].tolist()
     if not held:
         return squares[1:]
-    found, slope_rows, offset_rows = squares.tolist(), slopes.tolist(), offsets.tolist()
+    found, lines = squares.tolist(), np.concatenate((slopes, offsets))
     seen = -1
     for first in held:
-        for k in range(max(first, seen + 1), len(offset_rows)):
-            (s0, s1, s2, s3), (o0, o1, o2, o3), before = slope_rows[k], offset_rows[k], found[k]
+        for k in range(max(first, seen + 1), len(reached)):
+            s0, s1, s2, s3, o0, o1, o2, o3 = lines[:, k].tolist()
+            before = found[k]
             least = min(s0 * before + o0, s1 * before + o1, s2 * before + o2, s3 * before + o3)
             seen = k
             if least >= found[k + 1]:
@@ -153,11 +162,10 @@ def peaks(chords: Chords, budget: Budget, within: Floats, squares: Floats) -> tu
     Where a chord rises all the way, or falls all the way, its peak is at that end, and the rate is what that takes.
     """
     start, end = squares[:-1], squares[1:]
-    ceiling = within * within
-    reached = np.minimum(ceiling, start + 2.0 * budget.up.min(axis=1) * chords.lengths)[:, np.newaxis]
-    up = (budget.up - np.maximum(0.0, budget.bend) * reached).min(axis=1)
-    down = (budget.down + np.minimum(0.0, budget.bend) * reached).min(axis=1)
-    room = 2.0 * chords.lengths
+    ceiling, room = within * within, 2.0 * chords.lengths
+    reached = np.minimum(ceiling, start + room * budget.up.min(axis=0))
+    up = (budget.up - np.maximum(0.0, budget.bend) * reached).min(axis=0)
+    down = (budget.down + np.minimum(0.0, budget.bend) * reached).min(axis=0)
     usable = (up > _TINY) & (down > _TINY)
     up, down = np.where(usable, up, 1.0), np.where(usable, down, 1.0)
     top = np.minimum(ceiling, (up * down * room + down * start + up * end) / (up + down))

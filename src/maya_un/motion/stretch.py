@@ -64,15 +64,15 @@ class Stretch:
         """Return the stretch between two knots."""
         here = slice(first, last + 1)
         chords = Chords.of(Knots(knots.counts[here], knots.exact[here], knots.sharp[here], ()))
-        bends = chords.bends.copy()
+        bends = chords.bends.T.copy()
         if last - first > 1:  # at rest a bend does nothing; taken for 0 it would seem to change
             bends[0], bends[-1] = bends[1], bends[-2]
-        half, smooth = 0.5 * chords.lengths[:, np.newaxis], chords.smooth
+        half, smooth = 0.5 * chords.lengths[:, np.newaxis], chords.smooth.T
         directions = np.concatenate((smooth[:1], smooth[:-1] + bends[1:-1] * half[:-1], smooth[-1:]))
         ways = np.concatenate(([0.0], np.cumsum(chords.lengths)))
         share = np.maximum(np.maximum(np.abs(directions[1:]), np.abs(directions[:-1])), _TINY)
         most = np.min(np.array(limits.jerk) / share, axis=1)
-        return cls(first, last, limits, ways, directions, bends, np.copysign(1.0, chords.directions), most)
+        return cls(first, last, limits, ways, directions, bends, np.copysign(1.0, chords.directions.T), most)
 
     @property
     def part(self) -> slice:

@@ -38,9 +38,9 @@ _NEARLY = 0.99
 """VA may be this much below what the axes allow, where that saves the stairs of a rise."""
 
 Safely = Callable[[Floats, float, Floats], Floats]
-"""What else bounds speeds: from directions (n, 3) at the knots, VD, and speeds wished there (n,), to speeds (n,).
+"""What else bounds speeds: from directions (3, n) of the chords, VD, and speeds wished on them (n,), to speeds (n,).
 
-The speed at a knot holds for the chord behind it. Infinite where the wish does no harm.
+Infinite where the wish does no harm.
 """
 
 
@@ -71,19 +71,17 @@ def plan(
     va = min(_rise_rate(chords, limits), gentle)
     budget = Budget.of(chords, limits, va, _STEEP * gentle)
     ramps = _ramps(chords, budget, within, at)
-    vd = _brisk(gentle, float(np.max(ramps.top)), limits)
+    vd = _brisk(gentle, float(ramps.top.max()), limits)
     if safely is not None:
-        wished = np.append(ramps.top, 0.0)
-        safe = safely(np.concatenate((chords.directions, chords.directions[-1:])), vd, wished)
-        if np.any(safe < wished):
-            within = np.minimum(within, safe[:-1])
+        safe = safely(chords.directions, vd, ramps.top)
+        if (safe < ramps.top).any():
+            within = np.minimum(within, safe)
             at[1:-1] = np.minimum(at[1:-1], np.minimum(within[:-1], within[1:]))
             ramps = _ramps(chords, budget, within, at)
     if min(limits.jerk) < inf:
         allowed = None if safely is None else _allowed(safely, chords, vd)
         chords, ramps = smoothed(knots, limits, within, at, _fastest(chords, budget), allowed, coarseness)
-    slew = np.array(limits.speed, dtype=np.float64)
-    found = segments(chords, ramps, slew, va, coarseness, speed_scale)
+    found = segments(chords, ramps, limits.slew, va, coarseness, speed_scale)
     return CoordinatedMove.along(start, found, limits.letters, va, vd, units, vias=knots.vias)
 
 
@@ -99,8 +97,7 @@ def _fastest(chords: Chords, budget: Budget) -> Fastest:
 
 
 def _allowed(safely: Safely, chords: Chords, vd: float) -> Allowed:
-    directions = np.concatenate((chords.directions, chords.directions[-1:]))
-    return lambda wished: safely(directions, vd, np.append(wished, 0.0))[:-1]
+    return lambda wished: safely(chords.directions, vd, wished)
 
 
 def _rise_rate(chords: Chords, limits: Limits) -> int:
@@ -108,15 +105,13 @@ def _rise_rate(chords: Chords, limits: Limits) -> int:
 
     Stairs make it gentler elsewhere.
     """
-    share = np.maximum(np.abs(chords.directions), 1e-9)
-    most = float(np.max(np.min(np.array(limits.acceleration) / share, axis=1)))
+    most = float((limits.rise / chords.shares).min(axis=0).max())
     return min(_STEEPEST, max(_QUANTUM, ceil(_NEARLY * most / _QUANTUM) * _QUANTUM))
 
 
 def _stop_rate(chords: Chords, limits: Limits) -> int:
     """Return the greatest deceleration along the path with which a stop anywhere keeps every axis below its own."""
-    share = np.maximum(np.abs(chords.directions), 1e-9)
-    own = int(np.min(np.array(limits.stop_deceleration) / share)) // _QUANTUM * _QUANTUM
+    own = int((limits.stop / chords.shares).min()) // _QUANTUM * _QUANTUM
     return min(_STEEPEST, max(_QUANTUM, own))
 
 

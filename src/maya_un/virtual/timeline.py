@@ -149,11 +149,11 @@ class Timeline:
         """Return the times in (t0, t1] at which a piece begins."""
         return self._times[bisect_right(self._times, t0) : bisect_right(self._times, t1)]
 
-    def turns(self, t0: float, t1: float) -> list[float]:
-        """Return the times in [t0, t1] at which the axis turns round within a piece, the last piece apart."""
-        turns = self._arrays().turns
-        first, last = np.searchsorted(turns, (t0, t1))
-        return turns[first:last].tolist()
+    def changes(self, t0: float, t1: float) -> Floats:
+        """Return the times in (t0, t1] at which a piece begins, and in [t0, t1] at which the axis turns within one."""
+        table = self._arrays()
+        begins, turns = table.columns[0], table.turns
+        return np.concatenate((begins[(begins > t0) & (begins <= t1)], turns[(turns >= t0) & (turns <= t1)]))
 
     def bounds(self, t0: float, t1: float) -> tuple[float, float]:
         """Return a lower and an upper bound of the positions [counts] in [t0, t1]; they may be a little wide."""
@@ -237,9 +237,10 @@ class _Table(NamedTuple):
         flat = np.fromiter(chain.from_iterable(pieces), np.float64, 4 * len(pieces))
         columns = np.ascontiguousarray(flat.reshape(-1, 4).T)  # (4, pieces)
         t, p, v, a = columns[:, :-1]
-        length = np.diff(columns[0])
+        length = columns[0, 1:] - t
         end = p + (v + 0.5 * a * length) * length
-        turn = np.clip(np.divide(-v, a, out=np.zeros_like(a), where=np.abs(a) >= FLAT), 0.0, length)
+        turn = np.divide(-v, a, out=np.zeros(len(a)), where=np.abs(a) >= FLAT)
+        turn = np.minimum(np.maximum(turn, 0.0), length)
         extreme = p + (v + 0.5 * a * turn) * turn
         low = np.minimum(np.minimum(p, end), extreme)
         high = np.maximum(np.maximum(p, end), extreme)

@@ -100,15 +100,16 @@ def test_long_chords_are_divided_evenly() -> None:
 
 
 def test_straight_on_the_slew_speeds_decide() -> None:
-    directions = np.array([(1.0, 0.0, 0.0), (0.0, 0.6, -0.8), (0.6, 0.8, 0.0)])
+    directions = np.array([(1.0, 0.0, 0.0), (0.0, 0.6, -0.8), (0.6, 0.8, 0.0)]).T
     speeds = fastest(directions, np.zeros((3, 3)), LIMITS)
     assert speeds.tolist() == pytest.approx([1000.0, 45_000.0 / 0.8, 1000.0 / 0.6])
 
 
 def test_in_a_bend_the_accelerations_decide() -> None:
     # Along b, bending towards c: v² κ may be what c can do, 5120 counts/s².
-    bent = fastest(np.array([(0.0, 1.0, 0.0)]), np.array([(0.0, 0.0, 1e-4)]), LIMITS)
+    turn = np.array([(0.0, 0.0, 1e-4)]).T
+    bent = fastest(np.array([(0.0, 1.0, 0.0)]).T, turn, LIMITS)
     assert bent.tolist() == pytest.approx([sqrt(5120.0 / 1e-4)])
     # Where both go alike and one bends away from the other, they share it: v² κ/√2 ≤ (5120 + 5120)/√2.
-    shared = fastest(np.array([(0.0, 1.0, 1.0)]) / sqrt(2.0), np.array([(0.0, 0.0, 1e-4)]), LIMITS)
+    shared = fastest(np.array([(0.0, 1.0, 1.0)]).T / sqrt(2.0), turn, LIMITS)
     assert shared.tolist() == pytest.approx([sqrt(10_240.0 / 1e-4)])

@@ -39,8 +39,8 @@ def squares(chords: Chords, scale: float = 1.0) -> Floats:
 def test_chords_have_lengths_directions_and_bends() -> None:
     chords = through((0, 0, 0), (0, 300, 400), (0, 300, 900))
     assert chords.lengths.tolist() == [500.0, 500.0]
-    assert chords.directions.tolist() == [[0.0, 0.6, 0.8], [0.0, 0.0, 1.0]]
-    assert chords.bends == pytest.approx(np.array([(0, 0, 0), (0.0, -0.6 / 500.0, 0.2 / 500.0), (0, 0, 0)]))
+    assert chords.directions.T.tolist() == [[0.0, 0.6, 0.8], [0.0, 0.0, 1.0]]
+    assert chords.bends == pytest.approx(np.array([(0, 0, 0), (0.0, -0.6 / 500.0, 0.2 / 500.0), (0, 0, 0)]).T)
 
 
 def test_a_corner_has_no_bend_and_is_passed_next_to_rest() -> None:
@@ -103,10 +103,10 @@ def test_between_knots_every_axis_keeps_its_acceleration() -> None:
     # At constant u along a chord, x its square of the speed: q'' = d u + c x in the middle of it.
     u = np.diff(found) / (2.0 * chords.lengths)
     middle = 0.5 * (found[1:] + found[:-1])
-    bends = 0.5 * (chords.bends[1:] + chords.bends[:-1])
-    accelerations = chords.directions * u[:, np.newaxis] + bends * middle[:, np.newaxis]
-    assert np.all(np.abs(accelerations) <= 1.0001 * np.array(LIMITS.acceleration))
-    assert np.all(np.sqrt(found[1:, np.newaxis]) * np.abs(chords.directions) <= 1.0001 * np.array(LIMITS.speed))
+    bends = 0.5 * (chords.bends[:, 1:] + chords.bends[:, :-1])
+    accelerations = chords.directions * u + bends * middle
+    assert np.all(np.abs(accelerations) <= 1.0001 * LIMITS.rise)
+    assert np.all(np.sqrt(found[1:]) * np.abs(chords.directions) <= 1.0001 * LIMITS.slew)
 
 
 UP = Path.line(Point(0.4, 1.1, 0.4), Point(0.4, 1.1, 0.7))

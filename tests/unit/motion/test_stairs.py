@@ -20,7 +20,7 @@ CONFIG = Config()
 UNITS = Units.of(CONFIG)
 LIMITS = Limits.of(CONFIG)
 MAYA = Mechanism.of(CONFIG)
-SLEW = np.array(LIMITS.speed, dtype=np.float64)
+SLEW = LIMITS.slew
 VA = 5120.0
 
 

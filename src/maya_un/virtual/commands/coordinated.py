@@ -19,6 +19,12 @@ LONGEST = 8_388_607
 PLANES = "ST"
 
 _SEGMENT = re.compile(r"([^<>]*)(?:<([^<>]*))?(?:>([^<>]*))?")
+_WHOLE: dict[tuple[int, ...], re.Pattern[str]] = {
+    members: re.compile(f" ?{deltas}<([0-9]{{1,7}})>([0-9]{{1,7}})".replace("n", "(-?[0-9]{1,6})"))
+    for members, deltas in {(0,): "n", (1, 2): ",n,n", (0, 1, 2): "n,n,n"}.items()
+}
+"""Segments of some members as hosts send them: nothing is to be evaluated, or out of range but `<o` below 2."""
+
 _USE_VV = -1.0
 
 
@@ -49,9 +55,22 @@ def _segment(context: Context, text: str) -> Answer:
     plane = current(context)
     if plane.mode != LINEAR or not plane.members:
         raise Refused(ErrorCode.SEGMENT_KINDS_MIXED if plane.mode == VECTOR else ErrorCode.NO_SEQUENCE)
-    text, start, end = speeds(context, text)
-    plane.append(Segment.of(_deltas(context, plane, text), start, end), context.core.now)
+    plane.append(_in_whole_numbers(plane, text) or _evaluated(context, plane, text), context.core.now)
     return None
+
+
+def _in_whole_numbers(plane: Plane, text: str) -> Segment | None:
+    pattern = _WHOLE.get(plane.members)
+    form = pattern and pattern.fullmatch(text)
+    if form is None:
+        return None
+    *deltas, speed, end = map(int, form.groups())
+    return Segment.of(tuple(deltas), speed // 2 * 2.0, end // 2 * 2.0) if speed >= 2 else None
+
+
+def _evaluated(context: Context, plane: Plane, text: str) -> Segment:
+    text, start, end = speeds(context, text)
+    return Segment.of(_deltas(context, plane, text), start, end)
 
 
 def speeds(context: Context, text: str) -> tuple[str, float | None, float | None]:

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from math import inf
 
+import numpy as np
+
 from maya_un.virtual.maya.statics import Floats
 from maya_un.virtual.maya.truth import Truth
 from maya_un.virtual.timeline import Timeline
@@ -125,11 +127,13 @@ class Drive:
             times.append(self._since + lag)
         return times
 
-    def turns(self, t0: float, t1: float) -> list[float]:
-        """Return the times in [t0, t1] at which the wanted motion turns round within one law [s]."""
+    def changes(self, t0: float, t1: float) -> Floats:
+        """Return the `boundaries`, and the times in [t0, t1] at which the wanted motion turns within one law [s]."""
         if not self.powered:
-            return []
-        return [t + self._lag for t in self.timeline.turns(self.source(t0), self.source(t1))]
+            return np.empty(0)
+        since = self._since + self._lag
+        times = self.timeline.changes(self.source(t0), self.source(t1)) + self._lag
+        return np.append(times, since) if t0 < since <= t1 else times
 
     def rest(self) -> float:
         """Return when the wanted motion ends [s]; never, where the axis jogs."""

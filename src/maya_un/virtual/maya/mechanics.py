@@ -375,9 +375,10 @@ class MayaMechanics:
     def _instants(self, t0: float, t1: float) -> Floats:
         """Return when to look at free motion in [t0, t1]: every 50 ms while it lasts and where its law changes."""
         moving = min(t1, max(t0, *(drive.rest() for drive in self._drives)))
-        grid = np.linspace(t0, moving, 1 + ceil((moving - t0) / SAMPLE))
-        edges = [t for drive in self._drives for t in (*drive.boundaries(t0, t1), *drive.turns(t0, t1))]
-        ts = np.concatenate((grid, edges, (t1,)))
+        count = ceil((moving - t0) / SAMPLE)
+        grid = np.arange(count) * ((moving - t0) / max(1, count)) + t0
+        changes = [drive.changes(t0, t1) for drive in self._drives]
+        ts = np.concatenate((grid, *changes, (moving, t1)))
         ts.sort()
         return ts
 

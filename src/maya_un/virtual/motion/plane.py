@@ -93,7 +93,7 @@ class Plane:
     def free(self, t: float) -> int:
         """Return the places left in the buffer at time `t` (`_LM`); a segment under way still takes one."""
         done = self.state(t).segment - self._route.first if self.running else 0
-        return CAPACITY - len(self.segments) + done
+        return CAPACITY - len(self._route.segments) + done
 
     def select(self, mode: str, members: tuple[int, ...], coordinates: tuple[int, ...]) -> None:
         """Choose the axes of the plane (LM, VM), and which coordinate each has, and empty the buffer.
@@ -123,9 +123,9 @@ class Plane:
             raise Refused(ErrorCode.NOT_WHILE_RUNNING)
         if segment.length < _SHORTEST:
             raise Refused(ErrorCode.SEGMENT_TOO_SHORT)
-        if not self.running and not self.segments:
+        if not self.running and not self._route.segments:
             self.clear()
-        if self.total + segment.length > _LONGEST_SEQUENCE:
+        if self._route.length + segment.length > _LONGEST_SEQUENCE:
             raise Refused(ErrorCode.SEQUENCE_TOO_LONG)
         if self.free(t) <= 0:
             raise Refused(ErrorCode.SEGMENT_BUFFER_FULL)
@@ -276,8 +276,9 @@ class Plane:
 
     def _legs(self, number: int) -> Iterator[Leg]:
         ratio, usual, first = self.registers["VR"], self.registers["VS"], self._route.first
-        for index in range(number - first, len(self.segments)):
-            segment = self.segments[index]
+        segments = self._route.segments
+        for index in range(number - first, len(segments)):
+            segment = segments[index]
             target = ratio * self._target(segment.speed, usual)
             yield Leg(first + index, segment.length, target, self._bounds[index])
 

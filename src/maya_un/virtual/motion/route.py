@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import atan2, degrees
+from operator import add
 from typing import NamedTuple
 
 from maya_un.virtual.motion.arc import TANGENT
@@ -22,8 +23,8 @@ class Start(NamedTuple):
 class Route:
     """Segments end to end; `first` is the number of the first one kept, `tip` the coordinates where they end.
 
-    `length` is the way along all that were ever appended [counts]; `heading` the direction in which they end
-    [degrees], None before the first.
+    `length` is the way along all that were ever appended [counts], `curved` tells whether arcs were among them;
+    `heading` the direction in which they end [degrees], None before the first.
     """
 
     def __init__(self, coordinates: int) -> None:
@@ -32,6 +33,7 @@ class Route:
         self.first = 0
         self.tip = (0.0,) * coordinates
         self.length = 0.0
+        self.curved = False
         self.heading: float | None = None
 
     def append(self, segment: Segment, turning: bool) -> None:
@@ -39,9 +41,10 @@ class Route:
         heading = self._turned(segment) if turning else 0.0
         self.segments.append(segment)
         self.starts.append(Start(self.tip, self.length, heading))
-        self.tip = tuple(at + delta for at, delta in zip(self.tip, segment.deltas, strict=True))
+        self.tip = tuple(map(add, self.tip, segment.deltas))
         self.heading = heading + (degrees(segment.arc.turn) if segment.arc else 0.0)
         self.length += segment.length
+        self.curved = self.curved or segment.arc is not None
 
     def drop(self, number: int) -> int:
         """Forget the segments before a number; return how many they were."""
@@ -91,7 +94,7 @@ class Member(NamedTuple):
         """Return the timeline over `stretches`, each with its end [s], and the largest speed [counts/s]."""
         pieces: list[Piece] = []
         peak, resting = 0.0, False
-        known, base, unit = -1, 0.0, 0.0
+        known, base, unit, size = -1, 0.0, 0.0, 0.0
         for stretch, until in stretches:
             t, number, s, v, a = stretch
             if number != known:  # several stretches lie on one segment
@@ -102,10 +105,11 @@ class Member(NamedTuple):
                     continue
                 known = number
                 base, unit = self._line(segment, start)
+                size = abs(unit)
             if unit == 0.0 and resting and base == pieces[-1].p:
                 continue
             resting = unit == 0.0
-            peak = max(peak, abs(unit) * v)
+            peak = max(peak, size * v)
             pieces.append(Piece(t, base + unit * s, unit * v, unit * a))
         return pieces, peak
 
@@ -113,8 +117,9 @@ class Member(NamedTuple):
         """Return the position at the start of a segment, and how it changes with the way along it."""
         if self.coordinate == TANGENT:
             return self.position(start.heading), self.factor * (segment.arc.bend if segment.arc else 0.0)
-        unit = self.factor * segment.deltas[self.coordinate] / segment.length
-        return self.position(start.place[self.coordinate]), unit
+        coordinate, factor = self.coordinate, self.factor
+        unit = factor * segment.deltas[coordinate] / segment.length
+        return self.origin + factor * start.place[coordinate], unit
 
     def _curved(self, segment: Segment, start: Start, stretch: Stretch, until: float) -> Iterator[Piece]:
         """Yield the pieces along an arc, from `stretch` on `until` a time [s]."""

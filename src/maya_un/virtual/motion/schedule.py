@@ -92,15 +92,16 @@ class Schedule:
 
     def fresh(self) -> list[tuple[Stretch, float]]:
         """Return the stretches of the part that is to be laid out, each with its end [s]."""
-        return [
-            (self._stretches[index], min(self._until(index), self.reach))
-            for index in range(self._fresh, len(self._stretches))
-            if self._stretches[index].t < self.reach
-        ]
+        first = self._fresh
+        ends = [*self._times[first + 1 :], self.end]
+        laid = zip(self._stretches[first:], ends, strict=False)  # a plan without any way has but its end
+        return [(stretch, min(end, self.reach)) for stretch, end in laid if stretch.t < self.reach]
 
     def _look_ahead(self, t: float, route: Route) -> None:
         """Choose how far from `t` on the timelines are worked out now."""
         self.reach = self.horizon = inf
+        if not route.curved and len(self._stretches) - self._fresh <= AHEAD:
+            return
         left = float(AHEAD)
         for index in range(self._fresh, len(self._stretches)):
             at, number, _, v, a = self._stretches[index]
