@@ -20,6 +20,7 @@ from maya_un.process.written import Written, expanded, write_job
 from maya_un.values import Notice
 
 _WAITING = frozenset({TaskState.QUEUED, TaskState.HELD})
+_AT_A_TIME = 200
 _BETWEEN = frozenset({TaskState.PAUSED, TaskState.INTERRUPTED})
 
 
@@ -86,9 +87,9 @@ class Editing:
     async def move_to(self, number: int, *, last: bool) -> None:
         """Put a job first, or `last`; raises as `move` does."""
         self._waiting(number, "moved")
-        others = [one for one in self._items.order if one != number]
-        if others:
-            await self.move(number, others[-1 if last else 0], behind=last)
+        beside = self._items.order.outermost(number, last=last)
+        if beside is not None:
+            await self.move(number, beside, behind=last)
 
     async def change(self, number: int, changes: Mapping[str, object], *, approved: bool) -> None:
         """Change the options of a job, or its body (`job`); what is not `approved` is a proposal after it.
@@ -122,13 +123,16 @@ class Editing:
         await self._ledger.write(propose)
 
     async def clear(self, error: MayaError) -> None:
-        """End all that wait, held ones too; raises `StorageFailed`."""
+        """End all that wait, held ones too, some at a time so that others get their turn; raises `StorageFailed`."""
+        numbers = list(self._items.order)
+        for begin in range(0, len(numbers), _AT_A_TIME):
+            some = numbers[begin : begin + _AT_A_TIME]
 
-        def propose() -> list[Entry]:
-            items = [self._items.get(number) for number in self._items.order]
-            return [entry for item in items for entry in _unsure(self.cancelled(item, error))]
+            def propose(some: list[int] = some) -> list[Entry]:
+                items = [self._items.get(number) for number in some if number in self._items.order]
+                return [entry for item in items for entry in _unsure(self.cancelled(item, error))]
 
-        await self._ledger.write(propose)
+            await self._ledger.write(propose)
 
     def cancelled(self, item: Item, error: MayaError) -> list[Entry]:
         """Return the changes that end a job which is not under way."""

@@ -98,26 +98,39 @@ class Order:
 
         There are several where no number lies between two neighbours' positions any more. Both jobs are in the order.
         """
-        back = self._places[beside].back
-        rest = [place for place in self._line if place.back == back and place.number != number]
-        index = next(n for n, place in enumerate(rest) if place.number == beside) + behind
-        low = rest[index - 1].position if index > 0 else None
-        high = rest[index].position if index < len(rest) else None
+        there = self._places[beside]
+        neighbour = self._neighbour(there, number, 1 if behind else -1)
+        low, high = (there, neighbour) if behind else (neighbour, there)
         position = _between(low, high)
         if position is not None:
-            return [Place(back, position, number)]
-        rest.insert(index, self._places[number])
-        return [Place(back, float(n), place.number) for n, place in enumerate(rest, 1)]
+            return [Place(there.back, position, number)]
+        rest = [place.number for place in self._line if place.back == there.back and place.number != number]
+        rest.insert(rest.index(beside) + behind, number)
+        return [Place(there.back, float(n), one) for n, one in enumerate(rest, 1)]
+
+    def outermost(self, number: int, *, last: bool) -> int | None:
+        """Return the first job, or the `last`, that is not `number`; None where there is no other."""
+        ends = self._line[:-3:-1] if last else self._line[:2]
+        return next((place.number for place in ends if place.number != number), None)
+
+    def _neighbour(self, place: Place, number: int, way: int) -> Place | None:
+        """Return who stands next to a place, before it (-1) or behind it (1), `number` left out; of its priority."""
+        index = bisect_left(self._line, place) + way
+        if 0 <= index < len(self._line) and self._line[index].number == number:
+            index += way
+        if not 0 <= index < len(self._line) or self._line[index].back != place.back:
+            return None
+        return self._line[index]
 
 
-def _between(low: float | None, high: float | None) -> float | None:
+def _between(low: Place | None, high: Place | None) -> float | None:
     """Return a position between two neighbours, None where there is no number left; one of them may be missing."""
     if low is None:
-        return 0.0 if high is None else high - 1.0
+        return 0.0 if high is None else high.position - 1.0
     if high is None:
-        return low + 1.0
-    middle = (low + high) / 2.0
-    return middle if low < middle < high else None
+        return low.position + 1.0
+    middle = (low.position + high.position) / 2.0
+    return middle if low.position < middle < high.position else None
 
 
 def _remove(places: list[Place], place: Place) -> None:
