@@ -10,6 +10,7 @@ import asyncio
 from collections.abc import Iterator, Mapping
 from http.client import HTTPConnection
 from json import dumps, loads
+from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import urlsplit
 
@@ -273,3 +274,14 @@ def test_a_role_does_what_it_may_and_nothing_else(who: str, lease: str, door: Do
         if not as_it_must or answer.status >= 500:
             wrong.append(f"{wish}: {answer}, not {must or 'allowed'}: {value}")
     assert wrong == []
+
+
+def test_alone_at_the_machine_nobody_needs_anything(tmp_path: Path) -> None:
+    with shared_robot(tmp_path, users=False) as alone:
+        door = Door(alone)
+        answers = {wish: door.ask(own(door, wish, NOBODY), line.body, {}) for wish, line in TABLE.items()}
+        door.close()
+    refused = {wish for wish, (answer, _) in answers.items() if answer.code in ACCESS_CODES}
+    # Nobody took the lease, so there is none to renew or give back; and nobody has a password.
+    assert refused <= {"POST /v1/lease/renew", "DELETE /v1/lease", "POST /v1/session", "POST /v1/lease"}
+    assert {wish for wish, (answer, _) in answers.items() if answer.status >= 500} == set()
