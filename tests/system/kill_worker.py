@@ -45,6 +45,7 @@ from maya_un.virtual.maya.start import Start
 from maya_un.virtual.maya.table import Drop, Place, Table
 from maya_un.virtual.wire.server import VirtualController
 from tests.machines import Machine, _mark
+from tests.virtual_time import elapse
 
 JOBS = 4
 MACHINE = Machine.of(parse({}))
@@ -236,7 +237,7 @@ class Person:
 
     async def _nothing_moves(self) -> None:
         before = self._twin.mechanics.true_joints(), self._twin.mechanics.record.carried
-        await asyncio.sleep(self._rng.uniform(0.0, 600.0))
+        await elapse(self._rng.uniform(0.0, 600.0))
         self._twin.controller.sync()
         assert (self._twin.mechanics.true_joints(), self._twin.mechanics.record.carried) == before
         assert self._view().running is None
@@ -310,7 +311,7 @@ async def submit(robot: Stack, jobs: Plan, ledger: Ledger, rng: Random) -> list[
     accepted = {line["job"]: line["number"] for line in ledger.of("accepted")}
     numbers: list[int] = []
     for name, carries in jobs.items():
-        await asyncio.sleep(rng.choice((0.0, 0.0, rng.uniform(0.0, 100.0))))
+        await elapse(rng.choice((0.0, 0.0, rng.uniform(0.0, 100.0))))
         said = await robot.service.submit(job_of(name, carries), by=LOCAL, key=name)
         assert accepted.get(name, said.id) == said.id
         ledger.write("accepted", job=name, number=said.id)
@@ -332,7 +333,7 @@ def hear(robot: Stack, twin: Twin, ledger: Ledger) -> None:
 async def watch(twin: Twin, ledger: Ledger) -> None:
     """Write down now and then where the machine is on its way."""
     while True:
-        await asyncio.sleep(LOOK)
+        await elapse(LOOK)
         twin.controller.sync()
         if list(twin.mechanics.true_joints()) != ledger.lines[-1]["at"]:
             ledger.write("way")

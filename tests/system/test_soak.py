@@ -30,6 +30,7 @@ from maya_un.process.states import TaskState
 from maya_un.recorder.shelf import Shelf
 from tests.campaign import Campaign
 from tests.system.kill_worker import MACHINE, Carry, Ledger, standing
+from tests.virtual_time import elapse
 
 CONFIG = parse({"controller": {"stream_rate": 1.0}, "safety": {"guard_time": 5.0}, "recorder": {"seconds": 120.0}})
 """A host that is heard, and looked at, seldom: that makes no difference to what is kept, and a day affordable."""
@@ -89,7 +90,7 @@ async def one_round(robot: Stack, number: int) -> None:
     report = await robot.service.wait(there)
     assert report.state is TaskState.DONE, report.message
     await robot.service.status()
-    await asyncio.sleep(until - loop.time())
+    await elapse(until - loop.time())
 
 
 async def operate(folder: Path, minutes: float) -> list[Health]:
