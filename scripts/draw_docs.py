@@ -15,6 +15,7 @@ from pathlib import Path
 import calibration_figures
 import mechanism_figures
 import planned_figures
+import queue_figures
 from matplotlib.figure import Figure
 
 from maya_un.cli import plot_job
@@ -89,6 +90,7 @@ PICTURES: dict[str, Callable[[], Figure]] = {
     "mechanism-between-the-ends.svg": mechanism_figures.between_the_ends,
     "mechanism-stopping.svg": mechanism_figures.stopping,
     "mechanism-time-optimal.svg": planned_figures.time_optimal,
+    "queue-states.svg": queue_figures.states,
     "workspace-section.svg": section,
     "workspace-plan.svg": plan,
 }
