@@ -13,6 +13,7 @@ from maya_un.server.log import level_of
 LEVELS = ("debug", "info", "warning", "error", "critical")
 """How grave something is, from the least."""
 
+
 @dataclass(frozen=True, slots=True)
 class Entry:
     """What happened at `time` (ISO 8601, UTC).
