@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Protocol
 
 from maya_un.config import RecorderConfig
-from maya_un.errors import FileUnwritable, MayaError
+from maya_un.errors import InternalError, MayaError
 from maya_un.events import Event, EventLog, Kind
 from maya_un.galil.transcript import Piece
 from maya_un.galil.transport import Datagrams, Transport
@@ -124,7 +124,7 @@ class Recorder:
     async def save(self, reason: str = "asked", cause: Cause = NOBODY) -> Kept | None:
         """Save what is in memory now, without holding the loop, and tell everybody; None where nothing is kept here.
 
-        Raises `FileUnwritable`, which is told to everybody too.
+        Raises `FileUnwritable`, and `InternalError` for a defect of ours; both are told to everybody too.
         """
         if self.shelf is None:
             return None
@@ -133,9 +133,13 @@ class Recorder:
             async with self._saving:
                 work = self._loop.run_in_executor(None, self._write, self.shelf, header, entries)
                 kept = await asyncio.shield(work)
-        except FileUnwritable as error:
+        except MayaError as error:
             self._tell(reason, code=error.code, message=str(error))
             raise
+        except Exception as defect:
+            error = InternalError(reason=repr(defect))
+            self._tell(reason, code=error.code, message=str(error))
+            raise error from defect
         self._tell(reason, name=kept.name, bytes=kept.bytes)
         return kept
 
@@ -183,7 +187,7 @@ class Recorder:
             saver.add_done_callback(self._savers.discard)
 
     async def _save_incident(self, event: Event) -> None:
-        with suppress(FileUnwritable):  # that it cannot be written has been told
+        with suppress(MayaError):  # that it cannot be written has been told
             await self.save(event.kind.value, _cause(event))
 
     async def _end_incident(self) -> None:
@@ -196,10 +200,15 @@ class Recorder:
 
     def _last_words(self, reason: str, cause: Cause) -> None:
         """Save at once, in this thread, as far as that is possible: the loop may be at its end."""
-        if self.shelf is not None:
-            with suppress(FileUnwritable):
-                kept = self.shelf.save(self.taken(reason, cause))
-                self._tell(reason, name=kept.name, bytes=kept.bytes)
+        if self.shelf is None:
+            return
+        try:
+            kept = self.shelf.save(self.taken(reason, cause))
+        except Exception as error:  # noqa: BLE001 - something else has gone wrong, and is what must be told
+            code = error.code if isinstance(error, MayaError) else InternalError.code
+            self._tell(reason, code=code, message=str(error))
+        else:
+            self._tell(reason, name=kept.name, bytes=kept.bytes)
 
     def _header(self, reason: str, cause: Cause) -> Header:
         return Header(

@@ -168,6 +168,23 @@ async def test_a_disk_that_takes_nothing_is_told_and_harms_nobody(tmp_path: Path
         await robot.controller.move(THERE)
 
 
+async def test_a_defect_of_the_recorder_harms_nobody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(_: Recording, __: object) -> None:
+        raise ZeroDivisionError("of the recorder")
+
+    monkeypatch.setattr(mcap_file, "write", broken)
+    async with recorded(tmp_path) as robot:
+        robot.controller.events.emit(Kind.FAULT, 2305, message="…")
+        await elapse(6.0)
+        with pytest.raises(InternalError, match="of the recorder"):
+            await robot.recorder.save()
+        assert [event.code for event in told(robot)] == [InternalError.code] * 2
+        await robot.controller.move(THERE)
+        robot.controller.events.emit(Kind.FAULT, 2305, message="at the end")
+    assert [event.code for event in told(robot)] == [InternalError.code] * 3
+    assert saved(robot) == []
+
+
 async def test_however_long_ago_the_controller_was_configured_that_is_kept(tmp_path: Path) -> None:
     async with recorded(tmp_path, settings=RecorderConfig(seconds=20.0)) as robot:
         await elapse(60.0)
