@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from maya_un.cli import supervisor
+from tests.virtual_time import elapse
 
 
 @pytest.fixture(params=["path", "abstract"])
@@ -57,7 +58,7 @@ async def test_it_hears_again_and_again_in_its_own_time(ear: socket.socket, monk
     monkeypatch.setenv("WATCHDOG_USEC", "2000000")
     monkeypatch.delenv("WATCHDOG_PID", raising=False)
     telling = asyncio.create_task(supervisor.stay_alive(speed=50.0))
-    await asyncio.sleep(125.0)  # 2.5 s of a clock fifty times as fast
+    await elapse(125.0)  # 2.5 s of a clock fifty times as fast
     telling.cancel()
     await asyncio.wait({telling})
     assert [ear.recv(100) for _ in range(3)] == [b"WATCHDOG=1"] * 3

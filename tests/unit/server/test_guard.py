@@ -17,6 +17,7 @@ from maya_un.server import guard, log
 from maya_un.server.edge import Edge
 from maya_un.server.limits import Rate
 from tests.unit.server.stand_in import StandIn, door, problem
+from tests.virtual_time import elapse
 
 FEW = Edge(near=Rate(1.0, 3.0), far=Rate(0.5, 1.0), remote=True)
 
@@ -45,7 +46,7 @@ async def test_who_asks_too_often_waits_and_stop_does_not() -> None:
         answers = [(await client.get("/v1/status")).status_code for _ in range(5)]
         refused = await client.get("/v1/status")
         stops = [(await client.post("/v1/stop")).status_code for _ in range(20)]
-        await asyncio.sleep(float(refused.headers["retry-after"]))
+        await elapse(float(refused.headers["retry-after"]))
         later = (await client.get("/v1/status")).status_code
     assert answers == [200, 200, 200, 429, 429]
     assert problem(refused)["code"] == 4106

@@ -12,6 +12,7 @@ from maya_un.process.view import QueueMode, QueueView
 from maya_un.server.metrics import LOOK, Metrics, Storage
 from maya_un.values import Joints, Mode, State
 from tests.unit.server.stand_in import StandIn, door
+from tests.virtual_time import elapse
 
 STATE = State(
     time=1.0,
@@ -110,10 +111,10 @@ async def test_requests_are_counted_by_the_path_as_declared() -> None:
 async def test_a_loop_that_is_late_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     metrics, loop = Metrics(), asyncio.get_running_loop()
     watching = asyncio.create_task(metrics.watch_loop(speed=10.0))
-    await asyncio.sleep(10.0 * LOOK + 1.0)
+    await elapse(10.0 * LOOK + 1.0)
     clock: Any = loop.time
     monkeypatch.setattr(loop, "time", lambda: clock() + 3.0)  # 0.3 s of a clock ten times as fast
-    await asyncio.sleep(10.0 * LOOK)
+    await elapse(10.0 * LOOK)
     monkeypatch.undo()
     watching.cancel()
     await asyncio.wait({watching})
@@ -129,9 +130,9 @@ async def test_replies_of_the_controller_are_timed() -> None:
     tap = metrics.timer(speed=10.0)
     tap("rx", b"unasked")
     tap("tx", b"TP\r")
-    await asyncio.sleep(0.1)  # 10 ms for whoever watches a clock ten times as fast
+    await elapse(0.1)  # 10 ms for whoever watches a clock ten times as fast
     tap("tx", b"QR\r")
-    await asyncio.sleep(0.05)
+    await elapse(0.05)
     tap("rx", b"1,2,3\r\n:")
     tap("rx", b"the rest")
     found = told(metrics)
