@@ -16,6 +16,9 @@ from maya_un.errors import InvalidCommandLine, MayaError, ServiceNotRunning
 STOP_BUDGET = 0.1
 """How long the service may take to answer a stop [s], before the controller is told directly."""
 
+SERVICE_TIMEOUT = 2.0
+"""The same where there is no controller that could be told: a twin in the service [s]."""
+
 CONTROLLER_TIMEOUT = 2.0
 """Longest wait for each answer of a controller told directly [s]."""
 
@@ -40,8 +43,9 @@ def stop(arguments: list[str], settings: Settings) -> int:
     running = runtime.find()
     if running is None:
         raise ServiceNotRunning
+    budget = SERVICE_TIMEOUT if running.controller is None else STOP_BUDGET
     try:
-        report: dict[str, Any] = Client(running.url).post("/v1/stop", timeout=STOP_BUDGET)
+        report: dict[str, Any] = Client(running.url).post("/v1/stop", timeout=budget)
     except MayaError:
         if running.controller is None:
             raise

@@ -22,7 +22,7 @@ class Reader:
     def __init__(self, *kinds: type, choose: Callable[[Mapping[str, Any]], type] | None = None, optional: bool) -> None:
         self.kinds = kinds
         self.optional = optional
-        self._choose = choose
+        self.choose = choose
         self._adapters: dict[type, TypeAdapter[Any]] = {kind: TypeAdapter(kind) for kind in kinds}
 
     async def __call__(self, request: Request) -> Any:
@@ -31,7 +31,7 @@ class Reader:
         if not body.strip() and self.optional:
             body = b"{}"
         found = decode_object(body)
-        kind = self.kinds[0] if self._choose is None else self._choose(found)
+        kind = self.kinds[0] if self.choose is None else self.choose(found)
         try:
             return self._adapters[kind].validate_json(body, strict=True)
         except ValidationError as error:

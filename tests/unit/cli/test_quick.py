@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from maya_un.cli import runtime
+from maya_un.cli import quick, runtime
 from maya_un.cli.main import main
 from maya_un.cli.runtime import Running
 from tests.unit.cli.servers import controller, free_port, hanging_service, http_service
@@ -106,6 +106,7 @@ def test_real_is_the_configured_controller(tmp_path: Path, capsys: pytest.Captur
 def test_a_twin_in_a_service_that_hangs_cannot_be_reached(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    monkeypatch.setattr(quick, "SERVICE_TIMEOUT", 0.05)
     with hanging_service() as url:
         published(monkeypatch, url)
         assert main(["stop"]) == 1

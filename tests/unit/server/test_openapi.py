@@ -1,0 +1,97 @@
+from __future__ import annotations
+
+import asyncio
+import json
+from collections import Counter
+from typing import Any, cast
+
+import pytest
+from pydantic import TypeAdapter
+
+from maya_un.api.access.operations import Operation
+from maya_un.api.service import Service
+from maya_un.errors import by_code
+from maya_un.process.job import Job
+from maya_un.robot.primitives import from_dict
+from maya_un.server.app import create_app
+from maya_un.server.bridge import Bridge
+from maya_un.server.exchange import Plain, Reader
+from maya_un.server.openapi import document, ruled
+from maya_un.server.schemas import JOB, TASK
+
+APP = create_app(Bridge(cast("asyncio.AbstractEventLoop", None), cast("Service", None)))
+DOCUMENT: dict[str, Any] = json.loads(json.dumps(document(APP)))
+OPERATIONS = [
+    (method, path, operation) for path, methods in DOCUMENT["paths"].items() for method, operation in methods.items()
+]
+
+
+def references(value: Any) -> set[str]:
+    """Return everything that a piece of the document refers to."""
+    if isinstance(value, list):
+        return set().union(*map(references, value))
+    if not isinstance(value, dict):
+        return set()
+    own = {value["$ref"]} if "$ref" in value else set[str]()
+    return own.union(*map(references, value.values()))
+
+
+def test_every_path_is_in_the_document_under_a_name_of_its_own() -> None:
+    declared = {(method.lower(), route.path_format) for route, _ in ruled(APP) for method in route.methods or ()}
+    assert {(method, path) for method, path, _ in OPERATIONS} == declared
+    names = Counter(operation["operationId"] for _, _, operation in OPERATIONS)
+    assert names.most_common(1)[0][1] == 1
+    assert all(name.isidentifier() and name.islower() for name in names)
+
+
+def test_what_is_referred_to_is_there() -> None:
+    for reference in references(DOCUMENT):
+        found: Any = DOCUMENT
+        for part in reference.removeprefix("#/").split("/"):
+            found = found[part]
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "operation"), OPERATIONS, ids=lambda one: one if isinstance(one, str) else ""
+)
+def test_every_operation_says_what_it_does_and_how_it_refuses(
+    method: str, path: str, operation: dict[str, Any]
+) -> None:
+    assert operation["summary"] and operation["tags"] and operation["responses"]
+    wishes = [Operation(name) for name in operation["x-maya-operations"]]
+    assert ("401" in operation["responses"]) == bool(wishes) or path == "/v1/session"
+    assert ("requestBody" in operation) <= (method in {"post", "put", "patch"})
+    for status, response in operation["responses"].items():
+        assert set(response["headers"]) == {"Maya", "Maya-Request"}
+        if int(status) >= 400 and "application/problem+json" in response["content"]:
+            schema = response["content"]["application/problem+json"]["schema"]
+            codes = schema["allOf"][1]["properties"]["code"]["enum"]
+            assert codes and set(codes) <= set(by_code())
+
+
+def test_stop_needs_no_token_and_what_drives_needs_the_lease() -> None:
+    security = {operation["operationId"]: operation["security"] for _, _, operation in OPERATIONS}
+    assert security["stop"] == security["abort"] == [{}, {"token": []}]
+    assert security["jog"] == [{"token": [], "lease": []}]
+    assert security["status"] == [{"token": []}]
+    assert security["health"] == []
+
+
+def test_examples_are_good_requests() -> None:
+    shown = 0
+    for route, rule in ruled(APP):
+        for example in rule.examples.values():
+            shown += 1
+            if isinstance(rule.takes, Reader):
+                chosen = rule.takes.kinds[0] if rule.takes.choose is None else rule.takes.choose(example)
+                TypeAdapter(chosen).validate_json(json.dumps(example), strict=True)
+            elif isinstance(rule.takes, Plain) and rule.takes.schema is JOB:
+                Job.parse(example)
+            elif isinstance(rule.takes, Plain) and rule.takes.schema is TASK and "tray" not in str(example):
+                from_dict(example, 0.4)
+            assert rule.takes is not None, route.path
+    assert shown > 25
+
+
+def test_the_document_is_made_once() -> None:
+    assert document(APP) is document(APP)
