@@ -20,7 +20,8 @@ from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
 from maya_un.server.edge import Edge
 from maya_un.server.metrics import Metrics
-from maya_un.values import Point, StopReport
+from maya_un.values import Point, State, StopReport
+from tests.streaming import REST
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,7 @@ class Now:
     """As much of a status as is looked at."""
 
     run: int = 3
+    state: State = REST
 
 
 class StandIn:
@@ -37,6 +39,8 @@ class StandIn:
         self.log = EventLog(lambda: 0.0)
         self.asked: list[tuple[object, ...]] = []
         self.error: Exception | None = None
+        self.hangs = False
+        self.now = Now()
         self.history = self
         self.options, self.key = Options(), ""
         self.released = asyncio.Event()
@@ -48,7 +52,9 @@ class StandIn:
 
     async def status(self) -> Now:
         self._note("status")
-        return Now()
+        if self.hangs:
+            await asyncio.Future()
+        return self.now
 
     async def events(self, run: int, above: int, limit: int) -> list[EventMessage]:
         return [EventMessage.of(event) for event in self.log.since(above)[:limit]] if run == Now().run else []

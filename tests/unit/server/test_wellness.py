@@ -1,0 +1,63 @@
+from __future__ import annotations
+
+import asyncio
+from dataclasses import replace
+from typing import cast
+
+import pytest
+
+from maya_un.api.service import Service
+from maya_un.process.journal.sqlite import SqliteJournal
+from maya_un.server.bridge import Bridge
+from maya_un.server.wellness import PATIENCE, Readiness, readiness, storage_of
+from maya_un.values import Mode
+from tests.unit.server.stand_in import Now, StandIn, door
+from tests.virtual_time import elapse
+
+
+def bridge_to(service: StandIn, journal: SqliteJournal | None = None) -> Bridge:
+    """Return the bridge to a stand-in, within the running loop."""
+    return Bridge(asyncio.get_running_loop(), cast("Service", service), journal=journal)
+
+
+async def test_a_robot_that_can_be_asked_is_ready() -> None:
+    assert await readiness(bridge_to(StandIn()), "en") == Readiness(True, ())
+
+
+@pytest.mark.parametrize(("language", "word"), [("en", "connection"), ("es", "conexión")])
+async def test_without_a_link_it_is_not(language: str, word: str) -> None:
+    service = StandIn()
+    service.now = Now(state=replace(Now().state, mode=Mode.DISCONNECTED))
+    found = await readiness(bridge_to(service), language)
+    assert (found.ready, [reason.code for reason in found.reasons]) == (False, [1010])
+    assert word in found.reasons[0].message
+
+
+async def test_with_a_loop_that_hangs_it_is_not_and_says_so_in_time() -> None:
+    service = StandIn()
+    service.hangs = True
+    began = asyncio.get_running_loop().time()
+    found = await readiness(bridge_to(service), "en")
+    assert [reason.code for reason in found.reasons] == [1021]
+    assert asyncio.get_running_loop().time() - began == PATIENCE
+    await elapse(0.0)  # the word that nobody waits any more travels from one loop to the other
+
+
+async def test_with_a_journal_that_cannot_be_written_it_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(SqliteJournal, "failing", property(lambda _: "no room is left"))
+    monkeypatch.setattr(SqliteJournal, "commits", property(lambda _: 7))
+    bridge = bridge_to(StandIn(), object.__new__(SqliteJournal))
+    found = await readiness(bridge, "en")
+    assert [reason.code for reason in found.reasons] == [5007]
+    assert "no room is left" in found.reasons[0].message
+    assert storage_of(bridge) == ("no room is left", 7)
+
+
+async def test_a_probe_reads_it_from_the_status() -> None:
+    service = StandIn()
+    async with door(service) as client:
+        good = await client.get("/v1/ready")
+        service.now = Now(state=replace(Now().state, mode=Mode.DISCONNECTED))
+        bad = await client.get("/v1/ready", headers={"Accept-Language": "es"})
+    assert (good.status_code, good.json()) == (200, {"ready": True, "reasons": []})
+    assert (bad.status_code, bad.json()["reasons"][0]["code"]) == (503, 1010)
