@@ -37,6 +37,14 @@ def test_there_is_one_at_a_time() -> None:
         pass
 
 
+@pytest.mark.usefixtures("place")
+def test_who_it_is_can_be_told_while_it_lives() -> None:
+    assert runtime.claimant() is None
+    with runtime.claimed():
+        assert runtime.claimant() == os.getpid()
+    assert runtime.claimant() is None
+
+
 @pytest.mark.parametrize(
     "text", ["", "{", "[]", "[" * 4000, "[" * 100_000, '{"url": "x"}', '{"url": "x", "pid": 1, "controller": 5}']
 )
