@@ -81,7 +81,7 @@ class World:
         self.direct.clear()
         self.floor.check_announcements()
         self.floor.controller.events.heard_by(self._hear)
-        for line in self.floor.process.lines():
+        for line in self.floor.process.shown.lines():
             known = self.states[line.id]
             assert line.state is known or line.state in TRANSITIONS[known], f"{line.id}: {known} became {line.state}"
             self.states[line.id] = line.state
@@ -111,7 +111,7 @@ class World:
     def _judge_turn(self, number: int) -> None:
         """No job that waits, is ready and may begin goes before the one that begins."""
         process, lease = self.floor.process, self.floor.lease
-        lines = {line.id: line for line in process.lines()}
+        lines = {line.id: line for line in process.shown.lines()}
         this = lines[number]
         first = self.floor.states(number)[-2:] == ["queued", "running"] and this.done == 0
         holder = lease.holder
@@ -133,8 +133,8 @@ class World:
     def _hear_step(self, step: tuple[int, int]) -> None:
         self.begun[step] += 1
         assert self.begun[step] <= 1 + self.granted[step], f"step {step} is done once more, and nobody said so"
-        if self.floor.process.mode is not QueueMode.RUNNING and step[0] not in self.direct:
-            assert self.permits > 0, f"step {step} begins in a queue that is {self.floor.process.mode}"
+        if self.floor.process.shown.mode is not QueueMode.RUNNING and step[0] not in self.direct:
+            assert self.permits > 0, f"step {step} begins in a queue that is {self.floor.process.shown.mode}"
             self.permits -= 1
 
     async def do(self, action: Action) -> None:
@@ -159,10 +159,10 @@ class World:
             "hold": lambda one: process.hold(self._some(one)),
             "release": lambda one: process.release(self._some(one), "ana"),
             "again": self._again,
-            "pause": lambda: process.pause("ana", now=False),
-            "pause now": lambda: process.pause("ana", now=True),
-            "resume": lambda: process.resume("ana"),
-            "resume motion": process.resume_motion,
+            "pause": lambda: process.turns.pause("ana", now=False),
+            "pause now": lambda: process.turns.pause("ana", now=True),
+            "resume": lambda: process.turns.resume("ana"),
+            "resume motion": process.turns.resume_motion,
             "step": self._step,
             "stop": self._stop,
             "clear": process.clear,
@@ -186,7 +186,7 @@ class World:
 
     async def _wish(self) -> None:
         process = self.floor.process
-        if process.mode is QueueMode.PAUSED and process.running is None:
+        if process.shown.mode is QueueMode.PAUSED and process.running is None:
             self.direct.add(max(self.accepted, default=0) + 1)
         number = await process.wish(Home())
         self.accepted.append(number)
@@ -203,19 +203,19 @@ class World:
         self.floor.lease.release(*self.lease)
 
     async def _recover(self, choice: str, holding: bool | None) -> None:
-        found = self.floor.process.recovery()
+        found = self.floor.process.shown.view().recovery
         await self.floor.process.recover(choice, holding, resume_queue=True, by="ana")
         if found is not None and choice in {"resume", "redo"}:
             self.granted[found.job, found.index] += 1
 
     async def _step(self) -> None:
-        if self.floor.process.mode is QueueMode.PAUSED:
+        if self.floor.process.shown.mode is QueueMode.PAUSED:
             self.permits = 1
-        await self.floor.process.step("ana")
+        await self.floor.process.turns.step("ana")
 
     async def _stop(self) -> None:
         self.permits = 0
-        self.floor.process.halt(Stopped())
+        self.floor.process.turns.halt(Stopped())
         await self.floor.controller.stop()
 
     async def _kill(self) -> None:
@@ -247,18 +247,18 @@ class World:
         await elapse(10.0)
         for _ in range(200):
             process = self.floor.process
-            process_lines = [line for line in process.lines() if not line.state.ended]
+            process_lines = [line for line in process.shown.lines() if not line.state.ended]
             if not process_lines:
                 return
-            if process.recovery() is not None:
+            if process.shown.view().recovery is not None:
                 await process.recover("abort", None, resume_queue=True, by="ana")
             for line in process_lines:
                 if line.state is TaskState.HELD:
                     await process.release(line.id, "ana")
-            if process.recovery() is None:
-                await process.resume("ana")
+            if process.shown.view().recovery is None:
+                await process.turns.resume("ana")
             await elapse(500.0)
-        raise AssertionError(f"never ended: {self.floor.process.view()}")
+        raise AssertionError(f"never ended: {self.floor.process.shown.view()}")
 
     async def judge_the_end(self) -> None:
         """Nothing was lost: every job that was accepted has ended, and its steps tell how."""

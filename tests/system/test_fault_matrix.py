@@ -136,7 +136,7 @@ async def _begun(bench: Rig, phase: str, number: int, process: Process) -> None:
     """Wait until a phase has begun; a job of that many steps has every one of them."""
     kind, name, count = PHASES[phase]
     while sum(e.kind is kind and e.detail.get("name", "") == name for e in bench.controller.events.since(0)) < count:
-        report = await process.report(number)
+        report = await process.shown.report(number)
         assert report.state not in (TaskState.DONE, TaskState.FAILED), f"the job ended before {phase}"
         await elapse(0.1)
 

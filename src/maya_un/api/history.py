@@ -26,15 +26,15 @@ class History:
 
     async def page(self, which: Filter) -> list[JobLine]:
         """Return a page of jobs, newest first unless asked otherwise."""
-        return [self._process.line_of(row) for row in await self._journal.page(which)]
+        return [self._process.shown.line_of(row) for row in await self._journal.page(which)]
 
     async def job(self, number: int) -> JobReport:
         """Return what is known of a job, also of one long ended; raises `NotFound`."""
-        return await self._process.report(number)
+        return await self._process.shown.report(number)
 
     async def body(self, number: int) -> dict[str, Any]:
         """Return a job as it was written, or the wish that it is; raises `NotFound`."""
-        return await self._process.body(number)
+        return await self._process.shown.body(number)
 
     async def events(self, run: int, above: int = 0, limit: int = MOST_EVENTS) -> list[EventMessage]:
         """Return events of a run numbered above `above`, oldest first; raises `EventsForgotten`.

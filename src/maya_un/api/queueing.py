@@ -33,7 +33,7 @@ class Queueing:
 
     def view(self) -> QueueView:
         """Return the queue now, with the first 50 that wait."""
-        return self._process.view()
+        return self._process.shown.view()
 
     async def pause(self, by: Caller = LOCAL, *, when: str = "after step") -> QueueView:
         """Begin nothing more: `when` is "after step", or "now" to brake on the path and hold the step under way too.
@@ -43,12 +43,12 @@ class Queueing:
         """
         if when not in _WHEN:
             raise InvalidValue(key="when", value=repr(when), reason=f"it is {' or '.join(_WHEN)}")
-        await self._process.pause(by.name, now=when == "now")
+        await self._process.turns.pause(by.name, now=when == "now")
         return self.view()
 
     async def resume(self, by: Caller = LOCAL) -> QueueView:
         """Go on, with the step that is held too; raises `AnswerNeeded` while an interrupted job waits for a choice."""
-        await self._process.resume(by.name)
+        await self._process.turns.resume(by.name)
         return self.view()
 
     async def step(self, by: Caller = LOCAL) -> QueueView:
@@ -56,7 +56,7 @@ class Queueing:
 
         Raises `AnswerNeeded` as `resume` does.
         """
-        await self._process.step(by.name)
+        await self._process.turns.step(by.name)
         return self.view()
 
     async def clear(self, by: Caller = LOCAL) -> QueueView:
@@ -69,19 +69,19 @@ class Queueing:
         """Put a job aside that waits; raises `NotFound`, `WrongState`, `NotAllowed`."""
         await self.require_over(number, Operation.CHANGE_JOB, by)
         await self._process.hold(number)
-        return self._process.line(number)
+        return self._process.shown.line(number)
 
     async def release(self, number: int, by: Caller = LOCAL) -> JobLine:
         """Let a job wait for its turn that was held; for a proposal that is the approval.
 
         Raises `NotFound`, `WrongState`, `NotAllowed`.
         """
-        line = await self._process.found_line(number)
+        line = await self._process.shown.found_line(number)
         if line.proposal and not line.approved_by:
             require(by, Operation.APPROVE)
         require_over(by, Operation.CHANGE_JOB, line.owner)
         await self._process.release(number, by.name)
-        return self._process.line(number)
+        return self._process.shown.line(number)
 
     async def move(
         self,
@@ -108,7 +108,7 @@ class Queueing:
             beside = before if before is not None else after
             assert beside is not None
             await self._process.move(number, beside, behind=after is not None)
-        return self._process.line(number)
+        return self._process.shown.line(number)
 
     async def change(self, number: int, changes: Mapping[str, object], by: Caller = LOCAL) -> JobLine:
         """Change a job that has not begun: priority, notes, depends_on, on_failure, retries, stepwise, job (its body).
@@ -117,10 +117,10 @@ class Queueing:
         `WrongState`, `InvalidRequest`, `InvalidValue`, `InvalidJob`, `UnknownName`, `NotAllowed`. What was approved is
         a proposal again where a student changes it.
         """
-        line = await self._process.found_line(number)
+        line = await self._process.shown.found_line(number)
         require_over(by, Operation.CHANGE_JOB, line.owner)
         await self._process.change(number, changes, approved=not self.proposes(by))
-        return self._process.line(number)
+        return self._process.shown.line(number)
 
     async def again(self, number: int, *, from_step: int | None = None, by: Caller = LOCAL) -> JobLine:
         """Queue a job that has ended once more, as a new one, from a step (from 1) on: the first that was not done.
@@ -129,7 +129,7 @@ class Queueing:
         """
         asked = Asked(Owner(by.name, by.source), ORDINARY, proposal=self.proposes(by))
         new = await self._process.again(number, asked, from_step)
-        return await self._process.found_line(new)
+        return await self._process.shown.found_line(new)
 
     async def recover(
         self, choice: str, holding: bool | None = None, *, resume_queue: bool = True, by: Caller = LOCAL
@@ -151,5 +151,5 @@ class Queueing:
 
     async def require_over(self, number: int, operation: Operation, by: Caller) -> None:
         """Raise `NotAllowed` where `by` may not do this to the job, `NotFound` where there is none."""
-        line = await self._process.found_line(number)
+        line = await self._process.shown.found_line(number)
         require_over(by, operation, line.owner)

@@ -103,7 +103,7 @@ class Service:
         """
         parsed = job if isinstance(job, Job) else Job.parse(job)
         number = await self._process.submit(parsed, self._asked(by, options, key))
-        line = await self._process.found_line(number)
+        line = await self._process.shown.found_line(number)
         return JobAccepted(number, line.name, line.steps)
 
     async def wish(
@@ -124,7 +124,7 @@ class Service:
         `options` say how it is to be queued.
         """
         number = await self._process.wish(wish, self._asked(by, options, key))
-        return await (self._process.result(number) if wait else self._process.report(number))
+        return await (self._process.result(number) if wait else self._process.shown.report(number))
 
     def _asked(self, by: Caller, options: Options, key: str) -> Asked:
         return Asked(Owner(by.name, by.source), options, key, proposal=self.queue.proposes(by))
@@ -152,11 +152,11 @@ class Service:
 
     async def job(self, number: int) -> JobReport:
         """Return what is known of a job now, also of one that ended long ago; raises `NotFound`."""
-        return await self._process.report(number)
+        return await self._process.shown.report(number)
 
     async def jobs(self) -> list[JobLine]:
         """Return one line for every job that has not ended, or ended lately, in the order they came."""
-        return self._process.lines()
+        return self._process.shown.lines()
 
     async def wait(self, number: int) -> JobReport:
         """Wait until a job has ended and return its report; raises `NotFound`."""
@@ -175,7 +175,7 @@ class Service:
 
         Raises `NotConnected`; the queue is paused all the same.
         """
-        self._process.halt(Stopped())
+        self._process.turns.halt(Stopped())
         self._held.halt()
         return await self._controller.stop()
 
@@ -185,11 +185,11 @@ class Service:
         The job under way is paused and goes on from there; one between two motions is held before the next.
         Raises `CannotPause` where nothing is under way, or a homing; `NotConnected`, `Faulted`.
         """
-        return await self._process.pause_motion()
+        return await self._process.turns.pause_motion()
 
     async def resume(self) -> None:
         """Go on after a pause of motion; raises `NotPaused`, `NotConnected`. The queue stays paused where it is."""
-        await self._process.resume_motion()
+        await self._process.turns.resume_motion()
 
     async def speed(self, ratio: float) -> None:
         """Scale the speed of all motion, also of what is under way, by `ratio` (0.01 to 1); raises `InvalidValue`."""
@@ -197,7 +197,7 @@ class Service:
 
     async def abort(self) -> None:
         """Stop without deceleration, and pause the queue where anything waits in it; raises `NotConnected`."""
-        self._process.halt(Stopped())
+        self._process.turns.halt(Stopped())
         self._held.halt()
         await self._controller.abort()
 
@@ -207,8 +207,8 @@ class Service:
 
     async def status(self) -> Status:
         """Return everything about now."""
-        jobs = self._process.first_lines()
-        mode = self._process.mode
+        jobs = self._process.shown.first_lines()
+        mode = self._process.shown.mode
         return Status(
             version=maya_un.__version__,
             address=self._address,
@@ -221,7 +221,7 @@ class Service:
             last_event=len(self._controller.events),
             run=self._controller.events.run,
             queue=mode,
-            reason=self._process.reason,
+            reason=self._process.shown.reason,
         )
 
     def events_since(self, seq: int) -> list[Event]:

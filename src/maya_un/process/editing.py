@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 
 from maya_un.errors import InvalidJob, InvalidRequest, InvalidValue, MayaError, WrongState
@@ -73,23 +73,17 @@ class Editing:
 
     async def move(self, number: int, beside: int, *, behind: bool) -> None:
         """Put a job before or `behind` the job `beside`; raises `NotFound`, `WrongState`, `StorageFailed`."""
-
-        def propose() -> list[Entry]:
-            self._waiting(number, "moved")
-            self._waiting(beside, "a neighbour")
-            if number == beside:
-                return []
-            places = self._items.order.moved(number, beside, behind=behind)
-            return [self._placed(place.number, place.priority, place.position) for place in places]
-
-        await self._ledger.write(propose)
+        await self._ledger.write(lambda: self._moved(number, beside, behind=behind))
 
     async def move_to(self, number: int, *, last: bool) -> None:
         """Put a job first, or `last`; raises as `move` does."""
-        self._waiting(number, "moved")
-        beside = self._items.order.outermost(number, last=last)
-        if beside is not None:
-            await self.move(number, beside, behind=last)
+
+        def propose() -> list[Entry]:
+            self._waiting(number, "moved")
+            beside = self._items.order.outermost(number, last=last)
+            return [] if beside is None else self._moved(number, beside, behind=last)
+
+        await self._ledger.write(propose)
 
     async def change(self, number: int, changes: Mapping[str, object], *, approved: bool) -> None:
         """Change the options of a job, or its body (`job`); what is not `approved` is a proposal after it.
@@ -100,25 +94,30 @@ class Editing:
         rest = {key: value for key, value in changes.items() if key != "job"}
         if "held" in rest:
             raise InvalidRequest(key="held", reason="a job is held and released by wishes of their own")
-        options = read_options(rest, item.row.options)
-        written = self._rewritten(item, changes["job"]) if "job" in changes else None
-        self._require_no_loop(number, options.depends_on)
-        depends_anew = options.depends_on != item.row.options.depends_on
-        standing = await self._submitting.standing(options.depends_on) if depends_anew else None
+        asked = read_options(rest, item.row.options).depends_on
+        standing = await self._submitting.standing(asked) if "depends_on" in rest else None
 
         def propose() -> list[Entry]:
             self._changeable(number)
-            return _unsure(self._changed(item, options, written, standing, approved=approved))
+            options = read_options(rest, item.row.options)
+            written = self._rewritten(item, changes["job"]) if "job" in changes else None
+            self._require_no_loop(number, options.depends_on)
+            depends_anew = options.depends_on != item.row.options.depends_on
+            changed = self._changed(item, options, written, standing if depends_anew else None, approved=approved)
+            return _unsure(changed)
 
         await self._ledger.write(propose)
         await self._submitting.hold_where_failed(item)
 
-    async def cancel(self, number: int, error: MayaError) -> None:
-        """End a job that is not under way; where it has ended, nothing happens. Raises `StorageFailed`."""
+    async def cancel(self, number: int, error: MayaError, unless: Callable[[], bool] = lambda: False) -> None:
+        """End a job that is not under way, `unless` it has begun meanwhile; where it has ended, nothing happens.
+
+        Raises `StorageFailed`.
+        """
 
         def propose() -> list[Entry]:
             item = self._items.get(number)
-            return [] if item.row.state.ended else _unsure(self.cancelled(item, error))
+            return [] if item.row.state.ended or unless() else _unsure(self.cancelled(item, error))
 
         await self._ledger.write(propose)
 
@@ -129,20 +128,28 @@ class Editing:
             some = numbers[begin : begin + _AT_A_TIME]
 
             def propose(some: list[int] = some) -> list[Entry]:
-                items = [self._items.get(number) for number in some if number in self._items.order]
-                return [entry for item in items for entry in _unsure(self.cancelled(item, error))]
+                items = {self._items.get(number): None for number in some if number in self._items.order}
+                return [entry for item in items for entry in _unsure(self.cancelled(item, error, items.keys()))]
 
             await self._ledger.write(propose)
 
-    def cancelled(self, item: Item, error: MayaError) -> list[Entry]:
-        """Return the changes that end a job which is not under way."""
+    def cancelled(self, item: Item, error: MayaError, among: Collection[Item] = ()) -> list[Entry]:
+        """Return the changes that end a job which is not under way, `among` others that end with it."""
         notice = Notice(error.code, str(error))
         steps = [] if item.record is None else item.record.steps
         interrupted = [step for step in steps if step.state is TaskState.INTERRUPTED]
         entries = [
             self._changes.step(item, step, step.become(TaskState.CANCELLED, notice), sure=False) for step in interrupted
         ]
-        return [*entries, *self._changes.job(item, TaskState.CANCELLED, notice)]
+        return [*entries, *self._changes.job(item, TaskState.CANCELLED, notice, among)]
+
+    def _moved(self, number: int, beside: int, *, behind: bool) -> list[Entry]:
+        self._waiting(number, "moved")
+        self._waiting(beside, "a neighbour")
+        if number == beside:
+            return []
+        places = self._items.order.moved(number, beside, behind=behind)
+        return [self._placed(place.number, place.priority, place.position) for place in places]
 
     def _waiting(self, number: int, wish: str) -> Item:
         item = self._items.get(number)

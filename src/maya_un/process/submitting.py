@@ -60,22 +60,22 @@ class Submitting:
     def _journal(self) -> Journal:
         return self._ledger.journal
 
-    async def submit(self, written: Written, asked: Asked, skipped: int = 0) -> tuple[int, bool]:
-        """Keep a job whose first steps are `skipped`; return its number, and whether it is a new one.
+    async def submit(self, written: Written, asked: Asked, skipped: int = 0) -> int:
+        """Keep a job whose first steps are `skipped`; return its number, or that of the one that came with its key.
 
         Raises `KeyReused`, `InvalidValue` for options out of range and jobs that do not exist, `StorageFailed`.
         """
         asked = replace(asked, options=checked(asked.options))
         if not asked.key:
-            return await self._new(written, asked, "", skipped), True
+            return await self._new(written, asked, "", skipped)
         digest = _digest(written, asked)
         async with self._turn_of(asked):
             known = await self._journal.keyed(asked.owner.name, asked.key)
             if known is None:
-                return await self._new(written, asked, digest, skipped), True
+                return await self._new(written, asked, digest, skipped)
             if known.digest != digest:
                 raise KeyReused(key=asked.key)
-            return known.id, False
+            return known.id
 
     @asynccontextmanager
     async def _turn_of(self, asked: Asked) -> AsyncIterator[None]:

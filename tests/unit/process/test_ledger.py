@@ -30,7 +30,7 @@ async def test_what_cannot_be_written_is_not_accepted() -> None:
         floor.journal.broken = "the disk is full"
         with pytest.raises(StorageFailed, match="the disk is full"):
             await floor.process.submit(HOME)
-        assert floor.process.lines() == []
+        assert floor.process.shown.lines() == []
         assert floor.told(Kind.JOB) == []
         floor.journal.broken = ""
         number = await floor.process.submit(HOME)
@@ -46,19 +46,19 @@ async def test_no_step_begins_that_cannot_be_written_and_the_end_of_the_last_is_
         floor.journal.broken = "the disk is full"
         await elapse(LONG)
         assert floor.controller.names() == ["home"]
-        assert (process.mode, process.reason) == (QueueMode.PAUSED, "storage")
+        assert (process.shown.mode, process.shown.reason) == (QueueMode.PAUSED, "storage")
         assert [event.detail["state"] for event in floor.told(Kind.STEP)] == ["running"]
         assert [event.detail["state"] for event in floor.told(Kind.STORAGE)] == ["failing"]
         assert await kept(floor, 1) == ("running", ["running"])
         with pytest.raises(StorageFailed):
-            await process.resume("ana")
+            await process.turns.resume("ana")
         floor.journal.broken = ""
         await elapse(2 * RETRY)
         assert await kept(floor, 1) == ("paused", ["done"])
         assert [event.detail["state"] for event in floor.told(Kind.STORAGE)] == ["failing", "working"]
         await elapse(LONG)
         assert floor.controller.names() == ["home"]
-        await process.resume("ana")
+        await process.turns.resume("ana")
         assert (await process.result(2)).state is TaskState.DONE
         assert floor.states(1) == ["queued", "running", "paused", "running", "done"]
 
@@ -75,7 +75,7 @@ async def test_a_job_whose_last_end_cannot_be_written_is_announced_when_it_can()
         assert report.state is TaskState.DONE
         assert await kept(floor, number) == ("done", ["done"])
         await elapse(1.0)
-        assert floor.process.mode is QueueMode.RUNNING
+        assert floor.process.shown.mode is QueueMode.RUNNING
 
 
 async def test_a_job_that_cannot_be_written_as_begun_does_not_begin() -> None:
@@ -85,21 +85,21 @@ async def test_a_job_that_cannot_be_written_as_begun_does_not_begin() -> None:
         floor.journal.broken = "the file may only be read"
         await elapse(LONG)
         assert floor.controller.calls == []
-        assert floor.process.line(1).state is TaskState.QUEUED
+        assert floor.process.shown.line(1).state is TaskState.QUEUED
         floor.journal.broken = ""
-        await floor.process.resume("ana")
+        await floor.process.turns.resume("ana")
         assert (await floor.process.result(1)).state is TaskState.DONE
 
 
 async def test_a_wish_for_now_that_cannot_begin_does_not_try_for_ever() -> None:
     async with Machine().running() as floor:
-        await floor.process.pause("ana", now=False)
+        await floor.process.turns.pause("ana", now=False)
         await floor.process.submit(HOME)
         wish = await floor.process.wish(Home())
         await floor.process.wish(Home())
         floor.journal.broken = "the disk is full"
         await elapse(LONG)
-        assert floor.process.line(wish + 1).state is TaskState.QUEUED
+        assert floor.process.shown.line(wish + 1).state is TaskState.QUEUED
         assert floor.controller.names() == ["home"]
         floor.journal.broken = ""
 
@@ -108,10 +108,10 @@ async def test_a_wish_for_now_that_cannot_begin_does_not_try_for_ever() -> None:
 async def test_what_somebody_wants_changed_is_changed_when_it_is_written_or_not_at_all(wish: str) -> None:
     async with Machine().running() as floor:
         process = floor.process
-        await process.pause("ana", now=False)
+        await process.turns.pause("ana", now=False)
         for _ in range(2):
             await process.submit(HOME)
-        before = process.view()
+        before = process.shown.view()
         floor.journal.broken = "the disk is full"
         wishes = {
             "hold": lambda: process.hold(2),
@@ -122,7 +122,7 @@ async def test_what_somebody_wants_changed_is_changed_when_it_is_written_or_not_
         }
         with pytest.raises(StorageFailed):
             await wishes[wish]()
-        assert process.view() == before
+        assert process.shown.view() == before
         floor.journal.broken = ""
 
 
@@ -132,11 +132,11 @@ async def test_a_pause_holds_also_where_it_cannot_be_written() -> None:
         await floor.until(1, 1)
         floor.journal.broken = "the disk is full"
         with pytest.raises(StorageFailed):
-            await floor.process.pause("ana", now=False)
+            await floor.process.turns.pause("ana", now=False)
         floor.journal.broken = ""
         await elapse(LONG)
         assert floor.controller.names() == ["home"]
-        assert (floor.process.mode, floor.process.reason) == (QueueMode.PAUSED, "asked")
+        assert (floor.process.shown.mode, floor.process.shown.reason) == (QueueMode.PAUSED, "asked")
         assert floor.told(Kind.QUEUE)[0].detail["by"] == "ana"
 
 

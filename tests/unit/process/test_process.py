@@ -92,8 +92,8 @@ async def test_a_homing_is_not_predicted() -> None:
 async def test_jobs_run_in_the_order_they_came() -> None:
     async with running() as (controller, process):
         numbers = [await process.submit(job({"approach": place}, name=place)) for place in ("cube", "tray", "cube")]
-        assert [line.state.value for line in process.lines()] == ["running", "queued", "queued"]
-        assert [line.position for line in process.lines()] == [None, 1, 2]
+        assert [line.state.value for line in process.shown.lines()] == ["running", "queued", "queued"]
+        assert [line.position for line in process.shown.lines()] == [None, 1, 2]
         assert process.running == numbers[0]
         await process.result(numbers[-1])
         assert process.running is None
@@ -148,8 +148,8 @@ async def test_a_fault_fails_the_job_and_pauses_the_queue(error: LinkLost | EndN
         first, second = await process.submit(job(*PICK_AND_PLACE)), await process.submit(job("home"))
         assert states(await process.result(first)) == ["failed", "failed", "skipped"]
         await elapse(100.0)
-        assert process.line(second).state is TaskState.QUEUED
-        assert (process.mode, process.reason) == (QueueMode.PAUSED, "fault")
+        assert process.shown.line(second).state is TaskState.QUEUED
+        assert (process.shown.mode, process.shown.reason) == (QueueMode.PAUSED, "fault")
         assert len(controller.calls) == 3
 
 
@@ -161,9 +161,9 @@ async def test_a_stop_cancels_the_job_and_pauses_the_queue() -> None:
         report = await process.result(first)
         assert (states(report), report.code) == (["cancelled", "cancelled", "skipped"], Stopped.code)
         await elapse(100.0)
-        assert (process.mode, process.reason) == (QueueMode.PAUSED, "stop")
+        assert (process.shown.mode, process.shown.reason) == (QueueMode.PAUSED, "stop")
         assert "home" not in controller.names()
-        await process.resume("ana")
+        await process.turns.resume("ana")
         assert (await process.result(second)).state is TaskState.DONE
 
 
@@ -171,10 +171,10 @@ async def test_an_empty_queue_is_not_paused_by_a_stop() -> None:
     async with running() as (controller, process):
         first = await process.submit(job(*PICK_AND_PLACE))
         await elapse(5.0)
-        process.halt(Stopped())
+        process.turns.halt(Stopped())
         await controller.stop()
         await process.result(first)
-        assert process.mode is QueueMode.RUNNING
+        assert process.shown.mode is QueueMode.RUNNING
         assert (await process.result(await process.submit(job("home")))).state is TaskState.DONE
 
 
@@ -182,7 +182,7 @@ async def test_after_a_halt_no_further_step_begins() -> None:
     async with running() as (controller, process):
         number = await process.submit(job("home", "home"))
         await elapse(1.0)
-        process.halt(Stopped())
+        process.turns.halt(Stopped())
         assert states(await process.result(number)) == ["cancelled", "done", "skipped"]
         assert controller.names() == ["home"]
 
@@ -233,7 +233,7 @@ async def test_nothing_is_queued_while_nothing_can_run() -> None:
         controller.state = state_of(None, mode=Mode.DISCONNECTED)
         with pytest.raises(NotConnected):
             await process.wish(Home())
-        assert process.lines() == []
+        assert process.shown.lines() == []
 
 
 async def test_unknown_names_and_numbers_are_refused() -> None:
@@ -241,7 +241,7 @@ async def test_unknown_names_and_numbers_are_refused() -> None:
         with pytest.raises(UnknownName):
             await process.submit(job({"pick": "sphere"}))
         with pytest.raises(NotFound):
-            await process.report(1)
+            await process.shown.report(1)
 
 
 async def test_a_wish_is_a_job_of_one_step() -> None:
@@ -255,7 +255,7 @@ async def test_closing_cancels_everything() -> None:
         numbers = [await process.submit(job("home")) for _ in range(3)]
         await elapse(1.0)
         await process.close()
-        assert [(await process.report(number)).state.value for number in numbers] == ["cancelled"] * 3
+        assert [(await process.shown.report(number)).state.value for number in numbers] == ["cancelled"] * 3
         assert controller.names()[-1] == "at rest"
 
 
@@ -270,7 +270,7 @@ async def test_a_defect_of_ours_ends_the_job_with_a_report(monkeypatch: pytest.M
         monkeypatch.setattr(controller, "gripper", broken)
         first, second = await process.submit(job("home", {"gripper": "open"})), await process.submit(job("home"))
         assert states(await process.result(first)) == ["failed", "done", "failed"]
-        assert (process.line(second).state.value, process.reason) == ("queued", "fault")
+        assert (process.shown.line(second).state.value, process.shown.reason) == ("queued", "fault")
         await elapse(0.0)
         assert [type(defect) for defect in defects] == [ZeroDivisionError]
 
@@ -280,7 +280,7 @@ async def test_the_oldest_ended_job_is_forgotten_when_there_are_too_many(monkeyp
     async with running() as (_, process):
         for _ in range(5):
             await process.result(await process.submit(job("home")))
-        assert [line.id for line in process.lines()] == [3, 4, 5]
+        assert [line.id for line in process.shown.lines()] == [3, 4, 5]
 
 
 async def test_steps_are_events_with_their_code() -> None:

@@ -40,7 +40,7 @@ async def test_the_greater_priority_goes_first_and_equals_in_the_order_they_came
     async with Machine().running() as floor:
         for priority in (0, 0, 5, -5, 5, 0):
             await floor.process.submit(HOME, asked(priority=priority))
-        assert [line.position for line in floor.process.lines()] == [None, 3, 1, 5, 2, 4]
+        assert [line.position for line in floor.process.shown.lines()] == [None, 3, 1, 5, 2, 4]
         assert await order_of(floor) == [1, 3, 5, 2, 6, 4]
 
 
@@ -62,7 +62,7 @@ async def test_a_job_is_put_aside_and_taken_up_again() -> None:
         await floor.process.submit(HOME)
         await floor.process.hold(2)
         await floor.process.hold(2)
-        assert floor.process.line(2).state is TaskState.HELD
+        assert floor.process.shown.line(2).state is TaskState.HELD
         assert await order_of(floor) == [1]
         await floor.process.release(2, "ana")
         assert floor.states(2) == ["queued", "held", "queued"]
@@ -92,7 +92,7 @@ async def test_a_job_waits_for_those_on_which_it_depends() -> None:
         await floor.process.submit(HOME, asked(depends_on=(1, 2)))
         await floor.process.submit(HOME)
         assert await order_of(floor) == [1, 4]
-        assert floor.process.line(3).state is TaskState.QUEUED
+        assert floor.process.shown.line(3).state is TaskState.QUEUED
         await floor.process.release(2, "ana")
         assert await order_of(floor) == [1, 4, 2, 3]
 
@@ -106,12 +106,12 @@ async def test_what_depends_on_a_job_that_failed_is_held_with_the_reason(before:
             await elapse(1.0)
         second = await process.submit(HOME, asked(depends_on=(bad,)))
         await elapse(LONG)
-        line = process.line(second)
+        line = process.shown.line(second)
         assert (line.state, line.code) == (TaskState.HELD, 4017)
         assert "job 1" in line.message.lower()
         await process.release(second, "ana")
         assert (await process.result(second)).state is TaskState.DONE
-        assert process.line(second).message == ""
+        assert process.shown.line(second).message == ""
 
 
 async def test_only_jobs_that_exist_can_be_depended_on() -> None:
@@ -132,17 +132,17 @@ async def test_after_a_pause_no_step_begins_until_somebody_resumes() -> None:
         await process.submit(job(*PICK_AND_PLACE))
         await process.submit(HOME)
         await elapse(1.0)
-        await process.pause("ben", now=False)
-        assert process.mode is QueueMode.PAUSING
+        await process.turns.pause("ben", now=False)
+        assert process.shown.mode is QueueMode.PAUSING
         await elapse(LONG)
-        view = process.view()
+        view = process.shown.view()
         assert (view.mode, view.reason, view.by) == (QueueMode.PAUSED, "asked", "ben")
         assert [(line.id, line.state, line.done) for line in view.waiting] == [
             (1, TaskState.PAUSED, 1),
             (2, TaskState.QUEUED, 0),
         ]
         assert "home" not in floor.controller.names()
-        await process.resume("ana")
+        await process.turns.resume("ana")
         assert (await process.result(2)).state is TaskState.DONE
         assert floor.states(1) == ["queued", "running", "paused", "running", "done"]
         told = [(e.detail["state"], e.detail["by"]) for e in floor.told(Kind.QUEUE)]
@@ -154,10 +154,10 @@ async def test_a_pause_now_holds_the_motion_too() -> None:
         process = floor.process
         await process.submit(job(*PICK_AND_PLACE))
         await elapse(1.0)
-        await process.pause("ben", now=True)
+        await process.turns.pause("ben", now=True)
         assert ("pause", True) in floor.controller.calls
-        assert process.line(1).state is TaskState.PAUSED
-        await process.resume("ben")
+        assert process.shown.line(1).state is TaskState.PAUSED
+        await process.turns.resume("ben")
         assert ("resume", None) in floor.controller.calls
         assert floor.states(1) == ["queued", "running", "paused", "running"]
         assert (await process.result(1)).state is TaskState.DONE
@@ -167,8 +167,8 @@ async def test_a_motion_pause_is_seen_in_the_job_and_a_job_that_ends_in_it_follo
     async with Machine().running() as floor:
         await floor.process.submit(job({"approach": "cube"}))
         await elapse(1.0)
-        await floor.process.pause_motion()
-        assert floor.process.line(1).state is TaskState.PAUSED
+        await floor.process.turns.pause_motion()
+        assert floor.process.shown.line(1).state is TaskState.PAUSED
         await floor.process.result(1)  # the fake goes on all the same
         assert floor.states(1) == ["queued", "running", "paused", "running", "done"]
 
@@ -176,71 +176,71 @@ async def test_a_motion_pause_is_seen_in_the_job_and_a_job_that_ends_in_it_follo
 async def test_one_step_at_a_time() -> None:
     async with Machine().running() as floor:
         process = floor.process
-        await process.pause("ana", now=False)
+        await process.turns.pause("ana", now=False)
         await process.submit(job("home", *PICK_AND_PLACE))
         await process.submit(HOME)
         for done in (1, 2):
-            await process.step("ana")
+            await process.turns.step("ana")
             await elapse(LONG)
-            assert (process.line(1).state, process.line(1).done) == (TaskState.PAUSED, done)
-        await process.step("ana")
+            assert (process.shown.line(1).state, process.shown.line(1).done) == (TaskState.PAUSED, done)
+        await process.turns.step("ana")
         await elapse(LONG)
-        assert process.line(1).state is TaskState.DONE
-        assert process.line(2).state is TaskState.QUEUED
-        await process.step("ana")
+        assert process.shown.line(1).state is TaskState.DONE
+        assert process.shown.line(2).state is TaskState.QUEUED
+        await process.turns.step("ana")
         await elapse(LONG)
-        assert process.line(2).state is TaskState.DONE
-        await process.step("ana")
+        assert process.shown.line(2).state is TaskState.DONE
+        await process.turns.step("ana")
         await process.submit(HOME)
         await elapse(LONG)
-        assert process.line(3).state is TaskState.QUEUED
+        assert process.shown.line(3).state is TaskState.QUEUED
 
 
 async def test_a_step_of_a_queue_that_runs_is_its_last() -> None:
     async with Machine().running() as floor:
         await floor.process.submit(job("home", "home"))
         await elapse(1.0)
-        await floor.process.step("ana")
+        await floor.process.turns.step("ana")
         await elapse(LONG)
-        assert (floor.process.line(1).done, floor.process.reason) == (1, "step")
+        assert (floor.process.shown.line(1).done, floor.process.shown.reason) == (1, "step")
 
 
 async def test_a_stepwise_job_pauses_after_every_step() -> None:
     async with Machine().running() as floor:
         await floor.process.submit(job("home", "home"), asked(stepwise=True))
         await elapse(LONG)
-        assert (floor.process.mode, floor.process.reason) == (QueueMode.PAUSED, "step")
-        assert floor.process.line(1).done == 1
-        await floor.process.resume("ana")
+        assert (floor.process.shown.mode, floor.process.shown.reason) == (QueueMode.PAUSED, "step")
+        assert floor.process.shown.line(1).done == 1
+        await floor.process.turns.resume("ana")
         assert (await floor.process.result(1)).state is TaskState.DONE
 
 
 async def test_a_wish_is_done_at_once_while_the_queue_is_paused() -> None:
     async with Machine().running() as floor:
         process = floor.process
-        await process.pause("ana", now=False)
+        await process.turns.pause("ana", now=False)
         await process.submit(job(*PICK_AND_PLACE))
         report = await process.result(await process.wish(Home()))
         assert report.state is TaskState.DONE
         queued = await process.wish(Home(), asked(notes="later"))
         await elapse(LONG)
-        assert process.line(queued).state is TaskState.QUEUED
-        assert process.line(1).state is TaskState.QUEUED
+        assert process.shown.line(queued).state is TaskState.QUEUED
+        assert process.shown.line(1).state is TaskState.QUEUED
 
 
 async def test_a_wish_for_now_does_not_outlive_a_stop() -> None:
     async with Machine().running() as floor:
         process = floor.process
-        await process.pause("ana", now=False)
+        await process.turns.pause("ana", now=False)
         await process.submit(HOME)
         first = await process.wish(Home())
         second = await process.wish(Home())
         await elapse(1.0)
-        process.halt(Stopped())
+        process.turns.halt(Stopped())
         await floor.controller.stop()
         assert (await process.result(first)).state is TaskState.CANCELLED
         await elapse(LONG)
-        assert process.line(second).state is TaskState.QUEUED
+        assert process.shown.line(second).state is TaskState.QUEUED
         assert floor.controller.names().count("home") == 1
 
 
@@ -268,14 +268,14 @@ async def test_a_pick_is_never_tried_again_and_nothing_is_after_a_stop(error: St
 @pytest.mark.parametrize(("policy", "mode"), [("continue", "running"), ("pause", "paused")])
 async def test_after_a_refusal_the_queue_does_what_was_asked(policy: str, mode: str) -> None:
     async with Machine().running() as floor:
-        await floor.process.pause("ana", now=False)
+        await floor.process.turns.pause("ana", now=False)
         await floor.process.submit(job({"place": "tray"}), asked(on_failure=OnFailure(policy)))
         await floor.process.submit(HOME)
-        await floor.process.resume("ana")
+        await floor.process.turns.resume("ana")
         await elapse(1.0)
-        assert floor.process.mode.value == mode
+        assert floor.process.shown.mode.value == mode
         await elapse(LONG)
-        assert (floor.process.line(2).state is TaskState.DONE) is (mode == "running")
+        assert (floor.process.shown.line(2).state is TaskState.DONE) is (mode == "running")
 
 
 async def test_a_job_is_done_again_from_the_step_that_was_not_done() -> None:
@@ -314,7 +314,7 @@ async def test_a_job_is_changed_while_it_waits() -> None:
         await process.submit(HOME)
         changes = {"priority": 3, "notes": "first", "job": {"name": "two", "steps": ["home", "home"]}}
         await process.change(3, changes)
-        line = process.line(3)
+        line = process.shown.line(3)
         assert (line.position, line.notes, line.name, line.steps) == (1, "first", "two", 2)
         with pytest.raises(WrongState, match="running"):
             await process.change(1, {"notes": "late"})
@@ -323,7 +323,7 @@ async def test_a_job_is_changed_while_it_waits() -> None:
         with pytest.raises(InvalidJob):
             await process.change(2, {"job": {"steps": []}})
         assert await order_of(floor) == [1, 3, 2]
-        assert (await process.report(3)).line.done == 2
+        assert (await process.shown.report(3)).line.done == 2
 
 
 async def test_of_a_paused_job_the_steps_that_have_not_begun_are_replaced() -> None:
@@ -335,7 +335,7 @@ async def test_of_a_paused_job_the_steps_that_have_not_begun_are_replaced() -> N
         with pytest.raises(InvalidJob, match="1 have begun"):
             await process.change(1, {"job": {"steps": [{"gripper": "open"}, "home"]}})
         await process.change(1, {"job": {"steps": ["home", {"gripper": "close"}]}, "stepwise": False})
-        await process.resume("ana")
+        await process.turns.resume("ana")
         report = await process.result(1)
         assert [(step.step, step.state.value) for step in report.steps] == [("home", "done"), ("gripper close", "done")]
 
@@ -374,7 +374,7 @@ async def test_while_a_job_runs_its_owner_drives_until_somebody_takes_it_over() 
         floor.lease.take("eva", "test", patience=1e5)
         assert (await floor.process.result(1)).state is TaskState.DONE
         await elapse(LONG)
-        assert floor.process.line(2).state is TaskState.QUEUED
+        assert floor.process.shown.line(2).state is TaskState.QUEUED
 
 
 async def test_a_job_that_is_half_done_goes_on_under_another_driver() -> None:
@@ -383,10 +383,10 @@ async def test_a_job_that_is_half_done_goes_on_under_another_driver() -> None:
         await floor.process.submit(HOME, asked("eva"))
         await elapse(LONG)
         floor.lease.take("eva", "test", patience=1e5)
-        await floor.process.resume("eva")
+        await floor.process.turns.resume("eva")
         assert await order_of(floor) == [1, 1]
-        assert floor.process.reason == "step"
-        await floor.process.resume("eva")
+        assert floor.process.shown.reason == "step"
+        await floor.process.turns.resume("eva")
         assert await order_of(floor) == [1, 1, 2]
 
 
@@ -397,7 +397,7 @@ async def test_a_lost_driver_pauses_the_queue_after_the_step() -> None:
         await floor.process.submit(HOME)
         await floor.process.change(2, {"notes": "waits"})
         await elapse(LONG)
-        assert (floor.process.mode, floor.process.reason) == (QueueMode.PAUSED, "driver")
+        assert (floor.process.shown.mode, floor.process.shown.reason) == (QueueMode.PAUSED, "driver")
 
 
 async def test_clear_cancels_all_that_waits() -> None:
@@ -406,7 +406,7 @@ async def test_clear_cancels_all_that_waits() -> None:
         for held in (False, False, True):
             await process.submit(HOME, asked(held=held))
         await process.clear()
-        assert [line.state.value for line in process.lines()] == ["running", "cancelled", "cancelled"]
+        assert [line.state.value for line in process.shown.lines()] == ["running", "cancelled", "cancelled"]
         assert (await process.result(1)).state is TaskState.DONE
 
 
@@ -416,16 +416,16 @@ async def test_a_pause_that_nobody_asked_for_ends_with_what_it_protects() -> Non
         await process.submit(HOME)
         await process.submit(HOME)
         await elapse(1.0)
-        process.halt(Stopped())
+        process.turns.halt(Stopped())
         await floor.controller.stop()
         await process.result(1)
-        assert process.mode is QueueMode.PAUSED
+        assert process.shown.mode is QueueMode.PAUSED
         await process.cancel(2)
-        assert process.mode is QueueMode.RUNNING
-        await process.pause("ana", now=False)
+        assert process.shown.mode is QueueMode.RUNNING
+        await process.turns.pause("ana", now=False)
         await process.submit(HOME)
         await process.clear()
-        assert process.mode is QueueMode.PAUSED
+        assert process.shown.mode is QueueMode.PAUSED
 
 
 async def test_what_was_asked_for_before_a_stop_does_not_begin_after_it() -> None:
@@ -434,10 +434,10 @@ async def test_what_was_asked_for_before_a_stop_does_not_begin_after_it() -> Non
         machine.journal.slow = 5.0
         submitting = asyncio.create_task(floor.process.submit(HOME))
         await elapse(1.0)
-        floor.process.halt(Stopped())
+        floor.process.turns.halt(Stopped())
         assert await submitting == 1
         await elapse(LONG)
-        assert (floor.process.line(1).state, floor.process.reason) == (TaskState.QUEUED, "stop")
+        assert (floor.process.shown.line(1).state, floor.process.shown.reason) == (TaskState.QUEUED, "stop")
 
 
 async def test_whoever_leaves_while_his_job_is_written_has_submitted_it() -> None:
@@ -448,7 +448,7 @@ async def test_whoever_leaves_while_his_job_is_written_has_submitted_it() -> Non
         await elapse(1.0)
         submitting.cancel()
         await elapse(LONG)
-        assert floor.process.line(1).state is TaskState.DONE
+        assert floor.process.shown.line(1).state is TaskState.DONE
 
 
 async def test_the_end_of_the_queue_is_predicted_from_where_each_job_ends() -> None:
@@ -457,7 +457,7 @@ async def test_the_end_of_the_queue_is_predicted_from_where_each_job_ends() -> N
         for _ in range(3):
             await process.submit(job(*PICK_AND_PLACE, {"approach": "cube"}))
         await elapse(5.0)
-        view = process.view()
+        view = process.shown.view()
         assert view.running is not None
         etas = [line.eta for line in (view.running, *view.waiting)]
         report = [await process.result(number) for number in (1, 2, 3)]
@@ -468,10 +468,10 @@ async def test_the_end_of_the_queue_is_predicted_from_where_each_job_ends() -> N
 
 async def test_while_it_is_paused_nobody_knows_when_the_queue_ends() -> None:
     async with Machine().running() as floor:
-        await floor.process.pause("ana", now=False)
+        await floor.process.turns.pause("ana", now=False)
         await floor.process.submit(job(*PICK_AND_PLACE))
         await elapse(1.0)
-        view = floor.process.view()
+        view = floor.process.shown.view()
         assert (view.finish_at, view.waiting[0].eta) == (None, None)
         assert view.waiting[0].predicted is not None
 
@@ -479,9 +479,9 @@ async def test_while_it_is_paused_nobody_knows_when_the_queue_ends() -> None:
 async def test_a_wish_keeps_its_words() -> None:
     async with Machine().running() as floor:
         number = await floor.process.wish(Gripper(True), asked(held=True))
-        assert await floor.process.body(number) == {"wish": {"command": "gripper", "open": True}}
+        assert await floor.process.shown.body(number) == {"wish": {"command": "gripper", "open": True}}
         await floor.process.submit(HOME, asked(held=True))
-        assert await floor.process.body(2) == {
+        assert await floor.process.shown.body(2) == {
             "name": "home",
             "parts": {"cube": [0.5, 1.1]},
             "places": {"tray": [1.1, 0.5]},

@@ -32,7 +32,7 @@ async def test_nothing_moves_after_a_restart() -> None:
     async with machine.running() as floor:
         await elapse(LONG)
         assert floor.controller.calls == []
-        view = floor.process.view()
+        view = floor.process.shown.view()
         assert (view.mode, view.reason) == (QueueMode.PAUSED, "restart")
         assert [(line.id, line.state) for line in view.waiting] == [
             (1, TaskState.INTERRUPTED),
@@ -41,14 +41,14 @@ async def test_nothing_moves_after_a_restart() -> None:
         assert view.recovery is not None
         assert (view.recovery.job, view.recovery.index, view.recovery.step) == (1, 1, "pick cube")
         assert view.recovery.state == floor.controller.state
-        report = await floor.process.report(1)
+        report = await floor.process.shown.report(1)
         assert [step.state.value for step in report.steps] == ["interrupted", "queued", "queued"]
 
 
 async def test_the_phase_that_was_under_way_is_known() -> None:
     machine = await killed_at(1, after=10.0)
     async with machine.running() as floor:
-        recovery = floor.process.recovery()
+        recovery = floor.process.shown.view().recovery
         assert recovery is not None
         assert recovery.phase in {"approach", "down"}
 
@@ -56,7 +56,7 @@ async def test_the_phase_that_was_under_way_is_known() -> None:
 async def test_a_queue_in_which_a_restart_left_something_is_not_resumed_unasked() -> None:
     machine = await killed_at(1)
     async with machine.running() as floor:
-        for wish in (floor.process.resume, floor.process.step):
+        for wish in (floor.process.turns.resume, floor.process.turns.step):
             with pytest.raises(AnswerNeeded, match="job 1"):
                 await wish("ana")
         await elapse(LONG)
@@ -67,7 +67,7 @@ async def recover(floor: Floor, choice: str, *, holding: bool | None = None, res
     """Choose, let everything run, and return the states of the first job's steps."""
     await floor.process.recover(choice, holding, resume_queue=resume_queue, by="ana")
     await elapse(LONG)
-    return [step.state.value for step in (await floor.process.report(1)).steps]
+    return [step.state.value for step in (await floor.process.shown.report(1)).steps]
 
 
 @pytest.mark.parametrize("choice", ["resume", "redo"])
@@ -75,7 +75,7 @@ async def test_a_pick_that_did_not_take_the_part_is_done_again(choice: str) -> N
     machine = await killed_at(1)
     async with machine.running() as floor:
         assert await recover(floor, choice) == ["done"] * 3
-        assert floor.process.line(2).state is TaskState.DONE
+        assert floor.process.shown.line(2).state is TaskState.DONE
         assert floor.states(1) == ["interrupted", "queued", "running", "done"]
 
 
@@ -83,7 +83,7 @@ async def test_a_pick_whose_part_is_in_the_gripper_counts_as_done() -> None:
     machine = await killed_at(1)
     machine.closed = True
     async with machine.running() as floor:
-        recovery = floor.process.recovery()
+        recovery = floor.process.shown.view().recovery
         assert recovery is not None
         assert recovery.holding is None
         with pytest.raises(AnswerNeeded):
@@ -106,7 +106,7 @@ async def test_redoing_a_pick_with_the_part_in_the_gripper_is_refused_and_still_
     async with machine.running() as floor:
         with pytest.raises(GripperNotEmpty):
             await recover(floor, "redo", holding=True)
-        assert floor.process.recovery() is not None
+        assert floor.process.shown.view().recovery is not None
         assert floor.controller.calls == []
 
 
@@ -136,16 +136,16 @@ async def test_a_step_is_left_out() -> None:
     machine.closed = False
     async with machine.running() as floor:
         assert await recover(floor, "skip") == ["done", "skipped", "done"]
-        assert (await floor.process.report(1)).parts == {"cube": None}
+        assert (await floor.process.shown.report(1)).parts == {"cube": None}
 
 
 async def test_an_aborted_job_lets_the_queue_wait() -> None:
     machine = await killed_at(2)
     async with machine.running() as floor:
         assert await recover(floor, "abort") == ["done", "cancelled", "skipped"]
-        assert floor.process.line(1).state is TaskState.CANCELLED
-        assert floor.process.line(2).state is TaskState.QUEUED
-        assert floor.process.mode is QueueMode.PAUSED
+        assert floor.process.shown.line(1).state is TaskState.CANCELLED
+        assert floor.process.shown.line(2).state is TaskState.QUEUED
+        assert floor.process.shown.mode is QueueMode.PAUSED
         with pytest.raises(NotFound):
             await recover(floor, "abort")
 
@@ -154,10 +154,10 @@ async def test_a_choice_without_going_on_leaves_the_queue_paused() -> None:
     machine = await killed_at(1)
     async with machine.running() as floor:
         assert await recover(floor, "redo", resume_queue=False) == ["queued"] * 3
-        assert [line.id for line in floor.process.view().waiting] == [1, 2]
-        await floor.process.resume("ana")
+        assert [line.id for line in floor.process.shown.view().waiting] == [1, 2]
+        await floor.process.turns.resume("ana")
         await elapse(LONG)
-        assert floor.process.line(1).state is TaskState.DONE
+        assert floor.process.shown.line(1).state is TaskState.DONE
 
 
 async def test_a_robot_that_is_not_homed_is_homed_first_by_a_wish() -> None:
@@ -173,11 +173,11 @@ async def test_a_robot_that_is_not_homed_is_homed_first_by_a_wish() -> None:
 async def test_a_paused_queue_stays_paused_for_its_own_reason() -> None:
     machine = Machine()
     async with machine.running() as floor:
-        await floor.process.pause("ben", now=False)
+        await floor.process.turns.pause("ben", now=False)
         await floor.process.submit(HOME)
     async with machine.running() as floor:
         await elapse(LONG)
-        view = floor.process.view()
+        view = floor.process.shown.view()
         assert (view.mode, view.reason, view.by) == (QueueMode.PAUSED, "asked", "ben")
         assert view.recovery is None
 
@@ -187,10 +187,10 @@ async def test_an_empty_queue_runs_after_a_restart() -> None:
     async with machine.running() as floor:
         await floor.process.result(await floor.process.submit(HOME))
     async with machine.running() as floor:
-        assert floor.process.mode is QueueMode.RUNNING
+        assert floor.process.shown.mode is QueueMode.RUNNING
         assert await floor.process.submit(HOME) == 2
-        assert (await floor.process.report(1)).state is TaskState.DONE
-        assert [step.step for step in (await floor.process.report(1)).steps] == ["home"]
+        assert (await floor.process.shown.report(1)).state is TaskState.DONE
+        assert [step.step for step in (await floor.process.shown.report(1)).steps] == ["home"]
 
 
 async def test_ending_the_program_interrupts_the_job_and_keeps_what_waits() -> None:
@@ -202,9 +202,9 @@ async def test_ending_the_program_interrupts_the_job_and_keeps_what_waits() -> N
     await floor.process.close()
     floor.lease.close()
     assert floor.controller.names() == ["home", "at rest"]
-    assert [line.state.value for line in floor.process.lines()] == ["interrupted", "queued"]
+    assert [line.state.value for line in floor.process.shown.lines()] == ["interrupted", "queued"]
     async with machine.running() as again:
-        recovery = again.process.recovery()
+        recovery = again.process.shown.view().recovery
         assert recovery is not None
         assert (recovery.job, recovery.index) == (1, 1)
 
@@ -218,7 +218,7 @@ async def test_ending_the_program_after_the_step() -> None:
     floor.lease.close()
     assert floor.controller.names() == ["home"]
     async with machine.running() as again:
-        recovery = again.process.recovery()
+        recovery = again.process.shown.view().recovery
         assert recovery is not None
         assert (recovery.index, [choice.name for choice in recovery.choices]) == (0, ["resume", "abort"])
         assert await recover(again, "resume") == ["done", "done"]
@@ -237,17 +237,17 @@ async def test_whoever_waits_is_told_when_the_program_ends() -> None:
 async def test_dependencies_and_holds_outlive_a_restart() -> None:
     machine = Machine()
     async with machine.running() as floor:
-        await floor.process.pause("ana", now=False)
+        await floor.process.turns.pause("ana", now=False)
         await floor.process.submit(HOME, asked(held=True))
         await floor.process.submit(HOME, asked(depends_on=(1,)))
         await floor.process.submit(HOME, asked(priority=7))
     async with machine.running() as floor:
-        await floor.process.resume("ana")
+        await floor.process.turns.resume("ana")
         await elapse(LONG)
-        assert [line.state.value for line in floor.process.lines()] == ["held", "queued", "done"]
+        assert [line.state.value for line in floor.process.shown.lines()] == ["held", "queued", "done"]
         await floor.process.release(1, "ana")
         await elapse(LONG)
-        assert [line.state.value for line in floor.process.lines()] == ["done"] * 3
+        assert [line.state.value for line in floor.process.shown.lines()] == ["done"] * 3
 
 
 async def test_two_jobs_may_wait_for_a_person_one_after_the_other() -> None:
@@ -259,18 +259,18 @@ async def test_two_jobs_may_wait_for_a_person_one_after_the_other() -> None:
     await elapse(1.0)
     await machine.kill(floor)
     async with machine.running() as again:
-        first = again.process.recovery()
+        first = again.process.shown.view().recovery
         assert first is not None
         await again.process.recover("resume", None, resume_queue=True, by="ana")
-        second = again.process.recovery()
+        second = again.process.shown.view().recovery
         assert second is not None
         assert [(one.job, one.index) for one in (first, second)] == [(1, 0), (2, 1)]
-        assert again.process.mode is QueueMode.PAUSED
+        assert again.process.shown.mode is QueueMode.PAUSED
         await again.process.recover("redo", None, resume_queue=True, by="ana")
         await elapse(LONG)
-        await again.process.resume("ana")  # the first pauses after its step
+        await again.process.turns.resume("ana")  # the first pauses after its step
         await elapse(LONG)
-        assert [line.state.value for line in again.process.lines()] == ["done", "done"]
+        assert [line.state.value for line in again.process.shown.lines()] == ["done", "done"]
 
 
 async def test_an_interrupted_job_cannot_be_moved_but_cancelled() -> None:
@@ -280,7 +280,7 @@ async def test_an_interrupted_job_cannot_be_moved_but_cancelled() -> None:
             await floor.process.move_to(1, last=True)
         report = await floor.process.cancel(1)
         assert [step.state.value for step in report.steps] == ["done", "cancelled", "skipped"]
-        assert floor.process.recovery() is None
+        assert floor.process.shown.view().recovery is None
 
 
 async def test_the_rest_of_an_interrupted_job_is_replaced() -> None:

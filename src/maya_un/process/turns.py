@@ -1,0 +1,264 @@
+"""Whose turn it is: one job after the other, as long as nothing holds the queue up, and what pauses it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from maya_un.errors import (
+    AnswerNeeded,
+    Cancelled,
+    Faulted,
+    MachineError,
+    MayaError,
+    NotConnected,
+    Stopped,
+    StorageFailed,
+)
+from maya_un.events import Event, Kind
+from maya_un.process.items import Item, Items
+from maya_un.process.journal.rows import OnFailure, Owner
+from maya_un.process.lease import Lease
+from maya_un.process.ledger import Entry
+from maya_un.process.recovery import Chosen
+from maya_un.process.runner import Ending, Runner, Shared
+from maya_un.process.states import TaskState
+from maya_un.process.whole import Whole
+from maya_un.values import Mode, StopReport
+
+_TROUBLE = {Kind.FAULT, Kind.LIMIT, Kind.ESTOP, Kind.DISCONNECTED}
+
+
+class Turns:
+    """Takes job after job of `items` to a runner, whomever the `lease` lets.
+
+    `halts` counts how often everything was told to stop.
+    """
+
+    def __init__(self, shared: Shared, items: Items, whole: Whole, lease: Lease | None) -> None:
+        self._shared = shared
+        self._ledger = shared.ledger
+        self._pausing = shared.pausing
+        self._controller = shared.controller
+        self._items = items
+        self._whole = whole
+        self._lease = lease
+        self._runner: asyncio.Task[None] | None = None
+        self._steps_allowed = 0
+        self._closed = False
+        self.running: Item | None = None
+        self.halts = 0
+        shared.ledger.on_failure = lambda: shared.pausing.pause("storage")
+        shared.ledger.on_success = self._on_storage
+        shared.controller.events.heard_by(self._hear)
+        if lease is not None:
+            lease.on_change.append(self._on_lease)
+
+    @property
+    def closed(self) -> bool:
+        """Whether nothing begins any more, for the program ends."""
+        return self._closed
+
+    def wake(self) -> None:
+        """Begin what may begin."""
+        if self._runner is None and self._next() is not None:
+            self._runner = asyncio.get_running_loop().create_task(self._run(), name="job queue")
+
+    async def pause(self, by: str, *, now: bool) -> None:
+        """Begin nothing more, and, where that is meant `now`, hold the motion under way on its path too.
+
+        Raises `CannotPause` where that cannot be held, `NotConnected`, `Faulted`; `StorageFailed`, and pauses all the
+        same.
+        """
+        running = self.running
+        if now and running is not None:
+            await self._controller.pause(ahead=True)
+        self._steps_allowed = 0
+        self._pausing.pause("asked", by)
+        if now and running is not None:
+            await self._mark(running, TaskState.PAUSED)
+        await self._ledger.flush()
+
+    async def resume(self, by: str) -> None:
+        """Begin jobs again, and let a motion go on that is held; raises `AnswerNeeded`, `StorageFailed`."""
+        self._require_decided()
+        await self._whole.do(self._ledger.write(lambda: [self._pausing.resume(by)] if self._pausing.paused else []))
+        await self._let_motion_go_on()
+        self.wake()
+
+    async def step(self, by: str) -> None:
+        """Do one step and pause again; where the queue runs, pause after the step under way.
+
+        Raises as `resume`.
+        """
+        self._require_decided()
+        await self._ledger.flush()
+        if not self._pausing.paused:
+            self._pausing.pause("step", by)
+        elif self.running is not None:
+            await self._let_motion_go_on()
+        else:
+            self._steps_allowed = 1
+            self.wake()
+            if self._runner is None:
+                self._steps_allowed = 0
+
+    def halt(self, error: MayaError, reason: str = "stop") -> None:
+        """Begin nothing more: jobs that wait stay where they are, the one that runs begins no further step."""
+        self.halts += 1
+        self._steps_allowed = 0
+        if self.running is not None:
+            self.running.end_by = self.running.end_by or error
+        self.pause_by_itself(reason)
+
+    def pause_by_itself(self, reason: str) -> None:
+        """Pause where anything waits that would begin; wishes for now are over, and wait as any other job."""
+        waited = self._items.no_longer_direct()
+        if self._items.anything_waits or waited:
+            self._pausing.pause(reason)
+
+    async def lift(self) -> None:
+        """End a pause that nobody asked for and that protects nothing any more."""
+        if not self._needless():
+            return
+        try:
+            await self._ledger.write(lambda: [self._pausing.resume("")] if self._needless() else [])
+        except StorageFailed:
+            return
+
+    def _needless(self) -> bool:
+        busy = self._closed or self.running is not None or self._items.anything_waits
+        return self._pausing.by_itself and not busy and not self._ledger.failing
+
+    def end(self, item: Item, error: MayaError, *, brake: bool = True) -> None:
+        """Have the job end that is under way; a second time would cut short its wait for the axes to come to rest."""
+        item.end_by = item.end_by or error
+        if brake and item.moving and self._runner is not None and not self._runner.cancelling():
+            self._runner.cancel()
+
+    async def pause_motion(self) -> StopReport:
+        """Brake on the path and hold all motion, also of the job under way; raises as `Controller.pause` does."""
+        running = self.running
+        report = await self._controller.pause(ahead=running is not None)
+        if running is not None:
+            await self._mark(running, TaskState.PAUSED)
+        return report
+
+    async def resume_motion(self) -> None:
+        """Let motion go on after a pause; raises as `Controller.resume` does."""
+        await self._controller.resume()
+        if self.running is not None:
+            await self._mark(self.running, TaskState.RUNNING)
+
+    def shut(self) -> None:
+        """Begin nothing any more."""
+        self._closed = True
+        self._steps_allowed = 0
+
+    async def close(self, *, interrupt: bool, finish: bool) -> None:
+        """End the job under way, and return when that is written down: as interrupted or cancelled.
+
+        It brakes on its path at once, or may `finish` its step first.
+        """
+        self.shut()
+        if self.running is not None:
+            self.running.interrupt = interrupt
+            self.end(self.running, Cancelled(), brake=not finish)
+        if self._runner is not None:
+            await asyncio.wait({self._runner})
+
+    def _require_decided(self) -> None:
+        item = self._items.interrupted
+        if item is not None:
+            question = f"what becomes of job {item.number}, which was interrupted?"
+            raise AnswerNeeded(question=question, options=", ".join(Chosen))
+
+    def _next(self) -> tuple[Item, int | None] | None:
+        """Return whose turn it is, and how many steps he may do (None: all); None where nothing may begin."""
+        if self._closed:
+            return None
+        direct = self._items.next_direct(self._may_begin)
+        if direct is not None:
+            return direct, None
+        if self._pausing.paused and not self._steps_allowed:
+            return None
+        item = self._items.going_on() or self._items.next(self._may_begin)
+        return None if item is None else (item, self._steps_allowed or None)
+
+    def _may_begin(self, owner: str) -> bool:
+        return self._lease is None or self._lease.may_begin(owner)
+
+    async def _run(self) -> None:
+        """Take one job after the other until none may begin."""
+        try:
+            while (turn := self._next()) is not None:
+                item, limit = turn
+                self._steps_allowed = 0
+                self.running = item
+                await self._perform(item, limit)
+                self.running = None
+                await self.lift()
+        finally:
+            self.running = self._runner = None
+
+    async def _perform(self, item: Item, limit: int | None) -> None:
+        item.end_by = None
+        with self._driven(item):
+            try:
+                await Runner(self._shared, item, limit, self._follows).run()
+            except StorageFailed:
+                self._items.no_longer_direct()
+
+    @contextmanager
+    def _driven(self, item: Item) -> Iterator[None]:
+        """Have the job's owner drive while it runs; one that goes on under another driver is driven by him."""
+        if self._lease is None:
+            yield
+            return
+        owner, holder = item.row.owner, self._lease.holder
+        if holder is not None and not self._lease.may_begin(owner.name):
+            owner = Owner(holder.name, holder.source)
+        with self._lease.driving(owner.name, owner.source):
+            yield
+
+    def _follows(self, item: Item, ending: Ending) -> None:
+        """Do what follows from how a job ended for those that wait."""
+        if isinstance(ending.error, Stopped):
+            self.halt(ending.error)
+        elif isinstance(ending.error, MachineError | NotConnected | Faulted):
+            self.halt(ending.error, "fault")
+        elif ending.state is TaskState.FAILED and item.row.options.on_failure is OnFailure.PAUSE:
+            self.pause_by_itself("failure")
+
+    async def _mark(self, item: Item, state: TaskState) -> None:
+        """Write that the job under way is held in its motion, or goes on."""
+        before = TaskState.RUNNING if state is TaskState.PAUSED else TaskState.PAUSED
+
+        def propose() -> list[Entry]:
+            wanted = item is self.running and item.row.state is before
+            return self._shared.changes.job(item, state) if wanted else []
+
+        await self._whole.do(self._ledger.write(propose))
+
+    async def _let_motion_go_on(self) -> None:
+        held = self.running is not None and self.running.row.state is TaskState.PAUSED
+        if held or self._controller.state.mode is Mode.PAUSED:
+            await self.resume_motion()
+
+    def _hear(self, event: Event) -> None:
+        if event.kind in _TROUBLE and not self._closed:
+            self.pause_by_itself("fault")
+
+    def _on_storage(self) -> None:
+        """What could not be written is: a pause for that may have become needless."""
+        if not self._closed:
+            self._whole.begin(self.lift())
+
+    def _on_lease(self, change: str) -> None:
+        """Let those begin who may now; where a driver is lost, nothing goes on that he would have watched."""
+        if self._closed:
+            return
+        if change == "expired" and (self.running is not None or self._items.anything_waits):
+            self._pausing.pause("driver")
+        self.wake()
