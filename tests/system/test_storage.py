@@ -13,13 +13,13 @@ from typing import Any
 import pytest
 
 from tests.journals import content, damage, looked_up, overwrite
-from tests.system.disks import UNPRIVILEGED, Disk, disk, kinds
+from tests.system.disks import UNPRIVILEGED, Disk, TinyDisk, disk, kinds
 from tests.system.processes import Process
 from tests.system.robots import Running, up
 
 pytestmark = pytest.mark.system
 
-TWIN = "--speed 200"
+TWIN = "--speed 100"
 LONG = {"name": "long", "steps": ["home", *[{"gripper": state} for state in ("open", "close") * 10]]}
 """A homing, which takes a while, and steps that would follow at once."""
 SHORT = {"name": "short", "steps": [{"gripper": "open"}], "parts": {f"part{n}": [0.5, 1.1] for n in range(300)}}
@@ -56,20 +56,28 @@ def fill(robot: Running, place: Disk) -> tuple[set[int], Any]:
     return submit_until_refused(robot)
 
 
-def at_rest(robot: Running) -> bool:
-    return robot.ask("GET", "/v1/status")[1]["state"]["mode"] == "idle"
+def homing(robot: Running) -> Any:
+    """Submit the long job and wait until its first step moves the robot; return what was accepted."""
+    status, accepted = robot.ask("POST", "/v1/jobs", LONG)
+    assert status < 300, accepted
+    robot.until(lambda status: status["state"]["mode"] == "homing", "/v1/status")
+    return accepted
+
+
+def paused_at_rest(robot: Running) -> Any:
+    """Wait until nothing moves and nothing begins; return the queue."""
+    robot.until(lambda status: (status["state"]["mode"], status["queue"]) == ("idle", "paused"), "/v1/status")
+    return robot.ask("GET", "/v1/queue")[1]
 
 
 @pytest.mark.parametrize("kind", kinds())
 def test_on_a_full_disk_the_step_under_way_ends_and_none_begins(state: Path, kind: str) -> None:
     with disk(kind, state) as place:
         with up(TWIN) as robot:
-            status, accepted = robot.ask("POST", "/v1/jobs", LONG)
-            assert status < 300
-            robot.until(lambda queue: queue["running"] is not None)
+            accepted = homing(robot)
             kept, refusal = fill(robot, place)
             assert refusal["code"] == 5007
-            paused = robot.until(lambda queue: queue["mode"] == "paused" and at_rest(robot))
+            paused = paused_at_rest(robot)
             assert paused["reason"] == "storage"
             steps = robot.ask("GET", f"/v1/jobs/{accepted['id']}")[1]["steps"]
             assert [step["state"] for step in steps] == ["done", *["queued"] * 20]
@@ -84,12 +92,15 @@ def test_on_a_full_disk_the_step_under_way_ends_and_none_begins(state: Path, kin
         states = dict(looked_up(state / "maya.db", "SELECT id, state FROM jobs"))
         assert set(states) == {accepted["id"], *kept}
         assert looked_up(state / "maya.db", "PRAGMA integrity_check") == [("ok",)]
+        if isinstance(place, TinyDisk):
+            place.fill(robot.pid)
+            code, said = refused()
+            assert (code, "error 5002" in said, "full" in said) == (2, True, True), said
 
 
 def test_a_stop_needs_no_disk(state: Path) -> None:
     with disk("quota", state) as place, up(TWIN) as robot:
-        robot.ask("POST", "/v1/jobs", LONG)
-        robot.until(lambda queue: queue["running"] is not None)
+        homing(robot)
         fill(robot, place)
         assert robot.ask("POST", "/v1/stop")[0] < 300
         robot.until(lambda status: status["state"]["mode"] not in {"homing", "moving", "stopping"}, "/v1/status")
@@ -141,8 +152,7 @@ def test_a_damaged_file_is_refused_and_left_as_it_is(state: Path) -> None:
 @pytest.mark.parametrize("what", ["moved", "cut short"])
 def test_a_file_that_is_lost_while_it_is_in_use_is_said_and_nothing_more_begins(state: Path, what: str) -> None:
     with up(TWIN) as robot:
-        robot.ask("POST", "/v1/jobs", LONG)
-        robot.until(lambda queue: queue["running"] is not None)
+        homing(robot)
         if what == "moved":
             state.rename(state.with_name("elsewhere"))
         else:
@@ -150,7 +160,7 @@ def test_a_file_that_is_lost_while_it_is_in_use_is_said_and_nothing_more_begins(
         status, refusal = robot.ask("POST", "/v1/jobs", SHORT)
         assert (status, refusal["code"]) == (503, 5007)
         assert what in json.dumps(refusal)
-        paused = robot.until(lambda queue: queue["mode"] == "paused" and at_rest(robot))
+        paused = paused_at_rest(robot)
         assert paused["reason"] == "storage"
         robot.process.send(signal.SIGTERM)
         robot.process.end()
@@ -162,8 +172,7 @@ def test_a_file_that_is_damaged_while_it_is_in_use_ends_in_refusals_and_rest(sta
         robot.until(lambda queue: not queue["counts"])
         robot.end()
     with up(TWIN) as robot:
-        robot.ask("POST", "/v1/jobs", LONG)
-        robot.until(lambda queue: queue["running"] is not None)
+        homing(robot)
         damage(state / "maya.db")
         answers = [robot.ask("GET", f"/v1/jobs/{number}") for number in numbers]
         refusals = {answer["code"] for status, answer in answers if status >= 400}
