@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -23,17 +23,20 @@ class Changes:
         self._items = items
         self._events = events
 
-    def job(self, item: Item, state: TaskState, notice: Notice | None = None, **fields: Any) -> list[Entry]:
+    def job(
+        self, item: Item, state: TaskState, notice: Notice | None = None, among: Collection[Item] = (), **fields: Any
+    ) -> list[Entry]:
         """Return the changes that take a job to `state`, because of `notice`, with other `fields` of its row.
 
-        What depends on a job that ends otherwise than done is held with it.
+        What depends on a job that ends otherwise than done is held with it, unless it is `among` those that end by the
+        same change.
         """
         code, message = (0, "") if notice is None else (notice.code, notice.message)
         old = item.row
         row = replace(old, state=advance(old.state, state), code=code, message=message, **fields)
         entries = [self.row(item, row)]
         if state.ended:
-            entries += self._dependents(item, row)
+            entries += self._dependents(row, among)
         return entries
 
     def row(self, item: Item, row: JobRow, *, sure: bool = True) -> Entry:
@@ -74,10 +77,10 @@ class Changes:
             Kind.STEP, row.code, job=item.number, index=task.index, step=task.label, state=row.state.value, **detail
         )
 
-    def _dependents(self, item: Item, row: JobRow) -> list[Entry]:
-        dependents = self._items.dependents(item.number)
+    def _dependents(self, row: JobRow, among: Collection[Item]) -> list[Entry]:
+        dependents = [one for one in self._items.dependents(row.id) if one not in among]
         if row.state is TaskState.DONE:
-            return [self._freed(dependent, item.number) for dependent in dependents]
+            return [self._freed(dependent, row.id) for dependent in dependents]
         notice = failed_dependency(row.id, row.state)
         return [entry for dependent in dependents for entry in self._held(dependent, notice)]
 
