@@ -1,0 +1,95 @@
+"""What happened: pages and reports of all times, events from memory and from the journal, the audit log."""
+
+from __future__ import annotations
+
+import pytest
+
+from maya_un.api.history import History
+from maya_un.errors import EventsForgotten, NotFound
+from maya_un.events import EventLog, Kind
+from maya_un.process import items
+from maya_un.process.journal.protocol import Filter
+from maya_un.process.journal.rows import AuditRow, EventRow
+from maya_un.process.states import TaskState
+from tests.queues import Machine, asked, job
+from tests.virtual_time import elapse
+
+HOME = job("home", name="home")
+
+
+async def test_a_page_shows_what_is_under_way_as_it_is_now() -> None:
+    async with Machine().running() as floor:
+        history = History(floor.process, floor.controller.events)
+        for owner in ("ana", "ben", "ana"):
+            await floor.process.submit(job("home", "home"), asked(owner))
+        await floor.until(1, 2)
+        page = await history.page(Filter(owner="ana"))
+        assert [(line.id, line.state, line.done, line.position) for line in page] == [
+            (3, TaskState.QUEUED, 0, 2),
+            (1, TaskState.RUNNING, 1, None),
+        ]
+        assert [line.id for line in await history.page(Filter(states=(TaskState.QUEUED,), oldest_first=True))] == [2, 3]
+
+
+async def test_a_job_that_memory_has_forgotten_is_told_from_the_journal(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(items, "REMEMBERED", 1)
+    async with Machine().running() as floor:
+        history = History(floor.process, floor.controller.events)
+        first = await floor.process.submit(job({"pick": "cube"}, {"place": "tray"}, {"approach": [5.0, 5.0]}))
+        second = await floor.process.submit(job({"pick": "cube"}, {"place": "tray"}))
+        fresh = await floor.process.result(second)
+        await floor.process.result(await floor.process.submit(HOME))
+        old = await history.job(second)
+        assert old.steps == fresh.steps
+        assert (old.parts, old.state, old.duration) == (fresh.parts, fresh.state, fresh.duration)
+        assert (old.lowest, fresh.lowest is None) == (None, False)
+        refused = await history.job(first)
+        assert [step.state.value for step in refused.steps] == ["skipped", "skipped", "failed"]
+        with pytest.raises(NotFound):
+            await history.job(99)
+
+
+async def test_events_come_from_memory_and_older_ones_from_the_journal() -> None:
+    async with Machine().running() as floor:
+        log = EventLog(lambda: 0.0, kept=8)
+        log.run = 3
+        history = History(floor.process, log)
+        for _ in range(12):
+            event = log.emit(Kind.MOVING)
+            floor.journal.note(EventRow(3, event.seq, "", 0.0, event.kind.value, 0, {}))
+        assert log.oldest > 1
+        assert [event.seq for event in await history.events(3, 0, limit=5)] == [1, 2, 3, 4, 5]
+        assert [event.seq for event in await history.events(3, 10)] == [11, 12]
+        assert await history.events(3, 12) == []
+        assert await history.events(2, 0) == []
+
+
+async def test_events_that_nobody_keeps_are_not_left_out_in_silence() -> None:
+    async with Machine().running() as floor:
+        log = EventLog(lambda: 0.0, kept=8)
+        history = History(floor.process, log)
+        for number in range(12):
+            event = log.emit(Kind.MOVING)
+            if number > 1:
+                floor.journal.note(EventRow(1, event.seq, "", 0.0, event.kind.value, 0, {}))
+        with pytest.raises(EventsForgotten, match="oldest that is kept is 3"):
+            await history.events(1, 0)
+        assert [event.seq for event in await history.events(1, 2)] == list(range(3, 13))
+
+
+async def test_the_audit_log_is_told_newest_first() -> None:
+    async with Machine().running() as floor:
+        history = History(floor.process, floor.controller.events)
+        for who in ("ana", "ben"):
+            floor.journal.note(AuditRow("2026-01-01", who, "operator", "lab", "stop", 0))
+        lines = await history.audit()
+        assert [(line.who, line.operation) for line in lines] == [("ben", "stop"), ("ana", "stop")]
+        assert [line.who for line in await history.audit(below=lines[0].number)] == ["ana"]
+
+
+async def test_a_job_is_told_as_it_was_written() -> None:
+    async with Machine().running() as floor:
+        history = History(floor.process, floor.controller.events)
+        await floor.process.submit(HOME)
+        await elapse(100.0)
+        assert (await history.body(1))["steps"] == [{"home": True}]

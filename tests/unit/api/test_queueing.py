@@ -1,0 +1,155 @@
+"""The queue at the door: whose job it is, what a student may, and what words are understood."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+import pytest
+
+from maya_un.api.access.caller import LOCAL, Caller, Role
+from maya_un.api.messages import to_data
+from maya_un.api.service import Service
+from maya_un.errors import AnswerNeeded, InvalidRequest, InvalidValue, NotAllowed, NotFound, WrongState
+from maya_un.process.journal.protocol import Filter
+from maya_un.process.journal.rows import Options
+from maya_un.process.states import TaskState
+from maya_un.process.view import QueueMode
+from tests.queues import Floor, Machine, job
+from tests.virtual_time import elapse
+
+ANA = Caller("ana", Role.STUDENT, "lab")
+BEN = Caller("ben", Role.STUDENT, "lab")
+EVA = Caller("eva", Role.OPERATOR, "lab")
+HOME = {"name": "home", "steps": ["home"]}
+LONG = 1000.0
+
+
+@asynccontextmanager
+async def door(machine: Machine | None = None) -> AsyncIterator[tuple[Floor, Service]]:
+    async with (machine or Machine()).running() as floor:
+        yield floor, Service(floor.process, floor.robot, floor.controller, floor.controller.config)
+
+
+async def test_what_a_student_submits_is_a_proposal_until_an_operator_releases_it() -> None:
+    async with door() as (_, service):
+        await service.submit(HOME, by=ANA)
+        (shown,) = await service.history.page(Filter())
+        assert (shown.state, shown.proposal, shown.owner, shown.source) == (TaskState.HELD, True, "ana", "lab")
+        with pytest.raises(NotAllowed):
+            await service.queue.release(1, by=ANA)
+        released = await service.queue.release(1, by=EVA)
+        assert (released.approved_by, released.state) == ("eva", TaskState.QUEUED)
+        assert (await service.wait(1)).state is TaskState.DONE
+
+
+async def test_a_student_who_drives_queues_like_others() -> None:
+    async with door() as (_, service):
+        service.entrance.lease.take("ana", "lab", patience=LONG)
+        accepted = await service.submit(HOME, by=ANA)
+        assert (await service.wait(accepted.id)).line.proposal is False
+
+
+async def test_students_change_and_cancel_what_is_their_own() -> None:
+    async with door() as (_, service):
+        await service.submit(HOME, by=ANA)
+        for wish in (
+            lambda: service.queue.change(1, {"notes": "x"}, by=BEN),
+            lambda: service.queue.hold(1, by=BEN),
+            lambda: service.cancel(1, by=BEN),
+            lambda: service.queue.move(1, to="first", by=ANA),
+        ):
+            with pytest.raises(NotAllowed):
+                await wish()
+        assert (await service.queue.change(1, {"notes": "night"}, by=ANA)).notes == "night"
+        assert (await service.cancel(1, by=ANA)).state is TaskState.CANCELLED
+
+
+async def test_what_was_approved_is_a_proposal_again_where_a_student_changes_it() -> None:
+    async with door() as (_, service):
+        await service.queue.pause(EVA)
+        await service.submit(HOME, by=ANA)
+        await service.queue.release(1, by=EVA)
+        changed = await service.queue.change(1, {"job": {"steps": ["home", "home"]}}, by=ANA)
+        assert (changed.state, changed.proposal, changed.approved_by) == (TaskState.HELD, True, "")
+        again = await service.queue.change(1, {"notes": "fine"}, by=EVA)
+        assert (again.state, again.steps) == (TaskState.HELD, 2)
+
+
+async def test_words_that_are_not_understood_are_refused() -> None:
+    async with door() as (_, service):
+        await service.submit(HOME, options=Options(held=True))
+        with pytest.raises(InvalidValue, match="after step or now"):
+            await service.queue.pause(when="soon")
+        with pytest.raises(InvalidRequest):
+            await service.queue.move(1)
+        with pytest.raises(InvalidRequest):
+            await service.queue.move(1, before=1, to="last")
+        with pytest.raises(InvalidValue, match="first or last"):
+            await service.queue.move(1, to="middle")
+        with pytest.raises(NotFound):
+            await service.queue.hold(9)
+        with pytest.raises(NotFound):
+            await service.queue.recover("resume")
+        with pytest.raises(InvalidValue, match="priority"):
+            await service.submit(HOME, options=Options(priority=500))
+
+
+async def test_the_queue_is_paused_stepped_and_cleared() -> None:
+    async with door() as (floor, service):
+        view = await service.queue.pause(EVA)
+        assert (view.mode, view.by, view.reason) == (QueueMode.PAUSED, "eva", "asked")
+        for _ in range(3):
+            await service.submit(HOME)
+        await service.queue.step(EVA)
+        await elapse(LONG)
+        assert floor.controller.names() == ["home"]
+        moved = await service.queue.move(3, before=2)
+        assert (moved.position, moved.id) == (1, 3)
+        cleared = await service.queue.clear(EVA)
+        assert cleared.counts == {}
+        resumed = await service.queue.resume(EVA)
+        assert resumed.mode is QueueMode.RUNNING
+
+
+async def test_a_job_is_done_again_and_a_students_is_proposed() -> None:
+    async with door() as (_, service):
+        await service.wait((await service.submit(HOME)).id)
+        again = await service.queue.again(1, by=ANA)
+        assert (again.id, again.state, again.proposal) == (2, TaskState.HELD, True)
+        assert (await service.queue.again(1, from_step=1)).state in {TaskState.QUEUED, TaskState.RUNNING}
+        with pytest.raises(WrongState):
+            await service.queue.again(2)
+
+
+async def test_an_interrupted_job_is_recovered_at_the_door() -> None:
+    machine = Machine()
+    floor = await machine.started()
+    await floor.process.submit(job("home", "home"))
+    await floor.until(1, 1)
+    await machine.kill(floor)
+    async with door(machine) as (_, service):
+        with pytest.raises(AnswerNeeded):
+            await service.queue.resume()
+        view = service.queue.view()
+        assert view.recovery is not None
+        assert to_data(view)["recovery"]["choices"][0]["name"] == "resume"
+        after = await service.queue.recover("redo")
+        assert after.mode is QueueMode.RUNNING
+        assert (await service.wait(1)).state is TaskState.DONE
+
+
+async def test_status_tells_how_the_queue_stands() -> None:
+    async with door() as (_, service):
+        await service.queue.pause(EVA)
+        await service.submit(HOME)
+        status = await service.status()
+        assert (status.queue, status.reason, status.can_teleop) == (QueueMode.PAUSED, "asked", True)
+        assert [line.id for line in status.jobs] == [1]
+
+
+async def test_the_same_key_is_the_same_job_for_one_owner() -> None:
+    async with door() as (_, service):
+        one = await service.submit(HOME, key="k", by=EVA)
+        assert await service.submit(HOME, key="k", by=EVA) == one
+        assert (await service.submit(HOME, key="k", by=LOCAL)).id != one.id
