@@ -163,7 +163,7 @@ def test_half_the_speed_takes_less_than_three_times_as_long(steps: list[Counts],
     """However slow a move is wanted, rounding makes none of it crawl: where stairs are lost the rest is not."""
     slow, slower = moved(steps, scale), moved(steps, 0.5 * scale)
     slowest = min(2.0, slow.profile.length)  # a speed is at least 2 counts/s
-    assert slow.duration <= 1.01 * slower.duration  # the stairs of short moves are cut anew
+    assert slow.duration <= 1.01 * slower.duration + 0.02  # the few stairs of a short move are cut anew
     assert slower.duration <= 3.0 * slow.duration + 2.0 * slowest
 
 
