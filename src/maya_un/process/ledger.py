@@ -141,7 +141,8 @@ class Ledger:
 
     async def _tried(self) -> None:
         try:
-            await self.flush()
+            while self._unwritten:
+                await self.flush()
         except StorageFailed:
             self._set_retry(RETRY)
         finally:

@@ -43,9 +43,8 @@ class Recovering:
         numbers = {row.id for row in known.jobs}
         for row in known.jobs:
             steps = known.steps.get(row.id, ())
-            waits_for = {one for one in row.options.depends_on if one in numbers and row.state is not TaskState.HELD}
-            item = Item(row, self._record(row, steps), frozenset(waits_for))
-            self._items.add(item)
+            waits_for = frozenset(one for one in row.options.depends_on if one in numbers)
+            self._items.add(Item(row, self._record(row, steps), waits_for))
         interrupted = [item for item in self._items if item.row.state in _UNDER_WAY]
 
         def propose() -> list[Entry]:

@@ -159,12 +159,13 @@ class Turns:
     async def close(self, *, interrupt: bool, finish: bool) -> None:
         """End the job under way, and return when that is written down: as interrupted or cancelled.
 
-        It brakes on its path at once, or may `finish` its step first.
+        It brakes on its path at once, or may `finish` its step first, unless that is held and would never end.
         """
         self.shut()
-        if self.running is not None:
-            self.running.interrupt = interrupt
-            self.end(self.running, Cancelled(), brake=not finish)
+        running = self.running
+        if running is not None:
+            running.interrupt = interrupt
+            self.end(running, Cancelled(), brake=not finish or running.row.state is TaskState.PAUSED)
         if self._runner is not None:
             await asyncio.wait({self._runner})
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from maya_un.errors import StorageFailed
+from maya_un.errors import Stopped, StorageFailed
 from maya_un.events import Kind
 from maya_un.process.ledger import RETRY
 from maya_un.process.states import TaskState
@@ -153,3 +153,18 @@ async def test_everything_announced_was_in_the_journal_before() -> None:
         assert len(told) == 3 + 4 + 3 + 1 + 2
         assert await kept(floor, 1) == ("done", ["done", "done"])
         assert await kept(floor, 3) == ("held", [])
+
+
+async def test_what_is_paused_while_something_else_is_written_is_announced_all_the_same() -> None:
+    machine = Machine()
+    async with machine.running() as floor:
+        machine.journal.slow = 1.0
+        await floor.process.submit(job("home", "home"))
+        await floor.process.submit(HOME)
+        floor.process.turns.halt(Stopped())
+        await elapse(0.5)
+        floor.process.turns.pause_by_itself("fault")
+        await elapse(LONG)
+        assert [event.detail["reason"] for event in floor.told(Kind.QUEUE)] == ["stop"]
+        kept_now = await floor.journal.unfinished()
+        assert (kept_now.queue.paused, kept_now.queue.reason) == (True, "stop")

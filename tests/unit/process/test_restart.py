@@ -225,6 +225,18 @@ async def test_ending_the_program_after_the_step() -> None:
         assert again.controller.names() == ["home"]
 
 
+async def test_a_step_that_is_held_is_not_waited_for_at_the_end() -> None:
+    machine = Machine()
+    floor = await machine.started()
+    await floor.process.submit(job({"approach": "cube"}))
+    await elapse(1.0)
+    await floor.process.turns.pause("ana", now=True)
+    await floor.process.close(finish=True)
+    floor.lease.close()
+    assert floor.controller.names()[-1] == "at rest"
+    assert floor.process.shown.line(1).state is TaskState.INTERRUPTED
+
+
 async def test_whoever_waits_is_told_when_the_program_ends() -> None:
     machine = Machine()
     async with machine.running() as floor:
@@ -241,8 +253,10 @@ async def test_dependencies_and_holds_outlive_a_restart() -> None:
         await floor.process.submit(HOME, asked(held=True))
         await floor.process.submit(HOME, asked(depends_on=(1,)))
         await floor.process.submit(HOME, asked(priority=7))
+        await floor.process.hold(2)
     async with machine.running() as floor:
         await floor.process.turns.resume("ana")
+        await floor.process.release(2, "ana")
         await elapse(LONG)
         assert [line.state.value for line in floor.process.shown.lines()] == ["held", "queued", "done"]
         await floor.process.release(1, "ana")
