@@ -21,6 +21,7 @@ from maya_un.server.language import language_of
 from maya_un.server.limits import Buckets
 from maya_un.server.metrics import Metrics
 from maya_un.server.problems import problem
+from maya_un.server.protocol import STOPS_ONLY
 from maya_un.server.who import is_local, source_of
 
 BODY_LIMIT = 1_000_000
@@ -38,6 +39,9 @@ _PREFLIGHT = {
     "Access-Control-Max-Age": "600",
 }
 _SHOWN = "Maya, Maya-Request, Retry-After, Content-Disposition"
+
+
+_FULL = InvalidRequest(key="connection", reason="there are too many; stop and abort are answered all the same")
 
 
 class _GoneError(Exception):
@@ -69,6 +73,11 @@ class Guard:
         connection = HTTPConnection(scope)
         local = is_local(connection)
         stranger = self._edge.refusal(connection.headers, local=local)
+        if not stranger and scope["state"].get(STOPS_ONLY) and scope["path"] not in UNLIMITED:
+            full = problem(_FULL, language_of(connection.headers), HTTPStatus.SERVICE_UNAVAILABLE)
+            full.headers["Connection"] = "close"
+            await full(scope, receive, _marked(send, name, connection.headers.get("origin")))
+            return
         marked = _marked(send, name, None if stranger else connection.headers.get("origin"))
         refusal = stranger or self._too_often(connection, local=local)
         if refusal is not None:

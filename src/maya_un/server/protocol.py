@@ -19,14 +19,27 @@ from maya_un.server.problems import problem
 HEAD_PATIENCE = 10.0
 """How long the head of a request may take to arrive [s, real time]."""
 
+STOP_PLACES = 32
+"""Connections that are let in where no place is left, for whoever says stop; one more ends the oldest of them."""
+
+STOP_PATIENCE = 2.0
+"""How long the head of a request may take on such a connection [s, real time]."""
+
+STOPS_ONLY = "stops only"
+"""In the state of a request that came without a place: it is answered where it says stop or abort."""
+
 
 class Places:
-    """The connections that a door has left; `most` in all, `most_each` of one address."""
+    """The connections that a door has left; `most` in all, `most_each` of one address.
+
+    `without` has those that are let in without a place, oldest first.
+    """
 
     def __init__(self, most: int, most_each: int) -> None:
         self._most = most
         self._most_each = most_each
         self._taken: Counter[str] = Counter()
+        self.without: dict[BoundedProtocol, None] = {}
 
     def take(self, address: str) -> bool:
         """Take a place; tell whether there was one."""
@@ -59,14 +72,19 @@ class BoundedProtocol(H11Protocol):
         self._late: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Take a place, or end at once where none is left."""
+        """Take a place; where none is left, stay for a stop."""
         super().connection_made(transport)
         address = self.client[0] if self.client else ""
-        if not self._places.take(address):
-            transport.abort()
+        if self._places.take(address):
+            self._place = address
+            self._await_head(HEAD_PATIENCE)
             return
-        self._place = address
-        self._await_head()
+        others = self._places.without
+        others[self] = None
+        if len(others) > STOP_PLACES:
+            next(iter(others)).transport.abort()
+        self.app_state = {**self.app_state, STOPS_ONLY: True}
+        self._await_head(STOP_PATIENCE)
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Give the place back."""
@@ -76,7 +94,7 @@ class BoundedProtocol(H11Protocol):
     def data_received(self, data: bytes) -> None:
         """Read on; a request that has begun must come to its point soon."""
         if self._late is None and self.conn.their_state is h11.IDLE:
-            self._await_head()
+            self._await_head(HEAD_PATIENCE if self._place is not None else STOP_PATIENCE)
         super().data_received(data)
         if self.conn.their_state is not h11.IDLE:
             self._head_came()
@@ -104,8 +122,8 @@ class BoundedProtocol(H11Protocol):
             self.transport.write(self.conn.send(part) or b"")
         self.transport.close()
 
-    def _await_head(self) -> None:
-        self._late = self.loop.call_later(HEAD_PATIENCE, self.transport.abort)
+    def _await_head(self, patience: float) -> None:
+        self._late = self.loop.call_later(patience, self.transport.abort)
 
     def _head_came(self) -> None:
         if self._late is not None:
@@ -114,6 +132,7 @@ class BoundedProtocol(H11Protocol):
 
     def _leave(self) -> None:
         self._head_came()
+        self._places.without.pop(self, None)
         if self._place is not None:
             self._places.give_back(self._place)
             self._place = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import http.client
 import json
 import socket
@@ -22,18 +23,19 @@ from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
 from maya_un.server.doors import LOOPBACK, Door, bound_socket, far_door, tls_of
 from maya_un.server.edge import Edge
-from maya_un.server.protocol import Places
+from maya_un.server.protocol import STOP_PLACES, Places
 from maya_un.server.thread import served
+from tests.unit.server.stand_in import StandIn
 
 T = TypeVar("T")
 
 
-def serving(work: Callable[[str], T], *far: Door, near: Door | None = None) -> T:
+def serving(work: Callable[[str], T], *far: Door, near: Door | None = None, service: StandIn | None = None) -> T:
     """Return what `work` returns in a thread of its own while a server is at its doors; it gets the first one's URL."""
 
     async def main() -> T:
         loop = asyncio.get_running_loop()
-        app = create_app(Bridge(loop, cast("Service", None)), Edge(remote=True))
+        app = create_app(Bridge(loop, cast("Service", service)), Edge(remote=True))
         door = near or Door(bound_socket(0))
         async with served(app, door, *far) as url:
             return await loop.run_in_executor(None, work, url)
@@ -131,16 +133,56 @@ def test_a_door_has_so_many_places_for_one_address_and_in_all() -> None:
 def test_who_has_all_places_of_one_door_keeps_nobody_from_the_other() -> None:
     far = Door(bound_socket(0), most=2, most_each=2)
 
-    def ask(url: str) -> tuple[bytes, int]:
+    def ask(url: str) -> tuple[int, int]:
         idle = [connected(far.url) for _ in range(2)]
-        with connected(far.url) as one_more:
-            ended = one_more.recv(1)
+        one_more, _ = health(http.client.HTTPConnection(far.url.removeprefix("http://"), timeout=10.0))
         status, _ = health(http.client.HTTPConnection(url.removeprefix("http://"), timeout=10.0))
         for connection in idle:
             connection.close()
-        return ended, status
+        return one_more, status
 
-    assert serving(ask, far) == (b"", 200)
+    assert serving(ask, far) == (503, 200)
+
+
+@pytest.mark.parametrize(
+    "said", [b"", b"GET /v1/sta", b"POST /v1/stop HTTP/1.1\r\nHost: localhost\r\nContent-Length: 5\r\n\r\n"]
+)
+def test_who_says_stop_is_heard_however_many_connections_there_are(said: bytes) -> None:
+    near = Door(bound_socket(0), most=4, most_each=4)
+    service = StandIn()
+
+    def ask(url: str) -> list[int]:
+        host = url.removeprefix("http://")
+        idle = [connected(url) for _ in range(4 + 2 * STOP_PLACES)]
+        for connection in idle:
+            with contextlib.suppress(OSError):
+                connection.sendall(said)
+        answers: list[int] = []
+        for path in ("/v1/stop", "/v1/abort", "/v1/status"):
+            line = http.client.HTTPConnection(host, timeout=10.0)
+            line.request("POST", path)
+            answers.append(line.getresponse().status)
+            line.close()
+        for connection in idle:
+            connection.close()
+        return answers
+
+    assert serving(ask, near=near, service=service) == [200, 200, 503]
+    assert [what for what, *_ in service.asked] == ["stop", "abort"]
+
+
+def test_who_stays_without_a_place_and_says_nothing_is_cut_soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(protocol, "STOP_PATIENCE", 0.05)
+    near = Door(bound_socket(0), most=1, most_each=1)
+
+    def ask(url: str) -> bytes:
+        with connected(url), connected(url) as silent:
+            try:
+                return silent.recv(1)
+            except ConnectionResetError:
+                return b""
+
+    assert serving(ask, near=near) == b""
 
 
 def test_a_place_is_free_again_after_its_connection() -> None:
@@ -181,7 +223,9 @@ def test_one_that_goes_on_drop_by_drop_after_a_good_request_is_cut_too(monkeypat
     def ask(url: str) -> bytes:
         with connected(url) as line:
             line.sendall(b"GET /v1/health HTTP/1.1\r\nHost: localhost\r\n\r\n")
-            first = line.recv(4096)
+            first = b""
+            while not first.endswith(b"}"):
+                first += line.recv(4096)
             line.sendall(b"GET /v1/heal")
             try:
                 rest = line.recv(4096)
