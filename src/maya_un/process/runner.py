@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from maya_un.controller.protocol import Controller
 from maya_un.errors import (
@@ -272,7 +272,7 @@ class Runner:
         """Write how far the job has come."""
         item, shared = self._item, self._shared
         duration = (item.row.duration or 0.0) + asyncio.get_running_loop().time() - (item.began or 0.0)
-        fields: dict[str, object] = {"done": self._done, "duration": duration}
+        fields: dict[str, Any] = {"done": self._done, "duration": duration}
         if ending.state.ended:
             fields["ended"] = shared.dates(0.0)
 
