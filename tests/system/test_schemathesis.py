@@ -13,7 +13,7 @@ import pytest
 import requests
 import schemathesis
 from hypothesis import HealthCheck, Phase, settings
-from hypothesis.errors import Unsatisfiable
+from hypothesis.errors import InvalidArgument, Unsatisfiable
 from schemathesis import Case, GenerationMode
 from schemathesis.checks import not_a_server_error
 from schemathesis.core.failures import FailureGroup
@@ -61,6 +61,9 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SharedRobot]:
 def operations(robot: SharedRobot) -> list[APIOperation]:
     """Return every operation of the document, as it is served."""
     document = requests.get(f"{robot.url}/v1/openapi.json", timeout=PATIENCE).json()
+    del document["components"]["securitySchemes"]  # everybody shows a token of his own, and none that is made up
+    for operation in (operation for methods in document["paths"].values() for operation in methods.values()):
+        del operation["security"]
     schema = schemathesis.openapi.from_dict(_without_tuples(document))
     return [schema[path][method.upper()] for path, methods in document["paths"].items() for method in methods]
 
@@ -125,14 +128,10 @@ class Visitor:
     def ask(self, case: Case) -> None:
         """Ask, and look at the answer."""
         _shorten(case)
-        made_up = [name for name in case.headers or () if name.lower() in {"authorization", "maya-lease"}]
-        for name in made_up:
-            del case.headers[name]
         response = case.call(
             base_url=self._robot.url, session=self._session, headers=self._headers(case), timeout=PATIENCE
         )
-        # With its token and lease put right, a request that was broken may be whole.
-        case.validate_response(response, checks=CHECKS, excluded_checks=[negative_data_rejection] if made_up else [])
+        case.validate_response(response, checks=CHECKS, excluded_checks=[negative_data_rejection] * _unsaid(case))
         if not may(self._who, case.operation):
             nowhere = response.status_code == 404 and response.json()["code"] == InvalidRequest.code
             assert nowhere or response.status_code in {401, 403}, f"{self._who}: {case.method} {case.path}"
@@ -146,10 +145,18 @@ class Visitor:
         return headers | ({"Maya-Lease": self._lease} if self._lease else {})
 
 
+def _unsaid(case: Case) -> bool:
+    """Tell whether something of a query is not said: lists with nothing or with objects in them have no form there."""
+    lists = [value for value in (case.query or {}).values() if isinstance(value, list)]
+    return any(not one or any(isinstance(item, dict | list) for item in one) for one in lists)
+
+
 def _shorten(case: Case) -> None:
-    """Ask for no long wait."""
+    """Ask for no long wait: of a wish that is held it would have no end."""
     wait = (case.query or {}).get("wait")
-    if isinstance(wait, int | float) and not isinstance(wait, bool):
+    if isinstance(wait, bool):
+        case.query["wait"] = False
+    elif isinstance(wait, int | float):
         case.query["wait"] = min(wait, 0.01)
 
 
@@ -166,8 +173,8 @@ def test_what_is_made_up_is_answered_as_the_document_says(
         for mode in MODES:
             try:
                 tried(operation.as_strategy(generation_mode=mode), examples, campaign.seed + number, visitor.ask)
-            except Unsatisfiable:
-                continue  # nothing can be broken in a request that has nothing in it
+            except (Unsatisfiable, InvalidArgument):
+                continue  # nothing can be broken in a request that has nothing in it, or nothing can be drawn for it
             except (Exception, FailureGroup) as error:  # noqa: BLE001 - all that is wrong is told at once
                 problems.append(f"{operation.label} ({mode.value}): {error}")
     visitor.close()
