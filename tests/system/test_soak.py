@@ -19,9 +19,9 @@ import pytest
 from maya_un import assembly
 from maya_un.assembly import Stack
 from maya_un.config.load import parse
-from maya_un.events import KEPT, Kind
+from maya_un.events import Kind
 from maya_un.loops import JumpingLoop, run
-from maya_un.process.items import REMEMBERED
+from maya_un.process import items
 from maya_un.process.journal import file
 from maya_un.process.journal.protocol import Filter
 from maya_un.process.journal.rows import Options
@@ -39,8 +39,8 @@ CARRY = [
     {"name": "there", "steps": [{"pick": list(HERE)}, {"place": list(THERE)}]},
     {"name": "back", "steps": [{"pick": list(THERE)}, {"place": list(HERE)}]},
 ]
-AN_EVENT = 3
-"""Objects: itself, its detail, and the view of that."""
+EVENTS, REMEMBERED = 40, 4
+"""So many events and ended jobs are held in memory: that many there soon are."""
 WARM = 2
 """After so many rounds everything has been done once."""
 ROUND = 600.0
@@ -50,10 +50,7 @@ MINUTE = 60.0
 
 @dataclass(frozen=True, slots=True)
 class Health:
-    """What must not grow: objects that the collector knows, memory [bytes], open files, threads, the log [bytes].
-
-    Events come and go by the thousand, so those that are kept are left out of the objects.
-    """
+    """What must not grow: objects that the collector knows, memory [bytes], open files, threads, the log [bytes]."""
 
     objects: int
     memory: int
@@ -62,13 +59,12 @@ class Health:
     log: int
 
     @classmethod
-    def of(cls, robot: Stack, journal: SqliteJournal) -> Health:
+    def of(cls, journal: SqliteJournal) -> Health:
         """Look at this process, with everything collected that can be."""
         gc.collect()
-        events = robot.controller.events
         pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
         return cls(
-            len(gc.get_objects()) - AN_EVENT * (len(events) - events.oldest),
+            len(gc.get_objects()),
             pages * os.sysconf("SC_PAGE_SIZE"),
             len(list(Path("/proc/self/fd").iterdir())),
             threading.active_count(),
@@ -78,7 +74,8 @@ class Health:
 
 async def fill(robot: Stack) -> None:
     """Bring everything that is bounded to its bound."""
-    for _ in range(KEPT + KEPT // 8 + 1):
+    robot.controller.events._kept = EVENTS
+    for _ in range(2 * EVENTS):
         robot.controller.events.emit(Kind.SPEED, ratio=1.0)
     held = Options(held=True)
     await asyncio.gather(*(robot.service.submit(CARRY[0], options=held) for _ in range(REMEMBERED)))
@@ -106,12 +103,13 @@ async def operate(folder: Path, minutes: float) -> list[Health]:
     shelf = Shelf.of(CONFIG.recorder, folder / "recordings", time.time_ns)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(assembly, "make_twin", lambda **_: twin)
+        patch.setattr(items, "REMEMBERED", REMEMBERED)
         async with assembly.stack(CONFIG, journal=journal, skip_home=True, recordings=shelf) as robot:
             await fill(robot)
             found: list[Health] = []
             for number in range(WARM + round(minutes * MINUTE / ROUND)):
                 await one_round(robot, number)
-                found.append(Health.of(robot, journal))
+                found.append(Health.of(journal))
     await journal.close()
     return found[WARM:]
 
