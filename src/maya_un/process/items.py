@@ -17,6 +17,7 @@ REMEMBERED = 200
 """Jobs that have ended and are still known with all they left; the journal has the others."""
 
 _LINED_UP = {TaskState.QUEUED, TaskState.HELD}
+_GOING_ON = {TaskState.QUEUED, TaskState.PAUSED}
 
 
 @dataclass(slots=True, eq=False)
@@ -25,7 +26,8 @@ class Item:
 
     `record` is there once it has begun. `waits_for` has the jobs that must be done before it. A `direct` one is a wish
     for now, which a paused queue does not hold up. `end_by` is what is to end it early; with `interrupt` it is to end
-    as interrupted instead. `moving` tells that its runner may be cancelled. `began` is loop time [s] of this run.
+    as interrupted instead. `moving` tells that its runner may be cancelled, `concludes` that it is over for its runner,
+    which writes that down. `began` is loop time [s] of this run.
     `finished` tells that its end has been announced, of which `ended` wakes those who wait.
     """
 
@@ -36,6 +38,7 @@ class Item:
     end_by: MayaError | None = None
     interrupt: bool = False
     moving: bool = False
+    concludes: bool = False
     began: float | None = None
     finished: bool = False
     ended: asyncio.Event | None = None
@@ -56,6 +59,12 @@ class Item:
         if not self.finished:
             self.ended = self.ended or asyncio.Event()
             await self.ended.wait()
+
+    @property
+    def may_begin(self) -> bool:
+        """Whether it may begin, or go on, when its turn comes."""
+        going_on = self.begun and self.row.state in _GOING_ON
+        return going_on or (self.row.state is TaskState.QUEUED and not self.waits_for)
 
     @property
     def begun(self) -> bool:
@@ -142,7 +151,7 @@ class Items:
     def next_direct(self, may_begin: MayBegin) -> Item | None:
         """Return the first wish for now."""
         items = (self._alive[number] for number in self._direct)
-        return next((item for item in items if may_begin(item.row.owner.name)), None)
+        return next((item for item in items if item.may_begin and may_begin(item.row.owner.name)), None)
 
     def add(self, item: Item) -> None:
         """Put a new job in."""
@@ -191,7 +200,7 @@ class Items:
             self._order.put(place, row.owner.name, ready=row.state is TaskState.QUEUED and not item.waits_for)
         else:
             self._order.drop(number)
-        _keep(self._under_way, number, among=going_on and row.state in {TaskState.QUEUED, TaskState.PAUSED})
+        _keep(self._under_way, number, among=going_on and row.state in _GOING_ON)
         _keep(self._interrupted, number, among=row.state is TaskState.INTERRUPTED)
         _keep(self._direct, number, among=item.direct and row.state is TaskState.QUEUED)
         self.on_change()

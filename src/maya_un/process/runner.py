@@ -84,23 +84,30 @@ class Runner:
     async def run(self) -> None:
         """Run the job as far as it may go and return once that is written, as far as the storage allows.
 
+        Where it may not begin any more when its turn comes, nothing happens.
+
         Raises `StorageFailed` where not even its beginning can be written; then nothing of it has begun.
         """
-        await self._begin()
+        if not await self._begin():
+            return
         ending = await self._outcome()
         self._follows(self._item, ending)
         await self._conclude(ending)
 
-    async def _begin(self) -> None:
+    async def _begin(self) -> bool:
+        """Write that the job runs; False where it was held, cancelled or paused before its turn to be written came."""
         item, shared = self._item, self._shared
         date = shared.dates(0.0)
 
         def propose() -> list[Entry]:
+            if not item.may_begin or self._must_pause():
+                return []
             began = item.row.began or date
             return [entry._replace(sure=False) for entry in shared.changes.job(item, TaskState.RUNNING, began=began)]
 
         await shared.ledger.write(propose)
         item.began = asyncio.get_running_loop().time()
+        return item.row.state is TaskState.RUNNING
 
     async def _outcome(self) -> Ending:
         """Do what there is to do; whatever happens is an ending."""
@@ -276,12 +283,16 @@ class Runner:
         if ending.state.ended:
             fields["ended"] = shared.dates(0.0)
 
+        def goes_on() -> list[Entry]:
+            held = item.row.state is TaskState.PAUSED and ending.state in {TaskState.PAUSED, TaskState.DONE}
+            return shared.changes.job(item, TaskState.RUNNING) if held else []
+
         def propose() -> list[Entry]:
             return [*self._carried, *shared.changes.job(item, ending.state, ending.notice, **fields)]
 
+        item.concludes = True
         with suppress(StorageFailed):
-            if item.row.state is TaskState.PAUSED and ending.state in {TaskState.PAUSED, TaskState.DONE}:
-                await shared.ledger.write(lambda: shared.changes.job(item, TaskState.RUNNING))
+            await shared.ledger.write(goes_on)
         with suppress(StorageFailed):
             await shared.ledger.write(propose)
 

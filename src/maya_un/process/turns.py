@@ -204,12 +204,17 @@ class Turns:
             self.running = self._runner = None
 
     async def _perform(self, item: Item, limit: int | None) -> None:
-        item.end_by = None
+        item.end_by, item.concludes = None, False
         with self._driven(item):
             try:
                 await Runner(self._shared, item, limit, self._follows).run()
             except StorageFailed:
                 self._items.no_longer_direct()
+            except Exception as defect:  # noqa: BLE001 - nothing may begin after it before somebody has looked
+                context = {"message": f"the queue failed at job {item.number}", "exception": defect}
+                asyncio.get_running_loop().call_exception_handler(context)
+                self._items.no_longer_direct()
+                self._pausing.pause("fault")
 
     @contextmanager
     def _driven(self, item: Item) -> Iterator[None]:
@@ -237,7 +242,7 @@ class Turns:
         before = TaskState.RUNNING if state is TaskState.PAUSED else TaskState.PAUSED
 
         def propose() -> list[Entry]:
-            wanted = item is self.running and item.row.state is before
+            wanted = item is self.running and item.row.state is before and not item.concludes
             return self._shared.changes.job(item, state) if wanted else []
 
         await self._whole.do(self._ledger.write(propose))

@@ -440,6 +440,50 @@ async def test_what_was_asked_for_before_a_stop_does_not_begin_after_it() -> Non
         assert (floor.process.shown.line(1).state, floor.process.shown.reason) == (TaskState.QUEUED, "stop")
 
 
+@pytest.mark.parametrize("wish", ["hold", "clear", "cancel", "pause"])
+async def test_what_is_said_while_a_job_is_about_to_begin_is_heard(wish: str) -> None:
+    """The journal is slow: another change is being written, and both the beginning and the wish wait behind it."""
+    machine = Machine()
+    async with machine.running() as floor:
+        process = floor.process
+        await process.submit(HOME, asked(held=True))
+        await process.submit(HOME, asked(held=True))
+        machine.journal.slow = 5.0
+        first = asyncio.create_task(process.change(2, {"notes": "slow"}))
+        await elapse(1.0)
+        releasing = asyncio.create_task(process.release(1, "ana"))
+        await elapse(1.0)
+        wishes = {
+            "hold": lambda: process.hold(1),
+            "clear": process.clear,
+            "cancel": lambda: process.cancel(1),
+            "pause": lambda: process.turns.pause("ana", now=False),
+        }
+        await wishes[wish]()
+        await asyncio.gather(first, releasing)
+        await elapse(LONG)
+        state = process.shown.line(1).state
+        assert state in {"hold": [TaskState.HELD], "pause": [TaskState.QUEUED]}.get(wish, [TaskState.CANCELLED])
+        assert floor.controller.calls == []
+
+
+async def test_a_job_that_is_held_between_its_choice_and_its_beginning_does_not_begin() -> None:
+    machine = Machine()
+    async with machine.running() as floor:
+        process = floor.process
+        await process.turns.pause("ana", now=False)
+        await process.submit(HOME)
+        await process.submit(HOME)
+        machine.journal.slow = 5.0
+        resuming = asyncio.create_task(process.turns.resume("ana"))
+        await elapse(1.0)
+        holding = asyncio.create_task(process.hold(1))
+        await asyncio.gather(resuming, holding)
+        await elapse(LONG)
+        assert [line.state for line in process.shown.lines()] == [TaskState.HELD, TaskState.DONE]
+        assert floor.states(1)[-1] == "held"
+
+
 async def test_whoever_leaves_while_his_job_is_written_has_submitted_it() -> None:
     machine = Machine()
     async with machine.running() as floor:

@@ -1,0 +1,63 @@
+"""What is said at the very instant in which a job begins, pauses or ends."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import suppress
+
+import pytest
+
+from maya_un.errors import RequestError
+from maya_un.process.states import TaskState
+from tests.queues import Machine, asked, job
+from tests.virtual_time import elapse
+
+HOME = job("home", name="home")
+LONG = 1000.0
+
+
+@pytest.mark.parametrize("stepwise", [False, True])
+@pytest.mark.parametrize("tenths", range(0, 40, 3))
+async def test_whenever_motion_is_held_and_let_go_on_every_step_is_done_once(tenths: int, stepwise: bool) -> None:
+    async with Machine().running() as floor:
+        floor.journal.slow = 0.4
+        turns = floor.process.turns
+        await floor.process.submit(job("home", "home"), asked(stepwise=stepwise))
+        await elapse(0.1 * tenths)
+        notes = [asyncio.create_task(floor.process.change(1, {"notes": str(n)})) for n in range(2)]
+        wishes = [turns.pause_motion, turns.resume_motion, turns.pause_motion, turns.resume_motion]
+        said = [asyncio.create_task(wish()) for wish in wishes]
+        await asyncio.gather(*notes, *said, return_exceptions=True)
+        for _ in range(3):
+            await elapse(LONG)
+            with suppress(RequestError):
+                await turns.resume("ana")
+        assert floor.process.shown.line(1).state is TaskState.DONE
+        assert floor.controller.names().count("home") == 2
+        assert [step.state for step in floor.journal.now(1)[1]] == [TaskState.DONE, TaskState.DONE]
+
+
+async def test_a_job_that_is_made_to_wait_as_it_is_about_to_begin_waits() -> None:
+    async with Machine().running() as floor:
+        for _ in range(2):
+            await floor.process.submit(HOME, asked(held=True))
+        floor.journal.slow = 0.5
+        slow = asyncio.create_task(floor.process.change(2, {"notes": "slow"}))
+        releasing = asyncio.create_task(floor.process.release(1, "ana"))
+        changing = asyncio.create_task(floor.process.change(1, {"depends_on": [2]}))
+        await asyncio.gather(slow, releasing, changing)
+        await elapse(LONG)
+        assert floor.process.shown.line(1).state is TaskState.QUEUED
+        assert floor.controller.calls == []
+
+
+async def test_a_wish_for_now_that_is_made_to_wait_holds_nothing_up() -> None:
+    async with Machine().running() as floor:
+        await floor.process.turns.pause("ana", now=False)
+        await floor.process.submit(HOME, asked(held=True))
+        floor.journal.slow = 0.5
+        slow = asyncio.create_task(floor.process.change(1, {"notes": "slow"}))
+        number = await floor.process.wish({"command": "home"})
+        await asyncio.gather(slow, floor.process.change(number, {"depends_on": [1]}), return_exceptions=True)
+        await elapse(LONG)
+        assert floor.process.shown.line(number).state in {TaskState.QUEUED, TaskState.DONE}
