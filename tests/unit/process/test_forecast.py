@@ -1,0 +1,85 @@
+"""What waits is predicted from where the one before it ends, and again only where something has changed."""
+
+from __future__ import annotations
+
+import pytest
+
+from maya_un.process.view import JobLine
+from tests.queues import Floor, Machine, asked, job
+from tests.virtual_time import elapse
+
+MOVE = job({"approach": "cube"}, {"approach": "tray"})
+BACK = job({"approach": "tray"}, {"approach": "cube"})
+
+
+async def waiting(floor: Floor) -> list[JobLine]:
+    """Let the forecast do its work, and return what waits."""
+    await elapse(0.0)
+    for _ in range(40):
+        await elapse(0.0)
+    return list(floor.process.shown.view().waiting)
+
+
+async def test_every_job_is_predicted_from_the_end_of_the_one_before() -> None:
+    async with Machine().running() as floor:
+        await floor.process.turns.pause("ana", now=False)
+        for one in (MOVE, MOVE, BACK):
+            await floor.process.submit(one)
+        first, second, third = [line.predicted or 0.0 for line in await waiting(floor)]
+        assert first != pytest.approx(second)  # the first comes from where homing ended
+        assert third < second  # it begins at the tray, where the second ends
+        await floor.process.turns.resume("ana")
+        took = [(await floor.process.result(number)).duration for number in (1, 2, 3)]
+        assert took == pytest.approx([first, second, third])
+
+
+async def test_what_does_not_change_is_not_worked_out_again() -> None:
+    async with Machine().running() as floor:
+        await floor.process.turns.pause("ana", now=False)
+        for one in (MOVE, BACK, MOVE):
+            await floor.process.submit(one)
+        await waiting(floor)
+        before = floor.controller.previews
+        await floor.process.change(2, {"notes": "as before"})
+        await floor.process.submit(job("home"), asked(held=True))
+        await waiting(floor)
+        assert floor.controller.previews == before
+
+
+async def test_a_job_that_would_be_refused_is_not_predicted_nor_what_comes_after() -> None:
+    async with Machine().running() as floor:
+        await floor.process.turns.pause("ana", now=False)
+        for one in (MOVE, job({"approach": [5.0, 5.0]}), MOVE):
+            await floor.process.submit(one)
+        lines = await waiting(floor)
+        assert [line.predicted is None for line in lines] == [False, True, False]
+        await floor.process.turns.resume("ana")
+        await elapse(1.0)
+        view = floor.process.shown.view()
+        assert view.running is not None
+        assert view.running.eta is not None
+        assert [line.eta for line in view.waiting] == [None, None]
+
+
+async def test_a_long_job_is_predicted_too() -> None:
+    async with Machine().running() as floor:
+        await floor.process.turns.pause("ana", now=False)
+        await floor.process.submit(job({"approach": "cube"}, {"approach": "tray"}, repeat=150))
+        await elapse(1.0)
+        (line,) = floor.process.shown.view().waiting
+        assert line.predicted is not None
+        await floor.process.turns.resume("ana")
+        report = await floor.process.result(1)
+        assert report.duration == pytest.approx(line.predicted)
+
+
+async def test_a_slower_robot_is_later() -> None:
+    async with Machine().running() as floor:
+        await floor.process.submit(MOVE)
+        await floor.process.submit(MOVE)
+        await elapse(1.0)
+        full = floor.process.shown.view().waiting[0].eta
+        await floor.controller.override(0.5)
+        half = floor.process.shown.view().waiting[0].eta
+        assert full is not None
+        assert half == pytest.approx(2.0 * full)
