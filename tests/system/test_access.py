@@ -51,7 +51,7 @@ def test_a_day_of_a_laboratory(monkeypatch: pytest.MonkeyPatch) -> None:
         assert "error 4102" in sam("lease take --for 1min", code=2)
         assert "error 4104" in olga("speed 50%", code=2)
         assert "You drive for" in olga("lease take --for 10min --note aligning")
-        assert "olga drives since" in sam("lease")
+        assert "olga has been driving for" in sam("lease")
         olga("speed 50%")
         olga("lease offer sam")
         assert "You drive for" in sam("lease take --for 10min")

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from maya_un.cli import output
 from maya_un.cli.settings import Settings
+from maya_un.cli.waiting import because
 from maya_un.cli.words import word
 from maya_un.errors import MayaError
 from maya_un.process.view import QueueMode, QueueView
@@ -67,6 +68,12 @@ def _lines(greeting: Greeting, language: str) -> Iterator[str]:
         yield word(key, language, job=found.job, name=found.name, index=found.index, step=found.step)
     waiting = sum(queue.counts.values()) - (queue.recovery is not None)
     if waiting:
-        paused = queue.mode is not QueueMode.RUNNING
-        yield word("still_waiting_paused" if paused else "still_waiting", language, count=waiting, reason=queue.reason)
+        reason = because({"reason": queue.reason, "by": queue.by}, language)
+        yield word(_waiting(queue), language, count=waiting, reason=reason)
     yield word("next", language)
+
+
+def _waiting(queue: QueueView) -> str:
+    if queue.recovery is not None:
+        return "still_waiting_asked"
+    return "still_waiting" if queue.mode is QueueMode.RUNNING else "still_waiting_paused"

@@ -33,8 +33,8 @@ _WORDS: dict[str, tuple[str, str]] = {
         "El trabajo {id} es una propuesta. Un operador la aprueba con `maya job release {id}`.",
     ),
     "waits_lease": (
-        "Job {id} waits: {holder} drives the robot since {since:.0f} s.",
-        "El trabajo {id} espera: {holder} conduce el robot desde hace {since:.0f} s.",
+        "Job {id} waits: {holder} drives the robot.",
+        "El trabajo {id} espera: {holder} conduce el robot.",
     ),
     "waits_turn": (
         "Job {id} waits for its turn, number {position}.",

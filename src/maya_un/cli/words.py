@@ -67,10 +67,15 @@ _WORDS: dict[str, tuple[str, str]] = {
         "Jobs that wait from before: {count}; the queue is paused ({reason}). `maya queue resume` goes on.",
         "Trabajos que esperan de antes: {count}; la cola está en pausa ({reason}). `maya queue resume` continúa.",
     ),
+    "still_waiting_asked": (
+        "Jobs that wait behind it: {count}.",
+        "Trabajos que esperan detrás: {count}.",
+    ),
     "still_waiting": ("Jobs that wait from before: {count}.", "Trabajos que esperan de antes: {count}."),
     "ending": ("Ending.", "Terminando."),
     "ending_stop": (
-        "Ending: job {job} stops on its path and stays interrupted; a person says at the next start what becomes of it.",
+        "Ending: job {job} stops on its path and stays interrupted; a person says at the next start what becomes of "
+        "it.",
         "Terminando: el trabajo {job} se detiene sobre su camino y queda interrumpido; en el próximo arranque una "
         "persona dice qué será de él.",
     ),

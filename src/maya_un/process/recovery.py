@@ -77,7 +77,7 @@ def decide(situation: Situation, choice: str, holding: bool | None) -> Decision:
         raise InvalidValue(key="holding", value="true", reason="the gripper is open")
     chosen = Chosen(choice)
     if holding is None and _needs_answer(situation, chosen):
-        raise AnswerNeeded(question=QUESTION, options="holding: true or false")
+        raise AnswerNeeded(question=QUESTION, options="holding: true or false; `--holding yes` or `no`")
     known = situation.holding if holding is None else holding
     if chosen is Chosen.ABORT:
         return Decision(TaskState.CANCELLED if situation.command else None, goes_on=False, holding=known)

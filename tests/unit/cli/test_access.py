@@ -96,7 +96,7 @@ def test_who_drives(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
     assert printed("maya lease", capsys) == "Nobody drives. `maya lease take` takes it.\n"
     kept.answers["GET /v1/lease"] = OLGA
     assert printed("maya lease", capsys).splitlines() == [
-        "olga drives since 2 min (10.0.0.3): aligning.",
+        "olga has been driving for 2 min (10.0.0.3): aligning.",
         "That is you, here.",
         "It ends in 8 s unless it is renewed.",
         "It is offered to sam.",

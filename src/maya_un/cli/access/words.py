@@ -5,7 +5,7 @@ from __future__ import annotations
 _WORDS: dict[str, tuple[str, str]] = {
     "nobody": ("Nobody drives. `maya lease take` takes it.", "Nadie conduce. `maya lease take` lo toma."),
     "drives": (
-        "{holder} drives since {since} ({source}){note}.",
+        "{holder} has been driving for {since} ({source}){note}.",
         "{holder} conduce desde hace {since} ({source}){note}.",
     ),
     "implicit": (
@@ -21,7 +21,7 @@ _WORDS: dict[str, tuple[str, str]] = {
         "You drive for {expires}. `maya lease release` gives it back sooner.",
         "Conduce usted durante {expires}. `maya lease release` lo devuelve antes.",
     ),
-    "driving": ("driving since {since}", "conduciendo desde hace {since}"),
+    "driving": ("driving for {since}", "conduciendo desde hace {since}"),
     "unheard": ("the service does not answer; it ends in {expires}", "el servicio no responde; termina en {expires}"),
     "released": ("Given back: nobody drives.", "Devuelto: nadie conduce."),
     "offering": (

@@ -114,7 +114,7 @@ _WORDS: dict[str, tuple[str, str, str, str]] = {
     ),
     "lease_free": ("Nobody drives.", "", "Nadie conduce.", ""),
     "lease_held": (
-        "{holder} drives since {since:.0f} s.",
+        "{holder} has been driving for {since:.0f} s.",
         "`maya lease ask` lets him know that you would like to; `maya stop` works for everybody.",
         "{holder} conduce desde hace {since:.0f} s.",
         "`maya lease ask` le hace saber que usted querría; `maya stop` funciona para todos.",

@@ -19,6 +19,7 @@ from maya_un.cli.queueing import text, times
 from maya_un.cli.queueing.words import word
 from maya_un.cli.report import as_data, as_text
 from maya_un.cli.settings import Settings
+from maya_un.cli.waiting import reason
 from maya_un.errors import FileUnwritable
 from maya_un.process.files import load_job
 
@@ -51,12 +52,23 @@ def submit(file: str, options: Options, settings: Settings, *, wait: bool) -> in
     query = urlencode({key: _plain(value) for key, value in options.said().items()}, doseq=True)
     accepted = client.post(f"/v1/jobs?{query}" if query else "/v1/jobs", body)
     if not wait:
-        return output.answer(accepted, word("accepted", settings.language, **accepted), settings)
+        return output.answer(accepted, _accepted(client, accepted, settings), settings)
     with chosen(settings) as display:
         display.note(word("accepted", settings.language, **accepted))
         report, interrupted = follow(client, accepted["id"], since, display, settings)
     _print(report, settings)
     return output.INTERRUPTED if interrupted else output.concluded(report, settings)
+
+
+def _accepted(client: Client, accepted: dict[str, Any], settings: Settings) -> str:
+    """Return that a job was accepted, and what it waits for: a student's is a proposal, and a queue may be paused."""
+    text = word("accepted", settings.language, **accepted)
+    if settings.json:
+        return text
+    waiting = client.get("/v1/queue")["waiting"]
+    line = next((line for line in waiting if line["id"] == accepted["id"]), None)
+    why = "" if line is None else reason(client, line, settings.language)
+    return f"{text}\n{why}" if why else text
 
 
 def _plain(value: object) -> object:

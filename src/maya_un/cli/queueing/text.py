@@ -44,13 +44,21 @@ def _closing(view: Mapping[str, Any], status: Mapping[str, Any], shown: int, lan
     if shown == 0 and more <= 0:
         yield word("nothing_waits", language)
     if view["finish_at"]:
-        yield word("finish_at", language, clock=times.clock(view["finish_at"]))
+        held = view["counts"].get("held", 0) > 0
+        clock = times.clock(view["finish_at"])
+        yield word("finish_at_released" if held else "finish_at", language, clock=clock)
 
 
 def mode(view: Mapping[str, Any], language: str) -> str:
-    """Return whether the queue runs, and if not why and since when."""
+    """Return whether the queue runs, and if not why and since when.
+
+    `resume` would be refused while a person has to say what becomes of an interrupted job, so it is not named then.
+    """
     why = because(view, language)
-    return word(f"queue_{view['mode']}", language, reason=why, since=times.clock(view["since"]))
+    asks = view["mode"] == "paused" and view["recovery"] is not None
+    return word(
+        "queue_asks" if asks else f"queue_{view['mode']}", language, reason=why, since=times.clock(view["since"])
+    )
 
 
 def lines(jobs: Sequence[Line], speed: float, language: str) -> str:

@@ -12,11 +12,19 @@ _WORDS: dict[str, tuple[str, str]] = {
         "The queue is paused since {since} ({reason}). `maya queue resume` lets it go on.",
         "La cola está en pausa desde las {since} ({reason}). `maya queue resume` la continúa.",
     ),
+    "queue_asks": (
+        "The queue is paused since {since} ({reason}).",
+        "La cola está en pausa desde las {since} ({reason}).",
+    ),
     "nothing_waits": ("Nothing waits.", "Nada espera."),
     "under_way": ("under way: {phase}, {percent:.0f} %", "en curso: {phase}, {percent:.0f} %"),
     "counted": ("{count} {state}", "{count} {state}"),
     "more_wait": ("{count} more wait.", "{count} más esperan."),
     "finish_at": ("All of it will have ended at {clock}.", "Todo habrá terminado a las {clock}."),
+    "finish_at_released": (
+        "If what is held were released now, all of it would have ended at {clock}.",
+        "Si lo retenido se liberara ahora, todo habría terminado a las {clock}.",
+    ),
     "number": ("job", "trabajo"),
     "name": ("name", "nombre"),
     "state": ("state", "estado"),
@@ -42,12 +50,12 @@ _WORDS: dict[str, tuple[str, str]] = {
     "state_cancelled": ("cancelled", "cancelado"),
     "state_skipped": ("skipped", "omitido"),
     "interrupted": (
-        "Job {job}, {name}, was interrupted in step {index}, {step} ({phase}), on {since}.",
-        "El trabajo {job}, {name}, se interrumpió en el paso {index}, {step} ({phase}), el {since}.",
+        "Job {job}, {name}, was interrupted in step {index}, {step} ({phase}). It was found so at {since}.",
+        "El trabajo {job}, {name}, se interrumpió en el paso {index}, {step} ({phase}). Así se encontró a las {since}.",
     ),
     "interrupted_between": (
-        "Job {job}, {name}, was interrupted between two steps, on {since}.",
-        "El trabajo {job}, {name}, se interrumpió entre dos pasos, el {since}.",
+        "Job {job}, {name}, was interrupted between two steps. It was found so at {since}.",
+        "El trabajo {job}, {name}, se interrumpió entre dos pasos. Así se encontró a las {since}.",
     ),
     "begun": ("begun", "comenzado"),
     "gripper_open": ("The gripper is open.", "La pinza está abierta."),
@@ -57,7 +65,10 @@ _WORDS: dict[str, tuple[str, str]] = {
     ),
     "gripper_holds": ("The gripper holds a part.", "La pinza sujeta una pieza."),
     "robot_at": ("The robot is at {place}.", "El robot está en {place}."),
-    "robot_unknown": ("The robot is not homed.", "El robot no tiene homing."),
+    "robot_unknown": (
+        "The robot is not homed: say `maya home` first.",
+        "El robot no ha hecho el homing: diga primero `maya home`.",
+    ),
     "choose": (
         "Nothing moves before somebody chooses: maya queue recover CHOICE",
         "Nada se mueve antes de que alguien elija: maya queue recover ELECCIÓN",
@@ -74,7 +85,7 @@ _WORDS: dict[str, tuple[str, str]] = {
     "ask_holding": ("Does the gripper hold a part (yes, no)? ", "¿La pinza sujeta una pieza (yes, no)? "),
     "ask_again": ("One of: {choices}", "Uno de: {choices}"),
     "nothing_interrupted": ("Nothing was interrupted.", "Nada se interrumpió."),
-    "cleared": ("{count} jobs were cancelled.", "Se cancelaron {count} trabajos."),
+    "cleared": ("Jobs cancelled: {count}.", "Trabajos cancelados: {count}."),
     "accepted": ("Job {id}, {name}: {steps} steps.", "Trabajo {id}, {name}: {steps} pasos."),
     "became": ("Job {id}, {name}: {state}.", "Trabajo {id}, {name}: {state}."),
     "placed": (
@@ -86,8 +97,8 @@ _WORDS: dict[str, tuple[str, str]] = {
         "Trabajo {id}, {name}: {state}; es el trabajo {old} otra vez.",
     ),
     "asked_by": (
-        "asked for by {owner} ({source}) on {submitted}, began {began}, ended {ended}",
-        "pedido por {owner} ({source}) el {submitted}, comenzó {began}, terminó {ended}",
+        "asked for by {owner} ({source}) at {submitted}, began {began}, ended {ended}",
+        "pedido por {owner} ({source}) a las {submitted}, comenzó {began}, terminó {ended}",
     ),
     "no_history": ("Nothing has been done yet.", "Todavía no se ha hecho nada."),
     "backed_up": (

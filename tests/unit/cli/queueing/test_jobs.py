@@ -58,6 +58,18 @@ def test_a_job_is_submitted_with_what_was_said_of_it(
     assert body["steps"] == [{"home": True}]
 
 
+def test_a_submission_that_does_not_begin_by_itself_says_why(
+    serve: Serve, capsys: pytest.CaptureFixture[str], file: str
+) -> None:
+    proposal = {**LINE, "state": "held", "proposal": True}
+    serve(**{"/v1/jobs": {"id": 7, "name": "mine", "steps": 1}, "/v1/queue": {**VIEW, "waiting": [proposal]}})
+    said = printed(["job", "submit", file], capsys).splitlines()
+    assert said == [
+        "Job 7, mine: 1 steps.",
+        "Job 7 is a proposal. An operator approves it with `maya job release 7`.",
+    ]
+
+
 def test_where_nothing_is_said_nothing_is_asked_for(
     serve: Serve, capsys: pytest.CaptureFixture[str], file: str
 ) -> None:
@@ -120,7 +132,7 @@ def test_a_job_is_shown_step_by_step_with_who_asked_for_it(serve: Serve, capsys:
     serve(**{"/v1/jobs/7": REPORT})
     said = printed(["job", "show", "7"], capsys)
     assert "two cubes: done in 63.5 s; gripper between 0.400 m and 0.900 m" in said
-    assert "asked for by ana (10.0.0.7) on" in said
+    assert "asked for by ana (10.0.0.7) at" in said
     assert said.endswith("for berta\n")
     assert json.loads(printed(["job", "show", "7", "--json"], capsys)) == REPORT
 

@@ -56,6 +56,20 @@ def test_a_paused_queue_says_why_and_how_it_goes_on(serve: Serve, capsys: pytest
     assert "en pausa" in printed(["queue", "--lang", "es"], capsys)
 
 
+@pytest.mark.parametrize(
+    ("counts", "said"),
+    [
+        ({"queued": 1}, "All of it will have ended at "),
+        ({"queued": 1, "held": 1}, "If what is held were released now, all of it would have ended at "),
+    ],
+)
+def test_what_is_held_does_not_end_by_itself(
+    serve: Serve, capsys: pytest.CaptureFixture[str], counts: dict[str, int], said: str
+) -> None:
+    serve(**{"/v1/queue": {**VIEW, "counts": counts, "finish_at": "2026-03-01T10:00:00+00:00"}})
+    assert said in printed(["queue"], capsys)
+
+
 def test_as_json_it_is_what_the_service_says(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     serve()
     assert json.loads(printed(["queue", "--json"], capsys)) == VIEW
@@ -71,6 +85,7 @@ def test_an_interrupted_job_is_told_with_where_the_machine_is_and_what_may_be_ch
     assert "whether it holds a part only a person can see" in said
     assert "redo    do the interrupted step again, then the rest (with --holding yes|no)" in said
     assert "wave    wave a hand" in said
+    assert "maya queue resume" not in said
 
 
 def test_one_interrupted_between_two_steps(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
@@ -78,7 +93,7 @@ def test_one_interrupted_between_two_steps(serve: Serve, capsys: pytest.CaptureF
     serve(**{"/v1/queue": {**VIEW, "mode": "paused", "reason": "restart", "recovery": offer}})
     said = printed(["queue"], capsys)
     assert "was interrupted between two steps" in said
-    assert "The robot is not homed.\nThe gripper is open." in said
+    assert "The robot is not homed: say `maya home` first.\nThe gripper is open." in said
 
 
 @pytest.mark.parametrize(
@@ -105,7 +120,7 @@ def test_clearing_tells_how_many_jobs_that_were(serve: Serve, capsys: pytest.Cap
             "/v1/queue/clear": {**VIEW, "counts": {"running": 1}},
         }
     )
-    assert printed(["queue", "clear"], capsys) == "3 jobs were cancelled.\n"
+    assert printed(["queue", "clear"], capsys) == "Jobs cancelled: 3.\n"
 
 
 @pytest.mark.parametrize(
