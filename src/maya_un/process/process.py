@@ -14,7 +14,7 @@ or once a fault is cleared (docs/decisions/0026-a-stop-pauses-the-queue.md). Aft
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from maya_un.config import Config
 from maya_un.controller.protocol import Controller
@@ -26,7 +26,7 @@ from maya_un.process.items import Item, Items
 from maya_un.process.job import Job
 from maya_un.process.journal.memory import MemoryJournal
 from maya_un.process.journal.protocol import Journal
-from maya_un.process.journal.rows import Owner, StepRow
+from maya_un.process.journal.rows import JobRow, Owner, StepRow
 from maya_un.process.lease import Lease
 from maya_un.process.ledger import Ledger
 from maya_un.process.names import Recall
@@ -172,9 +172,9 @@ class Process:
         await self._whole.do(self._editing.hold(number))
         await self.turns.lift()
 
-    async def release(self, number: int, by: str) -> None:
+    async def release(self, number: int, by: str, require: Callable[[JobRow], None] = lambda row: None) -> None:
         """Let a held job wait for its turn; raises as `Editing.release` does."""
-        await self._whole.do(self._editing.release(number, by))
+        await self._whole.do(self._editing.release(number, by, require))
         self.turns.wake()
 
     async def move(self, number: int, beside: int, *, behind: bool) -> None:
@@ -226,6 +226,8 @@ class Process:
         await self._whole.settle()
         await self.shown.close()
         await self._ledger.close()
+        if not self._durable:
+            await self.journal.close()
         for item in self._items:
             item.finish()
 
