@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import logging
+import os
 import queue
 import sys
 import threading
@@ -85,7 +86,7 @@ def note_defect(error: BaseException) -> str:
 
 @contextmanager
 def kept(*, people: bool = True) -> Iterator[None]:
-    """Keep a log while the block runs; with `people` the error line has it too, on a terminal warnings only."""
+    """Keep a log while the block runs; with `people` the error line has warnings too, under systemd everything."""
     logger = logging.getLogger(ROOT)
     desk = _Desk(LogFile.opened(), _for_people() if people else None)
     logger.setLevel(logging.INFO)
@@ -145,6 +146,7 @@ class _Desk(logging.Handler):
         self.file = file
         self._handlers = (file,) if people is None else (file, people)
         self._lines: queue.Queue[logging.LogRecord | None] = queue.Queue(MOST_LINES)
+        self._over = False
         self._writer = threading.Thread(target=self._write, name="maya-log", daemon=True)
         self._writer.start()
 
@@ -158,13 +160,13 @@ class _Desk(logging.Handler):
         with suppress(queue.Full):
             self._lines.put(None, timeout=LAST_WORDS)
         self._writer.join(LAST_WORDS)
-        if not self._writer.is_alive():
-            for handler in self._handlers:
-                handler.close()
+        self._over = True
+        for handler in (self.file,) if self._writer.is_alive() else self._handlers:
+            handler.close()
         super().close()
 
     def _write(self) -> None:
-        while (record := self._lines.get()) is not None:
+        while (record := self._lines.get()) is not None and not self._over:
             for handler in self._handlers:
                 if record.levelno >= handler.level:
                     handler.handle(record)
@@ -211,7 +213,7 @@ class _Screen(logging.StreamHandler[TextIO]):
 def _for_people() -> logging.Handler:
     handler = _Screen(sys.stderr)
     handler.setFormatter(_AsSentence())
-    handler.setLevel(logging.WARNING if sys.stderr.isatty() else logging.INFO)
+    handler.setLevel(logging.INFO if "JOURNAL_STREAM" in os.environ else logging.WARNING)
     return handler
 
 

@@ -19,6 +19,7 @@ from maya_un.errors import (
     NotPaused,
     PathRefused,
     Stopped,
+    UnknownName,
     Unreachable,
 )
 from maya_un.server.asking import Ask
@@ -47,7 +48,7 @@ _JOGS = {
     "while a key is held": {"axis": "r", "direction": 1, "hold": True},
     "let go": {"hold": False},
 }
-_NO_MOTION = (NotConnected, Faulted, NotHomed, Busy, Stopped, Unreachable, PathRefused)
+_NO_MOTION = (UnknownName, NotConnected, Faulted, NotHomed, Busy, Stopped, Unreachable, PathRefused)
 
 
 def add_moving(routes: Routes) -> None:

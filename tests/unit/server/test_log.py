@@ -51,6 +51,20 @@ def test_what_happens_to_the_robot_is_written_and_single_motions_are_not() -> No
     assert lines()[0]["detail"] == {"axis": "b"}
 
 
+@pytest.mark.parametrize(("under_systemd", "told"), [(True, 2), (False, 1)])
+def test_people_are_told_of_trouble_and_systemd_of_everything(
+    under_systemd: bool, told: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delenv("JOURNAL_STREAM", raising=False)
+    if under_systemd:
+        monkeypatch.setenv("JOURNAL_STREAM", "8:12345")
+    with log.kept():
+        log.note("http", logging.INFO, "ordinary")
+        log.note("http", logging.WARNING, "trouble")
+    assert len(capsys.readouterr().err.splitlines()) == told
+    assert len(lines()) == 2
+
+
 def test_a_defect_has_its_traceback_in_the_line() -> None:
     with pytest.raises(ZeroDivisionError) as caught:
         _ = 1 / 0
@@ -96,7 +110,7 @@ def test_nobody_waits_for_a_terminal_that_takes_nothing(monkeypatch: pytest.Monk
     monkeypatch.setattr(log, "LAST_WORDS", 0.05)
     with log.kept():
         for number in range(3_000):
-            log.note("http", logging.INFO, "x" * 100, number=number)
+            log.note("http", logging.WARNING, "x" * 100, number=number)
     written = len(lines())
     os.close(reading)  # lets the writer go
     with suppress(BrokenPipeError):
