@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from maya_un.api.access.caller import LOCAL, Caller, Role
 from maya_un.api.access.operations import Operation, require, require_over
 from maya_un.errors import InvalidRequest, InvalidValue
-from maya_un.process.journal.rows import Owner
+from maya_un.process.journal.rows import JobRow, Owner
 from maya_un.process.lease import Lease
 from maya_un.process.options import ORDINARY
 from maya_un.process.process import Process
@@ -76,11 +76,15 @@ class Queueing:
 
         Raises `NotFound`, `WrongState`, `NotAllowed`.
         """
+
+        def allowed(job: JobLine | JobRow) -> None:
+            if job.proposal and not job.approved_by:
+                require(by, Operation.APPROVE)
+
         line = await self._process.shown.found_line(number)
-        if line.proposal and not line.approved_by:
-            require(by, Operation.APPROVE)
+        allowed(line)
         require_over(by, Operation.CHANGE_JOB, line.owner)
-        await self._process.release(number, by.name)
+        await self._process.release(number, by.name, allowed)
         return self._process.shown.line(number)
 
     async def move(

@@ -9,7 +9,7 @@ from maya_un.errors import InvalidJob, InvalidRequest, InvalidValue, MayaError, 
 from maya_un.process.changes import Changes
 from maya_un.process.items import Item, Items
 from maya_un.process.job import Job
-from maya_un.process.journal.rows import Options
+from maya_un.process.journal.rows import JobRow, Options
 from maya_un.process.ledger import Entry, Ledger
 from maya_un.process.names import Recall
 from maya_un.process.options import read_options
@@ -54,16 +54,18 @@ class Editing:
 
         await self._ledger.write(propose)
 
-    async def release(self, number: int, by: str) -> None:
+    async def release(self, number: int, by: str, require: Callable[[JobRow], None]) -> None:
         """Let a job wait for its turn that was held, whatever became of those on which it depends.
 
-        Raises `NotFound`, `WrongState`, `StorageFailed`.
+        `require` looks at the job as it is released: what was approved may have been changed just before. Raises what
+        it raises, `NotFound`, `WrongState`, `StorageFailed`.
         """
 
         def propose() -> list[Entry]:
             item = self._waiting(number, "released")
             if item.row.state is TaskState.QUEUED:
                 return []
+            require(item.row)
             approved = by if item.row.proposal else item.row.approved_by
             alive = frozenset(one for one in item.waits_for if self._items.alive(one))
             entries = self._changes.job(item, TaskState.QUEUED, approved_by=approved)

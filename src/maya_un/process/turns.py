@@ -27,6 +27,9 @@ from maya_un.process.states import TaskState
 from maya_un.process.whole import Whole
 from maya_un.values import Mode, StopReport
 
+_PASSED_ON = {"taken", "released", "handed over", "broken"}
+"""Changes of the lease after which somebody drives, or whoever drove has said that he does no more."""
+
 _TROUBLE = {Kind.FAULT, Kind.LIMIT, Kind.ESTOP, Kind.DISCONNECTED}
 
 
@@ -265,6 +268,6 @@ class Turns:
         """Let those begin who may now; where a driver is lost, nothing goes on that he would have watched."""
         if self._closed:
             return
-        if change == "expired" and (self.running is not None or self._items.anything_waits):
+        if change not in _PASSED_ON and (self.running is not None or self._items.anything_waits):
             self._pausing.pause("driver")
         self.wake()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
@@ -63,6 +64,21 @@ async def test_students_change_and_cancel_what_is_their_own() -> None:
                 await wish()
         assert (await service.queue.change(1, {"notes": "night"}, by=ANA)).notes == "night"
         assert (await service.cancel(1, by=ANA)).state is TaskState.CANCELLED
+
+
+async def test_a_student_does_not_approve_what_he_changes_at_the_same_instant() -> None:
+    async with door() as (floor, service):
+        await service.queue.pause(EVA)
+        await service.submit(HOME, by=ANA)
+        await service.queue.release(1, by=EVA)
+        await service.queue.hold(1, by=ANA)
+        floor.journal.slow = 0.5
+        changing = asyncio.create_task(service.queue.change(1, {"job": {"steps": [{"gripper": "open"}]}}, by=ANA))
+        await elapse(0.1)
+        with pytest.raises(NotAllowed):
+            await service.queue.release(1, by=ANA)
+        changed = await changing
+        assert (changed.state, changed.approved_by) == (TaskState.HELD, "")
 
 
 async def test_what_was_approved_is_a_proposal_again_where_a_student_changes_it() -> None:

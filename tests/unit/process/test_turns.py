@@ -61,3 +61,16 @@ async def test_a_wish_for_now_that_is_made_to_wait_holds_nothing_up() -> None:
         await asyncio.gather(slow, floor.process.change(number, {"depends_on": [1]}), return_exceptions=True)
         await elapse(LONG)
         assert floor.process.shown.line(number).state in {TaskState.QUEUED, TaskState.DONE}
+
+
+@pytest.mark.parametrize(("why", "paused"), [("expired", True), ("ana was removed", True), ("released", False)])
+async def test_where_a_driver_is_lost_nothing_more_begins(why: str, paused: bool) -> None:
+    async with Machine().running() as floor:
+        floor.lease.take("ana", "test", patience=1e5)
+        await floor.process.submit(job("home", "home"))
+        await elapse(1.0)
+        floor.lease.drop("ana", why)
+        await elapse(LONG)
+        view = floor.process.shown.view()
+        assert (view.reason == "driver") is paused
+        assert (floor.process.shown.line(1).state is TaskState.DONE) is not paused
