@@ -5,6 +5,7 @@ No defect, no surprise: every answer is one that the document tells of, and nobo
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -30,6 +31,7 @@ from maya_un.api.access.caller import LOCAL, Caller, Role
 from maya_un.api.access.operations import RULES, Operation
 from maya_un.api.leasing import LONGEST
 from maya_un.errors import InvalidRequest
+from maya_un.server.reading import LONGEST_WAIT
 from tests.campaign import Campaign
 from tests.shared_robot import SharedRobot, shared_robot
 
@@ -128,9 +130,12 @@ class Visitor:
     def ask(self, case: Case) -> None:
         """Ask, and look at the answer."""
         _shorten(case)
-        response = case.call(
-            base_url=self._robot.url, session=self._session, headers=self._headers(case), timeout=PATIENCE
-        )
+        try:
+            response = case.call(
+                base_url=self._robot.url, session=self._session, headers=self._headers(case), timeout=PATIENCE
+            )
+        except requests.Timeout as error:
+            raise AssertionError(f"no answer to {case.method} {case.path} {case.query} {case.body}") from error
         case.validate_response(response, checks=CHECKS, excluded_checks=[negative_data_rejection] * _unsaid(case))
         if not may(self._who, case.operation):
             nowhere = response.status_code == 404 and response.json()["code"] == InvalidRequest.code
@@ -153,11 +158,11 @@ def _unsaid(case: Case) -> bool:
 
 def _shorten(case: Case) -> None:
     """Ask for no long wait: of a wish that is held it would have no end."""
-    wait = (case.query or {}).get("wait")
-    if isinstance(wait, bool):
+    wait = str((case.query or {}).get("wait")).lower()
+    if wait == "true":
         case.query["wait"] = False
-    elif isinstance(wait, int | float):
-        case.query["wait"] = min(wait, 0.01)
+    elif re.fullmatch(r"\d+(\.\d+)?(e[+-]?\d+)?", wait) and float(wait) <= LONGEST_WAIT:
+        case.query["wait"] = min(float(wait), 0.01)
 
 
 @pytest.mark.parametrize("part", range(PARTS))
