@@ -77,7 +77,7 @@ SENTENCES: dict[int, str] = {
     4013: "Events above {since} are asked for, but the oldest that is kept is {oldest}. Read the state anew, and go on "
     "from there.",
     4014: "Job {number} is {state}, so it cannot be {wish}.",
-    4015: "Nobody but a person can know this: {question} Say it with the choice ({options}).",
+    4015: "Nobody but a person can know this: {question} Say it by `maya queue recover CHOICE` ({options}).",
     4016: "You are {behind} events behind on this stream, so it was closed. Connect again and go on from event {since}, "
     "and read faster.",
     4017: "Job {number}, on which this one depends, is {state}. Release this one to do it all the same, or cancel it.",

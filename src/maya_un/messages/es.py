@@ -77,7 +77,7 @@ SENTENCES: dict[int, str] = {
     4013: "Se piden eventos posteriores al {since}, pero el más antiguo que se guarda es el {oldest}. Lea el estado de "
     "nuevo y siga desde ahí.",
     4014: "El trabajo {number} está {state}, así que no se puede: {wish}.",
-    4015: "Esto solo puede saberlo una persona: {question} Dígalo con la elección ({options}).",
+    4015: "Esto solo puede saberlo una persona: {question} Dígalo con `maya queue recover ELECCIÓN` ({options}).",
     4016: "Va {behind} eventos por detrás en esta conexión y por eso se cerró. Conecte otra vez, siga desde el evento "
     "{since} y lea más deprisa.",
     4017: "El trabajo {number}, del que depende este, está {state}. Libere este para hacerlo de todos modos, o cancélelo.",
