@@ -100,7 +100,10 @@ def add(
     role: Role = "student",
     password: Annotated[bool, typer.Option("--password", help="ask for one, to sign in with")] = False,
 ) -> int:
-    """Add a user and show the first token; the first user of all is an admin."""
+    """Add a user and show the first token.
+
+    The first user of all is an admin.
+    """
     from maya_un.cli.access import users
 
     return users.add(name, role, _settings(context), with_password=password)
@@ -158,7 +161,10 @@ def token(
 
 
 def tokens(context: typer.Context, name: MaybeName = None) -> int:
-    """List tokens: what for, since when, until when, when they were last used."""
+    """List tokens, never their secrets.
+
+    What for, since when, until when, when they were last used.
+    """
     from maya_un.cli.access import users
 
     return users.tokens(name, _settings(context))
@@ -179,7 +185,10 @@ def reset(
     forget: Annotated[bool, typer.Option("--all", help="forget all users and tokens")] = False,
     journal: Annotated[str | None, typer.Option(metavar="FILE", help="of the queue, where `maya up` named one")] = None,
 ) -> int:
-    """Get in again where the admin's token is lost, at the machine, while `maya up` does not run."""
+    """Get in again where the admin's token is lost.
+
+    At the machine, while `maya up` does not run.
+    """
     from maya_un.cli.access import resetting
 
     if (name is None) is not forget:

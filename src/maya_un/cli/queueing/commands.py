@@ -86,7 +86,10 @@ def move(
     where: Annotated[Literal["first", "last", "before", "after"], typer.Argument(help="of those that wait")],
     other: Other = None,
 ) -> int:
-    """Put a job that waits somewhere else: first, last, before another, after another."""
+    """Put a job that waits somewhere else.
+
+    First, last, before another, after another.
+    """
     from maya_un.cli.queueing import queue
 
     return queue.move(job, where, other, _settings(context))
@@ -101,7 +104,9 @@ def recover(
     holding: Holding = None,
     pause: Annotated[bool, typer.Option("--pause", help="leave the queue paused")] = False,
 ) -> int:
-    """Say what becomes of the job that was under way when the robot's program ended.
+    """Say what becomes of an interrupted job.
+
+    It was under way when the robot's program ended.
 
     redo does its step again, skip leaves that out, resume does what is safe, abort ends the job. Nothing moves before.
     """
@@ -119,7 +124,10 @@ def backup(context: typer.Context, file: Annotated[str, typer.Argument(metavar="
 
 
 def restore(context: typer.Context, file: Annotated[str, typer.Argument(metavar="FILE", help="a backup")]) -> int:
-    """Put a backup in the place of the queue and its history, which are kept aside; end `maya up` before."""
+    """Put a backup in the place of the queue and its history.
+
+    These are kept aside. End `maya up` before.
+    """
     from maya_un.cli.queueing import keeping
 
     return keeping.restore(file, _settings(context))
@@ -128,7 +136,10 @@ def restore(context: typer.Context, file: Annotated[str, typer.Argument(metavar=
 def export(
     context: typer.Context, file: Annotated[str, typer.Argument(metavar="FILE", help="ends in .csv or .jsonl")]
 ) -> int:
-    """Write all jobs that are kept as a table, or with all their steps as JSON, one a line."""
+    """Write all jobs that are kept, as a table or as JSON.
+
+    JSON has all their steps, one job a line.
+    """
     from maya_un.cli.queueing import keeping
 
     return keeping.export(file, _settings(context))
@@ -155,14 +166,20 @@ def submit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
 
 
 def show(context: typer.Context, job: Number) -> int:
-    """Tell all that is known of a job, step by step, also of one long ended."""
+    """Tell all that is known of a job, step by step.
+
+    Also of one long ended.
+    """
     from maya_un.cli.queueing import jobs
 
     return jobs.show(job, _settings(context))
 
 
 def cancel(context: typer.Context, job: Number) -> int:
-    """End a job early, or decline a proposal; one that runs stops on its path."""
+    """End a job early, or decline a proposal.
+
+    One that runs stops on its path.
+    """
     from maya_un.cli.queueing import jobs
 
     return jobs.cancel(job, _settings(context))
@@ -206,9 +223,9 @@ def edit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     retries: Retries = None,
     stepwise: Stepwise = None,
 ) -> int:
-    """Change a job that has not begun; of a paused one, the steps that have not.
+    """Change a job that has not begun.
 
-    Without options it is opened in $EDITOR.
+    Of a paused one, the steps that have not. Without options it is opened in $EDITOR.
     """
     from maya_un.cli.queueing import jobs
 

@@ -151,8 +151,10 @@ def _edited(body: Mapping[str, Any], job: int) -> dict[str, Any]:
         editor = os.environ.get("VISUAL") or os.environ.get("EDITOR") or "vi"
         try:
             subprocess.run([*shlex.split(editor), str(path)], check=True)
-        except (OSError, subprocess.CalledProcessError) as error:
-            raise FileUnwritable(path=path, reason=f"{editor} failed: {error}") from error
+        except OSError as error:
+            raise FileUnwritable(path=path, reason=f"{editor}: {error.strerror}") from error
+        except subprocess.CalledProcessError as error:
+            raise FileUnwritable(path=path, reason=f"{editor} ended with {error.returncode}") from None
         if path.read_text(encoding="utf-8") == written:
             return {}
         return {"job": load_job(path).model_dump(mode="json", exclude_none=True, warnings=False)}
