@@ -136,6 +136,7 @@ class FakeController:
         moving = self._stop is not None
         if self._stop is not None and not self._stop.done():
             self._stop.set_exception(Stopped())
+            self._stop.exception()  # whoever is cancelled at the same instant does not look at it
         return StopReport(moving, 0.5 if moving else 0.0, (0.0, 0.0, 0.0))
 
     async def override(self, ratio: float) -> None:
