@@ -137,6 +137,12 @@ class Ledger:
         return bool(moved) and moved[-1]["what"] == "open"
 
     @property
+    def homed(self) -> bool:
+        """Whether the machine has its power since a homing."""
+        told = self.of("power", "homed")
+        return not told or told[-1]["what"] == "homed"
+
+    @property
     def carried(self) -> str | None:
         """The part in the jaws."""
         moved = self.of("open", "close", "taken out")
@@ -287,8 +293,12 @@ class Person:
         await self._queue.recover(name, holding=told, resume_queue=resume, by=LOCAL)
 
     def _choice(self, offer: Recovery) -> str:
-        """Return what somebody says who sees how it is: not to do again what has happened, not to skip what has not."""
-        if self._rng.random() < 0.05:
+        """Return what somebody says who sees how it is: not to do again what has happened, not to skip what has not.
+
+        Who gave a job up, and was not answered, says so again.
+        """
+        given_up = {line.get("job") for line in self._ledger.of("said") if line["choice"] == "abort"}
+        if offer.name in given_up or self._rng.random() < 0.05:
             return "abort"
         if not offer.index:
             return "resume"
@@ -323,7 +333,7 @@ def hear(robot: Stack, twin: Twin, ledger: Ledger) -> None:
     """Have the ledger hold what is announced."""
 
     def heard(event: Event) -> None:
-        if event.kind in {Kind.JOB, Kind.STEP, Kind.PHASE}:
+        if event.kind in {Kind.JOB, Kind.STEP, Kind.PHASE, Kind.HOMED}:
             twin.controller.sync()
             ledger.write(event.kind.value, detail={key: str(value) for key, value in event.detail.items()})
 
@@ -343,7 +353,7 @@ async def work(folder: Path, seed: int) -> None:
     """Come up, see to what was under way, and carry on until every job has ended."""
     jobs, ledger = plan(seed), Ledger(folder, sys.stdout.fileno())
     rng = Random(f"{seed} {len(ledger.lines)}")
-    powered = not ledger.lines or ledger.jaws_open or rng.random() >= POWER_CUT
+    powered = ledger.homed and (not ledger.lines or ledger.jaws_open or rng.random() >= POWER_CUT)
     ledger.twin = twin = standing(jobs, ledger, powered=powered)
     assembly.make_twin = lambda **_: twin
     if not ledger.lines:
