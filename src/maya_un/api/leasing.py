@@ -103,9 +103,9 @@ class Leasing:
         self._lease.renew(by.lease, by.name)
         return await self.view(by)
 
-    async def release(self, by: Caller) -> LeaseView:
-        """Give it back; raises as `renew`."""
-        self._lease.release(by.lease, by.name)
+    async def release(self, by: Caller, *, lost: bool = False) -> LeaseView:
+        """Give it back, or with `lost` end it because nobody hears from its holder any more; raises as `renew`."""
+        self._lease.release(by.lease, by.name, lost=lost)
         return await self.view(by)
 
     async def offer(self, to: str, by: Caller) -> LeaseView:

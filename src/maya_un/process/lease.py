@@ -171,10 +171,10 @@ class Lease:
         self._until = self._now() + self._patience
         return holder
 
-    def release(self, lease: str, name: str) -> None:
-        """Give it back; raises as `require`."""
+    def release(self, lease: str, name: str, *, lost: bool = False) -> None:
+        """Give it back, or with `lost` end it as one whose holder is silent; raises as `require`."""
         self.require(lease, name)
-        self._end("released")
+        self._end("expired" if lost else "released")
 
     def drop(self, name: str, why: str) -> None:
         """End the lease that `name` holds, who may not drive any more; where he holds none, nothing happens."""

@@ -38,6 +38,9 @@ LOOK_AGAIN = 30.0
 MOST_MESSAGES, BURST = 100.0, 200
 """How many messages of a client are answered in a second, and how many at once where it was silent before."""
 
+PAST_COSTS = 0.5
+"""Who asks for events of the past is not heard for so much longer, once he has spent what he may at once [s]."""
+
 _DEFECT = 1011
 """Closing code of a defect of ours (RFC 6455, 7.4.1)."""
 
@@ -90,10 +93,15 @@ class Session:
 
     async def _breathe(self) -> None:
         """Wait before the next message of a client that says too much: it waits, and nobody else does."""
+        self._charge(1.0 / MOST_MESSAGES)
         now = asyncio.get_running_loop().time()
-        self._heard_until = max(self._heard_until, now - BURST / MOST_MESSAGES) + 1.0 / MOST_MESSAGES
         if self._heard_until > now:
             await asyncio.sleep(self._heard_until - now)
+
+    def _charge(self, cost: float) -> None:
+        """Have the client be heard later by `cost` [s]; of what he did not use before, he has a burst left."""
+        now = asyncio.get_running_loop().time()
+        self._heard_until = max(self._heard_until, now - BURST / MOST_MESSAGES) + cost
 
     async def _hear(self, text: str | bytes) -> None:
         message: dict[str, Any] = {}
@@ -124,6 +132,8 @@ class Session:
 
     async def _subscribe(self, message: Mapping[str, Any]) -> None:
         wanted = subscription(message)
+        if wanted.past is not None:
+            self._charge(PAST_COSTS)
         past = await self._past(wanted.past)
         self._wire.write(plain_frame("subscribed", message, run=self._hub.run))
         if "state" in wanted.named:
@@ -197,4 +207,6 @@ class Session:
         if self._bound:
             holder = replace(self._caller, lease=self._bound)
             with suppress(MayaError):  # it has ended already
-                await self._bridge.call(holder, Operation.LEASE, lambda service: service.lease.release(holder))
+                await self._bridge.call(
+                    holder, Operation.LEASE, lambda service: service.lease.release(holder, lost=True)
+                )

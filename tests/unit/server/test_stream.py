@@ -362,6 +362,18 @@ def test_a_client_may_become_another_by_a_token() -> None:
     told(story)
 
 
+def test_who_asks_for_the_past_again_and_again_is_heard_less_and_less() -> None:
+    async def main() -> float:
+        loop = asyncio.get_running_loop()
+        async with streamed(Watched()) as url, connected(url) as client:
+            began = loop.time()
+            for _ in range(6):
+                await client.ask("subscribe", events={"since": 0})
+            return loop.time() - began
+
+    assert run(main()) > 0.4
+
+
 def test_a_lease_is_renewed_and_one_that_is_bound_ends_with_the_connection() -> None:
     async def main() -> None:
         watched = Watched()
@@ -377,7 +389,7 @@ def test_a_lease_is_renewed_and_one_that_is_bound_ends_with_the_connection() -> 
                 assert (await client.ask("renew", lease="another"))["code"] == 4105
             async with connected(url) as client:
                 await client.ask("subscribe", events={"since": 0})
-                while client.got[-1].get("event", {}).get("detail", {}).get("change") != "released":
+                while client.got[-1].get("event", {}).get("detail", {}).get("change") != "expired":
                     await client.until("event")
         assert watched.entrance.lease.holder is None
 
