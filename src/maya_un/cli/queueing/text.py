@@ -86,7 +86,10 @@ def _queued(job: Line, speed: float, language: str) -> tuple[str, ...]:
 
 
 def past(jobs: Sequence[Line], language: str) -> str:
-    """Return jobs of the history, one a line, with what they were to take and took [the robot's time]."""
+    """Return jobs of the history, one a line, with what they were to take and took [the robot's time].
+
+    A homing is predicted as nothing, for nobody knows how long it takes; that is shown as not known.
+    """
     head = tuple(
         word(key, language)
         for key in ("number", "name", "state", "steps", "predicted", "took", "submitted", "owner", "source", "notes")
@@ -97,7 +100,7 @@ def past(jobs: Sequence[Line], language: str) -> str:
             job["name"],
             state(job, language),
             f"{job['done']}/{job['steps']}",
-            times.duration(job["predicted"]),
+            times.duration(job["predicted"] or None),
             times.duration(job["duration"]),
             times.clock(job["submitted"]),
             job["owner"],

@@ -221,6 +221,13 @@ def test_the_history_tells_what_was_predicted_what_it_took_and_from_where(
     assert rows[1][-2:] == ["ana", "10.0.0.7"]
 
 
+def test_what_nobody_can_predict_is_not_shown_as_no_time(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+    homing = {**LINE, "state": "done", "predicted": 0.0, "duration": 65.0}
+    serve(**{"/v1/jobs": [Several([homing]), Several([])]})
+    row = printed(["history"], capsys).splitlines()[1].split()
+    assert row[5:8] == ["–", "1:05", "min"]
+
+
 def test_the_history_is_asked_for_what_was_said(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     service = serve(**{"/v1/jobs": [Several([])]})
     line = ["history", "5", "--owner", "ana", "--state", "done", "--state", "failed", "--text", "a b"]
