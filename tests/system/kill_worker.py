@@ -279,7 +279,7 @@ class Person:
     async def _answer(self, offer: Recovery) -> None:
         carried = self._ledger.carried
         name = self._choice(offer)
-        if name == "abort" and carried is not None:
+        if name == "abort" and carried is not None and offer.name in self._jobs:
             self._take_out(carried)
         holding = self._ledger.carried is not None
         needs_answer = next(choice.needs_answer for choice in offer.choices if choice.name == name)
