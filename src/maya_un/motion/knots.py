@@ -46,6 +46,7 @@ _GRID = 24
 _SHARES = np.arange(_GRID)[:, np.newaxis] / _GRID
 _WEIGHTS = ((1.0 - _SHARES) ** 2, 2.0 * _SHARES * (1.0 - _SHARES), _SHARES**2)
 _TINY = 1e-12
+_FARTHEST = 2.0**53
 
 
 @dataclass(frozen=True)
@@ -96,8 +97,8 @@ def divided(knots: Knots, longest: float) -> Knots:
 
 
 def _finite(places: Floats) -> Floats:
-    """Return places with 0 where there is none: above the anchors of the lines."""
-    return np.where(np.isfinite(places), places, 0.0)
+    """Return places with 0 where there is none: above the anchors of the lines; none is beyond whole numbers."""
+    return np.clip(np.where(np.isfinite(places), places, 0.0), -_FARTHEST, _FARTHEST)
 
 
 def _vias(parameters: Floats, counts: Whole, pieces: Pieces) -> tuple[float, ...]:

@@ -143,7 +143,8 @@ class Editing:
         entries = [
             self._changes.step(item, step, step.become(TaskState.CANCELLED, notice), sure=False) for step in interrupted
         ]
-        return [*entries, *self._changes.job(item, TaskState.CANCELLED, notice, among)]
+        ended = self._submitting.date()
+        return [*entries, *self._changes.job(item, TaskState.CANCELLED, notice, among, ended=ended)]
 
     def _moved(self, number: int, beside: int, *, behind: bool) -> list[Entry]:
         self._waiting(number, "moved")

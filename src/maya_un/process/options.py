@@ -54,6 +54,8 @@ def _flag(key: str, value: object) -> bool:
 def _notes(key: str, value: object) -> str:
     if not isinstance(value, str) or len(value) > LONGEST_NOTES:
         raise InvalidValue(key=key, value=repr(value), reason=f"it must be a text of at most {LONGEST_NOTES} letters")
+    if not all(letter.isprintable() or letter in "\n\t" for letter in value):
+        raise InvalidValue(key=key, value=repr(value), reason="it must be printable")
     return value
 
 

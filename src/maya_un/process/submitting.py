@@ -60,6 +60,10 @@ class Submitting:
     def _journal(self) -> Journal:
         return self._ledger.journal
 
+    def date(self) -> str:
+        """Return the date now."""
+        return self._dates(0.0)
+
     async def submit(self, written: Written, asked: Asked, skipped: int = 0) -> int:
         """Keep a job whose first steps are `skipped`; return its number, or that of the one that came with its key.
 
@@ -101,7 +105,7 @@ class Submitting:
             owner=asked.owner,
             state=TaskState.HELD if options.held or asked.proposal or standing.notice else TaskState.QUEUED,
             position=0.0,
-            submitted=self._dates(0.0),
+            submitted=self.date(),
             steps=len(written.expansion.tasks),
             code=0 if standing.notice is None else standing.notice.code,
             message="" if standing.notice is None else standing.notice.message,

@@ -32,6 +32,7 @@ def test_what_is_not_said_stays() -> None:
         ("depends_on", list(range(1, 102))),
         ("notes", 7),
         ("notes", "n" * 2001),
+        ("notes", "night\0"),
         ("on_failure", "cry"),
         ("retries", 11),
         ("retries", -1),

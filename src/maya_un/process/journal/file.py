@@ -20,6 +20,7 @@ WAL_LIMIT = 16 * 2**20
 """What the write-ahead log is cut back to when its content has gone into the file [bytes]."""
 
 _BUSY = 5.0
+_HEADER = 512
 """How long to wait for somebody who looks at the file, as a backup does [s, real time]."""
 
 _NEEDED = ("meta", "queue", "jobs", "steps")
@@ -161,10 +162,12 @@ def check(connection: sqlite3.Connection, path: Path) -> None:
 
 
 def _require_whole(path: Path) -> None:
-    """Raise `StorageDamaged` where a log is left without its file: SQLite would throw the log away."""
+    """Raise `StorageDamaged` where SQLite would begin anew: a log without its file, or a stump shorter than a page."""
     log = beside(path, "-wal")
     if beside(path, ".restoring").exists():
         raise StorageDamaged(path=path, reason="a backup was being put in its place, and that was cut short")
+    if path.exists() and 0 < path.stat().st_size < _HEADER:
+        raise StorageDamaged(path=path, reason="it is shorter than any database")
     if log.exists() and log.stat().st_size and not (path.exists() and path.stat().st_size):
         raise StorageDamaged(path=path, reason=f"it is empty or missing, but {log.name} beside it is not")
 
