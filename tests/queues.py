@@ -150,4 +150,6 @@ class Machine:
                 task.cancel()
             await asyncio.wait(tasks, timeout=1.0)
         floor.lease.close()
-        self.journal.cut = False
+        self.journal.cut, self.journal.broken = False, "the program was killed"
+        await floor.process.close()  # what it still holds in memory may be written no more
+        self.journal.broken = ""

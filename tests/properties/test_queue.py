@@ -144,9 +144,8 @@ class World:
     async def do(self, action: Action) -> None:
         """Do something; that it is refused is fine."""
         word, *arguments = action
-        with suppress(MayaError, TimeoutError):  # who cancels a job waits for a disk that takes nothing
-            async with asyncio.timeout(PATIENCE):
-                await self._doers()[word](*arguments)
+        with suppress(MayaError):
+            await self._doers()[word](*arguments)
         assert not self.flaws
 
     def _doers(self) -> dict[str, Callable[..., Awaitable[Any]]]:
@@ -160,7 +159,7 @@ class World:
             "release lease": self._release_lease,
             "recover": self._recover,
             "move": lambda one, other, behind: process.move(self._some(one), self._some(other), behind=behind),
-            "cancel": lambda one: process.cancel(self._some(one)),
+            "cancel": self._cancel,
             "hold": lambda one: process.hold(self._some(one)),
             "release": lambda one: process.release(self._some(one), "ana"),
             "again": self._again,
@@ -188,6 +187,11 @@ class World:
 
     async def _again(self, index: int) -> None:
         self.accepted.append(await self.floor.process.again(self._some(index), asked()))
+
+    async def _cancel(self, index: int) -> None:
+        with suppress(TimeoutError):  # whoever cancels a job hears of its end when the disk takes it
+            async with asyncio.timeout(PATIENCE):
+                await self.floor.process.cancel(self._some(index))
 
     async def _wish(self) -> None:
         process = self.floor.process

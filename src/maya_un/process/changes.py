@@ -33,6 +33,8 @@ class Changes:
         """
         code, message = (0, "") if notice is None else (notice.code, notice.message)
         old = item.row
+        if item.record is not None:
+            fields.setdefault("done", item.record.done)
         row = replace(old, state=advance(old.state, state), code=code, message=message, **fields)
         entries = [self.row(item, row)]
         if state.ended:

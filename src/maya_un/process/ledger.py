@@ -55,6 +55,7 @@ class Ledger:
         self._turn = asyncio.Lock()
         self._unwritten: list[Entry] = []
         self._failing = ""
+        self._closed = False
         self._retry: asyncio.TimerHandle | None = None
         self._task: asyncio.Task[None] | None = None
 
@@ -80,6 +81,7 @@ class Ledger:
 
     async def close(self) -> None:
         """Write what can be written; what cannot is lost with this run."""
+        self._closed = True
         if self._task is not None:
             await asyncio.wait({self._task})
         with suppress(StorageFailed):
@@ -120,7 +122,7 @@ class Ledger:
     def soon(self, entry: Entry) -> None:
         """Have a change written that is made already, without waiting for it."""
         self._unwritten.append(entry)
-        if self._retry is None and self._task is None:
+        if self._retry is None and self._task is None and not self._closed:
             self._try_again()
 
     def _works(self) -> None:
@@ -133,7 +135,7 @@ class Ledger:
         if self._retry is not None:
             self._retry.cancel()
         loop = asyncio.get_running_loop()
-        self._retry = None if delay is None else loop.call_later(delay, self._try_again)
+        self._retry = None if delay is None or self._closed else loop.call_later(delay, self._try_again)
 
     def _try_again(self) -> None:
         self._set_retry(None)
