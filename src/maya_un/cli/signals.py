@@ -1,11 +1,13 @@
-"""Ctrl-C and SIGTERM as something a coroutine can wait for."""
+"""Ctrl-C, SIGTERM and a closed terminal: for coroutines to wait for, and for what is said in one breath."""
 
 from __future__ import annotations
 
 import asyncio
 import signal
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from types import FrameType
 
 
 @contextmanager
@@ -22,6 +24,28 @@ def on_end(wish: Callable[[], object], *kinds: signal.Signals) -> Iterator[None]
     finally:
         for kind in kinds:
             loop.remove_signal_handler(kind)
+
+
+@contextmanager
+def as_ctrl_c() -> Iterator[None]:
+    """Have SIGTERM and a closed terminal do what Ctrl-C does, in the thread that signals come to.
+
+    Whoever says "pick" and is gone before its end is not there to watch it.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    kinds = (signal.SIGTERM, signal.SIGHUP)
+    before = [(kind, signal.signal(kind, _interrupt)) for kind in kinds if signal.getsignal(kind) != signal.SIG_IGN]
+    try:
+        yield
+    finally:
+        for kind, handler in before:
+            signal.signal(kind, handler)
+
+
+def _interrupt(_number: int, _frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
 
 
 async def asked_to_end() -> None:

@@ -13,6 +13,7 @@ from maya_un.cli.display import chosen
 from maya_un.cli.follow import PATIENCE, animate, follow
 from maya_un.cli.report import STEP_KEYS
 from maya_un.cli.settings import Settings
+from maya_un.cli.signals import as_ctrl_c
 from maya_un.cli.words import word
 
 LONGEST_JOG = 3600.0
@@ -20,12 +21,12 @@ LONGEST_JOG = 3600.0
 
 
 def wish(primitive: Mapping[str, object], settings: Settings) -> int:
-    """Have the running robot carry out a primitive; return the exit code.
+    """Have the running robot carry out a primitive; return the exit code. Ctrl-C and SIGTERM cancel it.
 
     Raises `ServiceNotRunning` and whatever the service refuses at once.
     """
     client = Client.find()
-    with chosen(settings) as display:
+    with chosen(settings) as display, as_ctrl_c():
         since = client.get("/v1/status")["last_event"]
         accepted = client.post("/v1/tasks", primitive)
         report, interrupted = follow(client, accepted["id"], since, display, settings)
@@ -38,10 +39,10 @@ def wish(primitive: Mapping[str, object], settings: Settings) -> int:
 
 
 def jog(axis: str, distance: float, settings: Settings) -> int:
-    """Have the robot move along an axis by `distance` (rad or m) and wait for it; Ctrl-C stops it."""
+    """Have the robot move along an axis by `distance` (rad or m) and wait for it; Ctrl-C stops it, SIGTERM too."""
     client = Client.find()
     body = {"axis": axis, "distance": distance}
-    with chosen(settings) as display, ThreadPoolExecutor(1) as other:
+    with chosen(settings) as display, as_ctrl_c(), ThreadPoolExecutor(1) as other:
         jogging = other.submit(client.post, "/v1/jog", body, LONGEST_JOG)
         try:
             while not wait({jogging}, PATIENCE).done:
