@@ -157,7 +157,7 @@ class Machine:
 
 
 def _is_or_follows(kept: TaskState, code: int, event: Event) -> bool:
-    """Tell whether what is kept is what an event tells, or came after it: a disk that failed may take several at once."""
+    """Tell whether what is kept is what an event tells, or came after it: a disk that failed takes several at once."""
     told = TaskState(str(event.detail["state"]))
     after, ahead = set[TaskState](), [told]
     while ahead:
