@@ -126,8 +126,8 @@ class Cylinder(Zone):
         radial = np.hypot(x, y)
         beyond = np.array([radial - self.radius, np.abs(z) - 0.5 * (self.high - self.low)])
         distances, (outward, upward) = _joined(beyond)
-        outward = outward / np.where(radial > 0.0, radial, 1.0)
-        return distances, np.array([outward * x, outward * y, upward * np.sign(z)])
+        away = np.where(radial > 0.0, radial, 1.0)
+        return distances, np.array([outward * (x / away), outward * (y / away), upward * np.sign(z)])
 
 
 @dataclass(frozen=True, slots=True)
