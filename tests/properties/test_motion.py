@@ -35,6 +35,9 @@ UNITS = Units.of(Config())
 NARROW = Workspace.of(configuration(safety={"tension_limit": 1.2}, geometry={"height": 2.0}))
 """A machine whose lines reach the table and may carry little: many straight paths leave its workspace."""
 
+NO_PROOF = 1e-9
+"""Nearer to a limit than this [m, rad, loads] rounding may keep a path from being proved."""
+
 counts = st.one_of(st.integers(-6, 6), st.integers(-200_000, 200_000))
 ways = st.tuples(st.integers(-2000, 2000), counts, counts)
 moves = st.lists(ways, min_size=1, max_size=4)
@@ -96,10 +99,11 @@ def test_accepting_and_sampling_agree_where_paths_often_leave(path: list[Joints]
 
 
 def assert_breach(workspace: Workspace, refused: PathRefused) -> None:
-    """Check that a refusal points at a place which is outside."""
+    """Check that a refusal points at a place which is outside, or so near a limit that no proof reaches it."""
     at = refused.details["at"]
     assert isinstance(at, tuple)
-    assert not workspace.contains(Joints(*at))
+    if workspace.contains(Joints(*at)):
+        assert min(workspace.margins(Joints(*at)).limits.values()) < NO_PROOF
 
 
 @given(paths())
