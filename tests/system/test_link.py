@@ -47,6 +47,7 @@ async def _cut_during_job(seed: int, instant: float) -> None:
         here, ends = _positions(robot), _planned(robot)
         seen = len(robot.controller.events)
         robot.twin.controller.cut()
+        sent.clear()
         await elapse(120.0)
         rest = _positions(robot)
         for start, end, now in zip(here, ends, rest, strict=True):
