@@ -13,16 +13,17 @@ MayaError
 │   │   SpeedOnRealMachine 4006 · FileUnreadable 4007 · InvalidCommandLine 4008
 │   │   NotIdentifiable 4009 · NotTaught 4010 · NameTaken 4011 · KeyReused 4012
 │   │   EventsForgotten 4013 · WrongState 4014 · AnswerNeeded 4015 · StreamLagging 4016
-│   │   DependencyFailed 4017
+│   │   DependencyFailed 4017 · InvalidMessage 4018 · UnknownInterface 4019 · ServiceFailed 4020
+│   │   NotOverRos 4021
 │   ├── NotSignedIn 4101 · NotAllowed 4102 · LeaseHeld 4103 · LeaseNeeded 4104 · LeaseLost 4105
 │   │   TooManyRequests 4106
 │   └── InvalidConfig 5001 · FileUnwritable 5002 · AddressInUse 5003 · AlreadyRunning 5004
 │       FileNotOurs 5005 · NothingToRevert 5006 · StorageFailed 5007 · StorageDamaged 5008
-│       StorageTooNew 5009 · StorageInUse 5010
+│       StorageTooNew 5009 · StorageInUse 5010 · MasterGone 5011 · RosMissing 5012
 └── MachineError            the machine did something unexpected: motion ends, a person recovers
     ├── LinkLost 1001 · ConnectFailed 1002 · LinkTimeout 1003 · CommandRejected 1004
     │   WrongController 1005 · UnexpectedReply 1006 · ParameterMismatch 1007
-    │   ProgramDiffers 1008 · MemoryDamaged 1009
+    │   ProgramDiffers 1008 · MemoryDamaged 1009 · NodeGone 1011
     ├── LimitReached 2301 · FollowingError 2302 · AbortInput 2303 · AmplifierFault 2304
     │   UnexpectedStop 2305 · MotorOff 2306 · ControllerReset 2307 · EndNotReached 2308
     │   GuardNotRunning 2309 · HostSilent 2310
@@ -53,11 +54,15 @@ class MayaError(Exception):
         if type(self).code == 0:
             raise TypeError(f"{type(self).__name__} is a branch of the tree, raise one of its leaves")
         self.details = details
+        self.said = False
         super().__init__(messages.sentence(type(self).code, details))
 
     def text(self, language: str = "en") -> str:
-        """Return the sentence (what, why, what next) in `language` ("en" or "es")."""
-        return messages.sentence(type(self).code, self.details, language)
+        """Return the sentence (what, why, what next) in `language` ("en" or "es").
+
+        Of an error that came in words only (`as_said`) they are those words.
+        """
+        return str(self) if self.said else messages.sentence(type(self).code, self.details, language)
 
 
 class RequestError(MayaError):
@@ -126,6 +131,12 @@ class NotConnected(RequestError):
     """A wish came while there is no link to the controller."""
 
     code = 1010
+
+
+class NodeGone(MachineError):
+    """The node that did this ended by itself, or is not there."""
+
+    code = 1011
 
 
 class ServiceNotRunning(RequestError):
@@ -428,6 +439,30 @@ class DependencyFailed(RequestError):
     code = 4017
 
 
+class InvalidMessage(RequestError):
+    """A message does not fit its type."""
+
+    code = 4018
+
+
+class UnknownInterface(RequestError):
+    """No topic, service, action or type of this name."""
+
+    code = 4019
+
+
+class ServiceFailed(RequestError):
+    """A service of the graph failed, or went away before it answered."""
+
+    code = 4020
+
+
+class NotOverRos(RequestError):
+    """A wish for which the graph between the floors has no words."""
+
+    code = 4021
+
+
 class NotSignedIn(RequestError):
     """A request came without a token, or with one that is not valid."""
 
@@ -524,6 +559,18 @@ class StorageInUse(RequestError):
     code = 5010
 
 
+class MasterGone(RequestError):
+    """No ROS master answers."""
+
+    code = 5011
+
+
+class RosMissing(RequestError):
+    """What is needed of ROS is not installed here, or cannot be loaded by this Python."""
+
+    code = 5012
+
+
 class InternalError(MachineError):
     """A defect of ours: reported as one sentence, with the log's place."""
 
@@ -550,3 +597,15 @@ def from_notice(code: int, details: dict[str, object]) -> MayaError:
     Raises `KeyError` for a code that is not in the tree.
     """
     return by_code()[code](**details)
+
+
+def as_said(code: int, sentence: str) -> MayaError:
+    """Return the error of `code` with the sentence that an edge received, where its details did not come along.
+
+    Raises `KeyError` for a code that is not in the tree.
+    """
+    leaf = by_code()[code]
+    error = leaf.__new__(leaf)
+    Exception.__init__(error, sentence)
+    error.details, error.said = {}, True
+    return error

@@ -18,6 +18,8 @@ SENTENCES: dict[int, str] = {
     1009: "The controller found its burned {what} damaged when it last powered up. Download and burn them again before "
     "anything moves.",
     1010: "There is no connection to the controller. Wait for it, or check power and cable.",
+    1011: "The node {node} is not there any more. What it did has been stopped on its path; start it again, and look where "
+    "the robot stands before you go on.",
     1020: "Nothing is running here. Start `maya up`, then say it again.",
     1021: "The running `maya up` does not answer ({reason}). Use `maya stop` to stop the robot, then restart it.",
     1022: "It is not clear which virtual controller is meant: {reason}. Start `maya dmc serve`, or name with `--twin` one "
@@ -81,6 +83,10 @@ SENTENCES: dict[int, str] = {
     4016: "You are {behind} events behind on this stream, so it was closed. Connect again and go on from event {since}, "
     "and read faster.",
     4017: "Job {number}, on which this one depends, is {state}. Release this one to do it all the same, or cancel it.",
+    4018: "{name} cannot be read: {reason}.",
+    4019: "There is no {form} called {name}.",
+    4020: "The service {service} failed: {reason}.",
+    4021: "{wish} cannot be said over the ROS graph. Use `maya` beside the robot floor, or `maya up`.",
     4101: "This needs a valid token: {reason}. Ask an administrator of the robot for one (`maya user token`).",
     4102: "{who} is {role}, and {operation} needs {needed}. Ask somebody who may.",
     4103: "{holder} drives the robot since {since}. Ask for the lease with `maya lease ask`, or wait; `maya stop` works "
@@ -100,5 +106,7 @@ SENTENCES: dict[int, str] = {
     "away to begin an empty one.",
     5009: "{path} was written by a newer version ({found}; this one knows {known}). Use that version, or another file.",
     5010: "{path} is in use by process {pid}. End that one first, or use another file.",
+    5011: "No ROS master answers at {uri}. Start `roscore`, or roslaunch, which starts one; ROS_MASTER_URI says where it is.",
+    5012: "ROS cannot be used from here ({reason}). `scripts/ros` sets up what is needed on Debian and Ubuntu.",
     5999: "Something went wrong inside ({reason}). This is a defect of ours; please report it with the log.",
 }

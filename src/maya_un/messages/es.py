@@ -18,6 +18,8 @@ SENTENCES: dict[int, str] = {
     1009: "El controlador encontró dañado lo grabado ({what}) al encenderse por última vez. Descárguelo y grábelo otra vez "
     "antes de mover nada.",
     1010: "No hay conexión con el controlador. Espere, o revise alimentación y cable.",
+    1011: "El nodo {node} ya no está. Lo que hacía se detuvo sobre su trayectoria; inícielo de nuevo y mire dónde está el robot "
+    "antes de seguir.",
     1020: "Aquí no hay nada en marcha. Inicie `maya up` y repita la orden.",
     1021: "El `maya up` en marcha no responde ({reason}). Detenga el robot con `maya stop` y reinícielo.",
     1022: "No está claro de qué controlador virtual se trata: {reason}. Inicie `maya dmc serve`, o nombre con `--twin` uno "
@@ -81,6 +83,10 @@ SENTENCES: dict[int, str] = {
     4016: "Va {behind} eventos por detrás en esta conexión y por eso se cerró. Conecte otra vez, siga desde el evento "
     "{since} y lea más deprisa.",
     4017: "El trabajo {number}, del que depende este, está {state}. Libere este para hacerlo de todos modos, o cancélelo.",
+    4018: "No se puede leer {name}: {reason}.",
+    4019: "No hay {form} llamado {name}.",
+    4020: "El servicio {service} falló: {reason}.",
+    4021: "{wish} no puede decirse por el grafo de ROS. Use `maya` junto al piso del robot, o `maya up`.",
     4101: "Esto necesita un token válido: {reason}. Pida uno a un administrador del robot (`maya user token`).",
     4102: "{who} es {role}, y {operation} necesita {needed}. Pídalo a quien pueda.",
     4103: "{holder} conduce el robot desde {since}. Pida el mando con `maya lease ask`, o espere; `maya stop` vale para "
@@ -100,5 +106,7 @@ SENTENCES: dict[int, str] = {
     "para empezar uno vacío.",
     5009: "{path} lo escribió una versión más nueva ({found}; esta conoce {known}). Use esa versión, u otro archivo.",
     5010: "{path} lo usa el proceso {pid}. Ciérrelo antes, o use otro archivo.",
+    5011: "Ningún maestro de ROS responde en {uri}. Inicie `roscore`, o roslaunch, que inicia uno; ROS_MASTER_URI dice dónde está.",
+    5012: "Desde aquí no se puede usar ROS ({reason}). `scripts/ros` instala lo necesario en Debian y Ubuntu.",
     5999: "Algo falló por dentro ({reason}). Es un defecto nuestro; repórtelo con el registro.",
 }

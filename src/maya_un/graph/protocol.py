@@ -1,0 +1,181 @@
+"""What a ROS graph is to whoever takes part in it, be it a real one or one within this process.
+
+Messages are plain data: a dict of field names; arrays are lists, times and durations {"secs", "nsecs"} (as rosbridge
+writes them). Everything is called in the running loop, and calls back there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any, Protocol
+
+Message = dict[str, Any]
+"""A message, request, response, goal, result or feedback as plain data."""
+
+Heard = Callable[[Message], None]
+"""Told of every message on a topic, in order."""
+
+Answer = Callable[[Message], Awaitable[Message]]
+"""Answers the request of a service. Raising a `MayaError` is the way to fail; a cancelled one answers nobody."""
+
+Quick = Callable[[Message], Message | None]
+"""Answers at once from what is known, in whatever thread, or None: then it is for the loop."""
+
+Feedback = Callable[[Message], None]
+"""Told how far a goal has come."""
+
+Act = Callable[[Message, Feedback], Awaitable[Message]]
+"""Carries out the goal of an action and returns its result; being cancelled, it ends when the robot is at rest.
+
+It may refuse a goal by raising `Refused` before anything has happened.
+"""
+
+
+class Outcome(IntEnum):
+    """How a goal stands or ended (actionlib_msgs/GoalStatus)."""
+
+    PENDING = 0
+    ACTIVE = 1
+    PREEMPTED = 2
+    SUCCEEDED = 3
+    ABORTED = 4
+    REJECTED = 5
+    PREEMPTING = 6
+    RECALLING = 7
+    RECALLED = 8
+    LOST = 9
+
+
+class Refused(Exception):
+    """A goal is refused before it began; `result` says with which code and why."""
+
+    def __init__(self, result: Message) -> None:
+        super().__init__(str(result.get("message", "")))
+        self.result = result
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """How a goal ended, and its result; of one whose server vanished there is none (`LOST`)."""
+
+    outcome: Outcome
+    result: Message
+
+
+class Held(Protocol):
+    """Something taken in a graph until it is given back."""
+
+    def close(self) -> None:
+        """Give it back; what is given back twice is given back."""
+        ...
+
+
+class Publisher(Held, Protocol):
+    """A topic that messages can be put on."""
+
+    def publish(self, message: Message) -> None:
+        """Put a message on the topic; never blocks. Raises `InvalidMessage`."""
+        ...
+
+    @property
+    def readers(self) -> int:
+        """How many subscribe now."""
+        ...
+
+
+class Subscription(Held, Protocol):
+    """A topic that is listened to."""
+
+    @property
+    def writers(self) -> frozenset[str]:
+        """The nodes that publish on it now; one that died is not among them."""
+        ...
+
+
+class Directory(Protocol):
+    """What there is in a graph, as rosapi asks it."""
+
+    async def topics(self) -> Mapping[str, str]:
+        """Return the type of every topic that somebody publishes or subscribes."""
+        ...
+
+    async def services(self) -> Mapping[str, str]:
+        """Return the type of every service, "" where nobody knows."""
+        ...
+
+    async def nodes(self) -> Mapping[str, Node]:
+        """Return what every node publishes, subscribes and serves."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """What a node does: topics it publishes and subscribes, services it answers."""
+
+    publishes: tuple[str, ...] = ()
+    subscribes: tuple[str, ...] = ()
+    serves: tuple[str, ...] = ()
+
+
+class Parameters(Protocol):
+    """The parameters of a graph, by name ("/maya/speed"); values are plain data."""
+
+    async def get(self, name: str, default: Any = None) -> Any:
+        """Return the value at `name`, a dict for a name that others begin with."""
+        ...
+
+    async def set(self, name: str, value: Any) -> None:
+        """Set the value at `name`."""
+        ...
+
+    async def delete(self, name: str) -> None:
+        """Forget `name`."""
+        ...
+
+    async def names(self) -> Sequence[str]:
+        """Return the names of all values."""
+        ...
+
+
+class Graph(Protocol):
+    """A ROS graph. Types are named as in ROS ("std_msgs/String"); raises `InvalidMessage` and `UnknownInterface`."""
+
+    @property
+    def directory(self) -> Directory:
+        """What there is in it."""
+        ...
+
+    @property
+    def parameters(self) -> Parameters:
+        """Its parameters."""
+        ...
+
+    def advertise(self, topic: str, kind: str, *, latch: bool = False, queue_size: int = 100) -> Publisher:
+        """Take a topic to publish on; a latched one hands its last message to whoever subscribes later."""
+        ...
+
+    def subscribe(self, topic: str, kind: str, heard: Heard, *, queue_size: int = 100) -> Subscription:
+        """Listen to a topic; `kind` "" takes the type it has. The oldest beyond `queue_size` are dropped."""
+        ...
+
+    def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> Held:
+        """Answer a service."""
+        ...
+
+    async def call(self, service: str, request: Message, kind: str = "") -> Message:
+        """Return the answer of a service; raises `ServiceFailed` where it fails, or nobody answers any more."""
+        ...
+
+    def act(self, action: str, kind: str, act: Act) -> Held:
+        """Be the server of an action. Goals come as they come: whoever acts refuses what comes while it is busy."""
+        ...
+
+    async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> Ended:
+        """Have a goal carried out and return how it ended.
+
+        Being cancelled cancels the goal, and ends when its server says that it has ended. Raises `NodeGone` where
+        nobody serves the action.
+        """
+        ...

@@ -1,0 +1,168 @@
+"""Every topic, service and action of Maya: names, types, who publishes, who listens. Nobody lists them a second time.
+
+The manual's chapter Communications fixes names and types; what is ours beyond it says so. Units are SI.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Form(StrEnum):
+    """What a row of the table is."""
+
+    TOPIC = "topic"
+    SERVICE = "service"
+    ACTION = "action"
+
+
+class Floor(StrEnum):
+    """To whom a row belongs: who publishes, hears or serves it."""
+
+    CONTROLLER = "controller"
+    SENSORS = "sensors"
+    ROBOT = "robot"
+    PROCESS = "process"
+    BRIDGE = "bridge"
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One name of the graph.
+
+    `heard` tells that its floor listens to the topic instead of publishing it. `sources` and `sinks` are the nodes on
+    either side by the manual. `latch` keeps the last message for whoever comes later, `rate` is how often a topic is
+    published [Hz], 0 where at every change. `manual` is False for what is ours.
+    """
+
+    name: str
+    form: Form
+    type: str
+    floor: Floor
+    summary: str
+    sources: tuple[str, ...] = ()
+    sinks: tuple[str, ...] = ()
+    heard: bool = False
+    latch: bool = False
+    queue_size: int = 100
+    rate: float = 0.0
+    manual: bool = True
+
+
+HARDWARE = ("hw_simulator", "hardware_interface")
+SENSOR = ("hw_simulator", "sensor_converter")
+
+EVENT = Row(
+    "/maya_event", Form.TOPIC, "std_msgs/String", Floor.CONTROLLER, "what has happened, and how everything stands now",
+    HARDWARE, ("robot_controller", "maya_dashboard"), latch=True,
+)  # fmt: skip
+POSITION = Row(
+    "/maya_position", Form.TOPIC, "geometry_msgs/Point", Floor.SENSORS, "the gripper point [m], once homed",
+    SENSOR, ("robot_controller", "maya_dashboard"), latch=True, queue_size=1, rate=50.0,
+)  # fmt: skip
+SENSORS = Row(
+    "/hardware_sensor", Form.TOPIC, "maya_controller/RawSensorData", Floor.SENSORS, "what the controller measures",
+    ("sensor_converter",), ("sensor_converter",), queue_size=1, rate=50.0,
+)  # fmt: skip
+JOINTS = Row(
+    "/joint_states", Form.TOPIC, "sensor_msgs/JointState", Floor.SENSORS, "a, b, c and the joints that are drawn",
+    SENSOR, ("robot_state_publisher",), queue_size=1, rate=50.0, manual=False,
+)  # fmt: skip
+DIAGNOSTICS = Row(
+    "/diagnostics", Form.TOPIC, "diagnostic_msgs/DiagnosticArray", Floor.CONTROLLER, "how the floors are",
+    ("hw_simulator", "hardware_interface", "robot_controller", "process_controller"), queue_size=10, rate=1.0,
+    manual=False,
+)  # fmt: skip
+MARKERS = Row(
+    "/maya_markers", Form.TOPIC, "visualization_msgs/MarkerArray", Floor.SENSORS, "lines, part, path, workspace",
+    SENSOR, ("rviz",), latch=True, queue_size=10, manual=False,
+)  # fmt: skip
+GRIPPER = Row(
+    "/gripper", Form.SERVICE, "std_srvs/SetBool", Floor.CONTROLLER, "open the gripper if true, else close it",
+    HARDWARE, ("robot_controller",),
+)  # fmt: skip
+HOME = Row(
+    "/home", Form.ACTION, "maya_controller/Home", Floor.CONTROLLER, "find the switches",
+    HARDWARE, ("robot_controller",),
+)  # fmt: skip
+MOVE = Row(
+    "/move", Form.ACTION, "maya_controller/Move", Floor.CONTROLLER, "go to joints a, b, c [rad, m, m]",
+    HARDWARE, ("robot_controller",),
+)  # fmt: skip
+FOLLOW = Row(
+    "/controller/follow", Form.ACTION, "maya_controller/Follow", Floor.CONTROLLER, "go along a path",
+    HARDWARE, ("robot_controller",),
+)  # fmt: skip
+COMMAND = Row(
+    "/controller/command", Form.TOPIC, "trajectory_msgs/JointTrajectory", Floor.CONTROLLER,
+    "go along a path; refusals are told on /maya_event", (), HARDWARE, heard=True, queue_size=1, manual=False,
+)  # fmt: skip
+STOP = Row(
+    "/controller/stop", Form.SERVICE, "std_srvs/Trigger", Floor.CONTROLLER, "brake on the path, at once",
+    HARDWARE, ("robot_controller",),
+)  # fmt: skip
+RECOVER = Row(
+    "/controller/recover", Form.SERVICE, "std_srvs/Trigger", Floor.CONTROLLER, "clear a fault; moves nothing",
+    HARDWARE, ("robot_controller",),
+)  # fmt: skip
+PAUSE = Row(
+    "/controller/pause", Form.SERVICE, "std_srvs/Trigger", Floor.CONTROLLER, "brake on the path and hold all motion",
+    HARDWARE, ("robot_controller",), manual=False,
+)  # fmt: skip
+RESUME = Row(
+    "/controller/resume", Form.SERVICE, "std_srvs/Trigger", Floor.CONTROLLER, "let motion go on after a pause",
+    HARDWARE, ("robot_controller",), manual=False,
+)  # fmt: skip
+ABORT = Row(
+    "/controller/abort", Form.SERVICE, "std_srvs/Trigger", Floor.CONTROLLER, "stop without deceleration",
+    HARDWARE, ("robot_controller",), manual=False,
+)  # fmt: skip
+SPEED = Row(
+    "/controller/speed", Form.TOPIC, "std_msgs/Float64", Floor.CONTROLLER, "scale the speed of all motion, 0.01 to 1",
+    ("robot_controller",), HARDWARE, heard=True, queue_size=1, manual=False,
+)  # fmt: skip
+PRIMITIVE = Row(
+    "/maya_move", Form.TOPIC, "maya_robot/MayaPrimitive", Floor.ROBOT, "do a primitive; the topic form of /task",
+    (), ("robot_controller",), heard=True, queue_size=10,
+)  # fmt: skip
+MAYA_COMMAND = Row(
+    "/maya_command", Form.SERVICE, "maya_robot/MayaCommand", Floor.ROBOT,
+    "can_teleop answers at once, other primitives when they are done", ("robot_controller",), ("process_controller",),
+)  # fmt: skip
+TASK = Row(
+    "/task", Form.ACTION, "maya_robot/Task", Floor.ROBOT, "do a primitive", ("primitive_server",),
+    ("process_controller",),
+)  # fmt: skip
+SEND_TASK = Row(
+    "/send_task", Form.TOPIC, "maya_robot/MayaPrimitive", Floor.PROCESS, "append one primitive to the queue",
+    ("maya_dashboard",), ("process_controller",), heard=True,
+)  # fmt: skip
+START_QUEUE = Row(
+    "/start_queue", Form.TOPIC, "maya_process/ProcessQueue", Floor.PROCESS, "append primitives as one job",
+    ("maya_dashboard",), ("process_controller",), heard=True,
+)  # fmt: skip
+STOP_QUEUE = Row(
+    "/stop_queue", Form.TOPIC, "std_msgs/Empty", Floor.PROCESS, "cancel every movement, a homing included",
+    ("maya_dashboard",), ("process_controller",), heard=True,
+)  # fmt: skip
+STEP_COMMAND = Row(
+    "/step_command", Form.TOPIC, "std_msgs/String", Floor.BRIDGE, "a step of a process, as JSON",
+    ("ros_coms",), ("firebase_bridge",), heard=True,
+)  # fmt: skip
+STEP_RESULT = Row(
+    "/step_result", Form.TOPIC, "std_msgs/String", Floor.BRIDGE, "how a step ended, as JSON",
+    ("firebase_bridge",), ("ros_coms",),
+)  # fmt: skip
+
+TABLE = (
+    EVENT, POSITION, SENSORS, PRIMITIVE, SEND_TASK, START_QUEUE, STOP_QUEUE, STEP_COMMAND, STEP_RESULT,
+    GRIPPER, MAYA_COMMAND, STOP, RECOVER, HOME, MOVE, FOLLOW, TASK,
+    JOINTS, DIAGNOSTICS, MARKERS, COMMAND, SPEED, PAUSE, RESUME, ABORT,
+)  # fmt: skip
+"""The whole graph: first what the manual names, then what is ours."""
+
+
+def rows(*floors: Floor) -> tuple[Row, ...]:
+    """Return the rows of some floors."""
+    return tuple(row for row in TABLE if row.floor in floors)
