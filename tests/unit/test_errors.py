@@ -88,3 +88,10 @@ def test_a_code_that_is_not_in_the_tree_is_not_rebuilt() -> None:
 def test_only_leaves_are_raised(branch: type[MayaError]) -> None:
     with pytest.raises(TypeError, match="branch of the tree"):
         branch(reason="no leaf")
+
+
+def test_an_error_that_came_in_words_keeps_them_in_every_language() -> None:
+    error = errors.as_said(2101, "La posición está fuera del alcance.")
+    assert isinstance(error, errors.Unreachable)
+    assert str(error) == error.text("en") == error.text("es") == "La posición está fuera del alcance."
+    assert error.details == {}

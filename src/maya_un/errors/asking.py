@@ -1,0 +1,167 @@
+"""4xxx: what is asked, by whom, and what it is called."""
+
+from __future__ import annotations
+
+from maya_un.errors.base import RequestError
+
+
+class InvalidValue(RequestError):
+    """A value is of the wrong kind or out of range."""
+
+    code = 4001
+
+
+class InvalidJob(RequestError):
+    """A job file names a wrong key, step or value."""
+
+    code = 4002
+
+
+class UnknownName(RequestError):
+    """A name is not known; lists the names that are."""
+
+    code = 4003
+
+
+class NotFound(RequestError):
+    """No task or job has this number."""
+
+    code = 4004
+
+
+class InvalidRequest(RequestError):
+    """A request body could not be understood."""
+
+    code = 4005
+
+
+class SpeedOnRealMachine(RequestError):
+    """`--speed` scales the twin's time; a real machine has no such thing."""
+
+    code = 4006
+
+
+class FileUnreadable(RequestError):
+    """A file cannot be read or parsed."""
+
+    code = 4007
+
+
+class InvalidCommandLine(RequestError):
+    """The command line could not be understood."""
+
+    code = 4008
+
+
+class NotIdentifiable(RequestError):
+    """Measured points cannot tell constants of the machine apart; names them and what to measure next."""
+
+    code = 4009
+
+
+class NotTaught(RequestError):
+    """No pose or pallet has been taught under this name; lists those that have."""
+
+    code = 4010
+
+
+class NameTaken(RequestError):
+    """Something is taught under this name already."""
+
+    code = 4011
+
+
+class KeyReused(RequestError):
+    """An idempotency key came again with another request."""
+
+    code = 4012
+
+
+class EventsForgotten(RequestError):
+    """Events were asked for that are not kept any more; names the oldest that is."""
+
+    code = 4013
+
+
+class WrongState(RequestError):
+    """A job cannot be changed like that in the state it is in."""
+
+    code = 4014
+
+
+class AnswerNeeded(RequestError):
+    """A person has to say something first that nobody else can know."""
+
+    code = 4015
+
+
+class StreamLagging(RequestError):
+    """A reader of the stream does not keep up with the events."""
+
+    code = 4016
+
+
+class DependencyFailed(RequestError):
+    """A job that another depends on ended otherwise than done, so the other is held."""
+
+    code = 4017
+
+
+class InvalidMessage(RequestError):
+    """A message does not fit its type."""
+
+    code = 4018
+
+
+class UnknownInterface(RequestError):
+    """No topic, service, action or type of this name."""
+
+    code = 4019
+
+
+class ServiceFailed(RequestError):
+    """A service of the graph failed, or went away before it answered."""
+
+    code = 4020
+
+
+class NotOverRos(RequestError):
+    """A wish for which the graph between the floors has no words."""
+
+    code = 4021
+
+
+class NotSignedIn(RequestError):
+    """A request came without a token, or with one that is not valid."""
+
+    code = 4101
+
+
+class NotAllowed(RequestError):
+    """The role of whoever asks does not include this."""
+
+    code = 4102
+
+
+class LeaseHeld(RequestError):
+    """Somebody else drives the robot."""
+
+    code = 4103
+
+
+class LeaseNeeded(RequestError):
+    """Only who holds the control lease may do this, and nobody does."""
+
+    code = 4104
+
+
+class LeaseLost(RequestError):
+    """The control lease that was shown has ended."""
+
+    code = 4105
+
+
+class TooManyRequests(RequestError):
+    """A client asks more often than it may."""
+
+    code = 4106

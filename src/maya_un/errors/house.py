@@ -1,0 +1,83 @@
+"""5xxx: the house itself: its configuration, its files, what it needs."""
+
+from __future__ import annotations
+
+from maya_un.errors.base import MachineError, RequestError
+
+
+class InvalidConfig(RequestError):
+    """A configuration key is unknown, out of range or contradicts another."""
+
+    code = 5001
+
+
+class FileUnwritable(RequestError):
+    """A file cannot be written."""
+
+    code = 5002
+
+
+class AddressInUse(RequestError):
+    """A port to listen on is taken."""
+
+    code = 5003
+
+
+class AlreadyRunning(RequestError):
+    """Another `maya up` of this user runs already."""
+
+    code = 5004
+
+
+class FileNotOurs(RequestError):
+    """A file that we would write over is somebody else's."""
+
+    code = 5005
+
+
+class NothingToRevert(RequestError):
+    """There is no calibration to take back, or its values were changed since."""
+
+    code = 5006
+
+
+class StorageFailed(RequestError):
+    """What is to be kept cannot be written; nothing of it is acknowledged."""
+
+    code = 5007
+
+
+class StorageDamaged(RequestError):
+    """The file of the queue and its history is damaged; it is left as it is."""
+
+    code = 5008
+
+
+class StorageTooNew(RequestError):
+    """The file of the queue was written by a newer version."""
+
+    code = 5009
+
+
+class StorageInUse(RequestError):
+    """Another program keeps its queue in this file."""
+
+    code = 5010
+
+
+class MasterGone(RequestError):
+    """No ROS master answers."""
+
+    code = 5011
+
+
+class RosMissing(RequestError):
+    """What is needed of ROS is not installed here, or cannot be loaded by this Python."""
+
+    code = 5012
+
+
+class InternalError(MachineError):
+    """A defect of ours: reported as one sentence, with the log's place."""
+
+    code = 5999
