@@ -27,7 +27,7 @@ from maya_un.robot.jaws import Jaws
 from maya_un.robot.pick import Pick
 from maya_un.robot.place import Place
 from maya_un.robot.plan import Pose, Travel
-from maya_un.robot.robot import Robot
+from maya_un.robot.robot import MayaRobot
 from maya_un.robot.sketch import Sketch
 from maya_un.testing import Rig
 from maya_un.values import Joints, Point
@@ -181,7 +181,7 @@ def lines() -> Case:
     )
 
 
-def skills(robot: Robot) -> Case:
+def skills(robot: MayaRobot) -> Case:
     """Return what a pick and a place cost to work out, whose ways are six legs; the targets are new every time."""
     rng = Random(2)
 
@@ -197,7 +197,7 @@ async def _figures() -> list[Figure]:
     standards = await carried_out()
     compared = measure(list(motions(standards)), rounds=1)
     async with homed(MACHINE, START) as bench:
-        robot = Robot(bench.controller, MACHINE.config)
+        robot = MayaRobot(bench.controller, MACHINE.config)
         return [*measure([lines(), skills(robot)], rounds=9), *compared]
 
 

@@ -18,7 +18,7 @@ from maya_un.process.lease import Lease
 from maya_un.process.process import Process
 from maya_un.process.states import TRANSITIONS, TaskState
 from maya_un.process.submitting import Asked
-from maya_un.robot.robot import Robot
+from maya_un.robot.robot import MayaRobot
 from tests.fakes import FakeController
 from tests.virtual_time import elapse
 
@@ -79,7 +79,7 @@ class Floor:
     """A process on a fake controller, and what it needs. `events` are those of its run."""
 
     controller: FakeController
-    robot: Robot
+    robot: MayaRobot
     journal: FrailJournal
     lease: Lease
     process: Process
@@ -135,7 +135,7 @@ class Machine:
     async def started(self) -> Floor:
         """Start the program."""
         controller = FakeController(homed=self.homed, closed=self.closed)
-        robot = Robot(controller, controller.config)
+        robot = MayaRobot(controller, controller.config)
         lease = Lease(controller.events)
         process = Process(robot, controller, controller.config, journal=self.journal, lease=lease)
         floor = Floor(controller, robot, self.journal, lease, process)

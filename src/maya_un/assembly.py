@@ -29,7 +29,7 @@ from maya_un.process.process import Process
 from maya_un.recorder.header import Origin, TwinSource
 from maya_un.recorder.recorder import Recorder
 from maya_un.recorder.shelf import Shelf
-from maya_un.robot.robot import Robot
+from maya_un.robot.robot import MayaRobot
 from maya_un.values import Point
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.maya.mechanics import MayaMechanics
@@ -57,7 +57,7 @@ class Stack:
     config: Config
     address: str
     controller: GalilController
-    robot: Robot
+    robot: MayaRobot
     process: Process
     service: Service
     gate: Gate
@@ -126,7 +126,7 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
             await controller.open()
             if skip_home:
                 await controller.skip_home()
-            robot = Robot(controller, config)
+            robot = MayaRobot(controller, config)
             book = Book(controller.mechanism, places)
             lease = Lease(controller.events, speed)
             dates = None if calendar is None else calendar.after

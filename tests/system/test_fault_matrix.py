@@ -21,7 +21,7 @@ from maya_un.process.job import Job
 from maya_un.process.process import Process
 from maya_un.process.report import JobReport
 from maya_un.process.states import TaskState
-from maya_un.robot.robot import Robot
+from maya_un.robot.robot import MayaRobot
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode, Point
 from maya_un.virtual.maya.start import Start
@@ -117,7 +117,7 @@ async def _robot(phase: str) -> AsyncIterator[tuple[Rig, Process]]:
             bench.virtual.machine.receive(handle, mark.encode(), bench.virtual.machine.now)
             bench.virtual.machine.disconnect(handle)
             await bench.controller.skip_home()
-        process = Process(Robot(bench.controller, config), bench.controller, config)
+        process = Process(MayaRobot(bench.controller, config), bench.controller, config)
         try:
             yield bench, process
         finally:

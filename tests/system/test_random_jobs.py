@@ -28,7 +28,7 @@ from maya_un.robot.gripper import Gripper
 from maya_un.robot.pick import Pick
 from maya_un.robot.place import Place
 from maya_un.robot.primitives import Primitive
-from maya_un.robot.robot import Robot
+from maya_un.robot.robot import MayaRobot
 from maya_un.testing import Rig
 from maya_un.values import Joints, Mode, Point
 from tests.campaign import Campaign
@@ -97,7 +97,7 @@ async def _job(rng: Random, tally: Counter[str]) -> None:
     machine, place = drawn_machine(rng)
     async with homed(machine, place) as bench:
         trial = Trial(bench, machine, rng, tally)
-        robot = Robot(bench.controller, machine.config)
+        robot = MayaRobot(bench.controller, machine.config)
         for _ in range(rng.randint(1, WISHES)):
             tally["wishes"] += 1
             await elapse(LAG)
@@ -286,7 +286,7 @@ def _judge_pace(trial: Trial, way: Way, trajectory: Trajectory, duration: float)
         assert mean <= 1.1 * fastest + rounding, f"axis {axis}: {mean / fastest}\n{trial.machine.config!r}\n{way}"
 
 
-async def _skill(trial: Trial, robot: Robot) -> None:
+async def _skill(trial: Trial, robot: MayaRobot) -> None:
     """Approach, pick or place somewhere, as the gripper allows."""
     rng, frame = trial.rng, trial.machine.frame
     a, d = rng.uniform(*frame.strokes[0]), rng.uniform(frame.delta, frame.length)

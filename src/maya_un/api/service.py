@@ -40,7 +40,7 @@ from maya_un.process.view import JobLine, QueueMode
 from maya_un.recorder.recorder import Recorder
 from maya_un.robot.plan import Pose
 from maya_un.robot.primitives import Primitive
-from maya_un.robot.robot import Robot
+from maya_un.robot.protocol import Robot
 from maya_un.values import Joints, Point, State, StopReport
 
 MOST_SAMPLES = 10_000

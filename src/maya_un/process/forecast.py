@@ -16,7 +16,7 @@ from maya_un.process.preview import Course, walk
 from maya_un.process.tasks import Task
 from maya_un.process.written import Body, expanded
 from maya_un.robot.plan import Pose
-from maya_un.robot.robot import Robot
+from maya_un.robot.protocol import Robot
 
 AHEAD = 50
 """So many jobs that wait are predicted."""

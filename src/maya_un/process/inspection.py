@@ -10,7 +10,7 @@ from maya_un.controller.inspection import Closest, Inspection
 from maya_un.process.preview import JobPreview, preview_job
 from maya_un.process.tasks import Task
 from maya_un.robot.plan import ActionDetail, Pose
-from maya_un.robot.robot import Robot
+from maya_un.robot.protocol import Robot
 
 
 @dataclass(frozen=True, slots=True)

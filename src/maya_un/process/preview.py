@@ -11,7 +11,7 @@ from maya_un.config import Units
 from maya_un.errors import RequestError
 from maya_un.process.tasks import Task
 from maya_un.robot.plan import PhasePreview, Pose, PrimitivePreview
-from maya_un.robot.robot import Robot
+from maya_un.robot.protocol import Robot
 from maya_un.values import Notice
 
 

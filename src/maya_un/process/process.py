@@ -47,7 +47,7 @@ from maya_un.process.whole import Whole
 from maya_un.process.written import Written, expanded, write_job, write_wish
 from maya_un.robot.plan import Pose
 from maya_un.robot.primitives import Primitive
-from maya_un.robot.robot import Robot
+from maya_un.robot.protocol import Robot
 from maya_un.values import Mode
 
 LOCAL = Asked(Owner(), ORDINARY)

@@ -28,7 +28,7 @@ from maya_un.process.preview import walk
 from maya_un.process.report import JobRecord, StepRecord, where
 from maya_un.process.states import TaskState
 from maya_un.process.written import expanded
-from maya_un.robot.robot import OnPhase, Robot
+from maya_un.robot.protocol import OnPhase, Robot
 from maya_un.values import Notice
 
 RETRY_AFTER = 1.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 from maya_un.config import Config
@@ -13,17 +13,15 @@ from maya_un.kinematics.workspace import Workspace
 from maya_un.robot.jaws import JawsMemory
 from maya_un.robot.plan import Action, ActionDetail, Grip, Homing, Plan, Pose, PrimitivePreview, Travel
 from maya_un.robot.primitives import Gripper, Home, Primitive
+from maya_un.robot.protocol import OnPhase
 from maya_un.robot.sketch import Sketch
 from maya_un.values import Mode
 
 _REMEMBERED = 4096
 
-OnPhase = Callable[[str], None]
-"""Told the name of each phase as it begins."""
 
-
-class Robot:
-    """Runs primitives on a controller.
+class MayaRobot:
+    """Runs primitives on a controller; see `protocol.Robot`.
 
     A plan once made is remembered by primitive and start: what a job previewed is what it runs, and is worked
     out once.

@@ -15,7 +15,7 @@ from maya_un.errors import Busy, InvalidJob, InvalidRequest, NotFound, Unreachab
 from maya_un.events import Event, Kind
 from maya_un.process.process import Process
 from maya_un.robot.primitives import Home
-from maya_un.robot.robot import Robot
+from maya_un.robot.robot import MayaRobot
 from maya_un.values import Joints, Point
 from tests.fakes import FakeController
 from tests.virtual_time import elapse
@@ -28,7 +28,7 @@ JOB = {"parts": {"cube": [0.5, 1.1]}, "steps": [{"pick": "cube"}, {"place": [1.1
 @asynccontextmanager
 async def door(*, homed: bool = True) -> AsyncIterator[tuple[FakeController, Service]]:
     controller = FakeController(homed=homed)
-    robot = Robot(controller, controller.config)
+    robot = MayaRobot(controller, controller.config)
     process = Process(robot, controller, controller.config)
     try:
         yield controller, Service(process, robot, controller, controller.config, address="sim", speed=20.0)

@@ -6,7 +6,7 @@ import pytest
 from maya_un.process.inspection import JobInspection, inspect_job
 from maya_un.process.job import Job
 from maya_un.process.tasks import expand
-from maya_un.robot.robot import Robot
+from maya_un.robot.robot import MayaRobot
 from tests.fakes import FakeController
 
 STEPS: list[object] = [{"pick": [0.41, 1.13]}, {"place": [1.18, 0.21]}]
@@ -14,7 +14,7 @@ STEPS: list[object] = [{"pick": [0.41, 1.13]}, {"place": [1.18, 0.21]}]
 
 async def inspected(steps: list[object], samples: int = 50) -> JobInspection:
     controller = FakeController()
-    robot = Robot(controller, controller.config)
+    robot = MayaRobot(controller, controller.config)
     tasks = expand(Job.parse({"steps": steps}), 0.4).tasks
     return await inspect_job(robot, tasks, robot.pose, samples)
 

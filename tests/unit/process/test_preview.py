@@ -5,12 +5,12 @@ import pytest
 from maya_un.process.job import Job
 from maya_un.process.preview import JobPreview, preview_job
 from maya_un.process.tasks import expand
-from maya_un.robot.robot import Robot
+from maya_un.robot.robot import MayaRobot
 from tests.fakes import FakeController
 
 
 async def previewed(controller: FakeController, *steps: object, repeat: int = 1) -> JobPreview:
-    robot = Robot(controller, controller.config)
+    robot = MayaRobot(controller, controller.config)
     tasks = expand(Job.parse({"steps": list(steps), "repeat": repeat}), controller.config.cell.grasp_height).tasks
     return await preview_job(robot, tasks, robot.pose)
 

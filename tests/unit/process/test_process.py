@@ -16,7 +16,7 @@ from maya_un.process.report import JobReport
 from maya_un.process.states import TaskState
 from maya_un.process.view import QueueMode
 from maya_un.robot.primitives import Home, Pick
-from maya_un.robot.robot import Robot
+from maya_un.robot.robot import MayaRobot
 from maya_un.values import Mode, Point
 from tests.fakes import FakeController, state_of
 from tests.virtual_time import elapse
@@ -33,7 +33,7 @@ def job(*steps: Any, name: str = "job", repeat: int = 1) -> Job:
 @asynccontextmanager
 async def running(*, homed: bool = True) -> AsyncIterator[tuple[FakeController, Process]]:
     controller = FakeController(homed=homed)
-    process = Process(Robot(controller, controller.config), controller, controller.config)
+    process = Process(MayaRobot(controller, controller.config), controller, controller.config)
     try:
         yield controller, process
     finally:

@@ -27,7 +27,7 @@ from maya_un.robot.jaws import Jaws
 from maya_un.robot.line import Line
 from maya_un.robot.plan import Pose
 from maya_un.robot.primitives import Approach, CanTeleop, Gripper, Home, MoveJoints, Pick, Place, Primitive
-from maya_un.robot.robot import Robot
+from maya_un.robot.robot import MayaRobot
 from maya_un.values import Joints, Mode, Point
 from tests.campaign import Campaign
 from tests.fakes import HOMING_TIME, FakeController, state_of
@@ -41,9 +41,9 @@ COUNT = 5e-5
 NOWHERE = Point(3.0, 3.0, 0.40)
 
 
-def made(*, homed: bool = True, closed: bool = False) -> tuple[FakeController, Robot]:
+def made(*, homed: bool = True, closed: bool = False) -> tuple[FakeController, MayaRobot]:
     controller = FakeController(homed=homed, closed=closed)
-    return controller, Robot(controller, controller.config)
+    return controller, MayaRobot(controller, controller.config)
 
 
 async def test_pick_comes_from_above_goes_down_closes_and_lifts() -> None:
@@ -170,7 +170,7 @@ async def test_a_plan_that_a_new_zone_slows_down_is_timed_again() -> None:
     after = robot.preview(MoveJoints(end), pose)
     assert after.duration is not None and before.duration is not None
     assert after.duration > 1.1 * before.duration
-    assert after == Robot(controller, controller.config).preview(MoveJoints(end), pose)
+    assert after == MayaRobot(controller, controller.config).preview(MoveJoints(end), pose)
 
 
 @pytest.mark.parametrize(
