@@ -64,13 +64,13 @@ class JogHold:
 
 @dataclass(frozen=True, slots=True)
 class JogRelease:
-    """Let go of a held jog, whichever it is."""
+    """Let go of a held jog, whichever it is; what held it may be said with it, and is not read."""
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
     hold: No
-    axis: Axis | None = None
-    direction: Direction | None = None
-    speed: Share = 1.0
+    axis: Any = None
+    direction: Any = None
+    speed: Any = None
 
 
 def kind_of_jog(body: Mapping[str, Any]) -> type:

@@ -38,6 +38,7 @@ from tests.virtual_time import elapse
         ("POST", "/v1/jog", {"axis": "z", "direction": -1, "hold": True}, ("jog_hold", "z", -1, 1.0), 200),
         ("POST", "/v1/jog", {"hold": False}, ("jog_release",), 200),
         ("POST", "/v1/jog", {"axis": "z", "direction": -1, "hold": False}, ("jog_release",), 200),
+        ("POST", "/v1/jog", {"axis": "nowhere", "direction": None, "hold": False, "speed": 7}, ("jog_release",), 200),
         ("POST", "/v1/pause", None, ("pause",), 200),
         ("POST", "/v1/resume", None, ("resume",), 200),
         ("POST", "/v1/speed", {"ratio": 0.5}, ("speed", 0.5), 200),
