@@ -138,8 +138,8 @@ class Ledger:
 
     @property
     def homed(self) -> bool:
-        """Whether the machine has its power since a homing."""
-        told = self.of("power", "homed")
+        """Whether the machine holds the mark of a homing: it has had its power since, and no other has begun."""
+        told = self.of("power", "homing", "homed")
         return not told or told[-1]["what"] == "homed"
 
     @property
@@ -186,7 +186,7 @@ def noting(table: Table, ledger: Ledger) -> None:
 
 
 def standing(jobs: Plan, ledger: Ledger, *, powered: bool) -> Twin:
-    """Return the machine as the ledger left it; one that kept its power is homed, and its jaws are as they were."""
+    """Return the machine as the ledger left it; one that kept its power has its jaws as they were, and its mark."""
     parts = {legs[0].part: ledger.place(legs[0].part, legs[0].here) for legs in jobs.values()}
     stand = MACHINE.whole(ledger.joints)
     mechanics = MayaMechanics(MACHINE.truth, Start(*stand), parts=parts)
@@ -196,7 +196,9 @@ def standing(jobs: Plan, ledger: Ledger, *, powered: bool) -> Twin:
     if powered:
         handle = virtual.machine.connect()
         assert handle is not None
-        for command in [*_mark(MACHINE, stand), "SB 1" if ledger.jaws_open or not ledger.lines else "CB 1"]:
+        counts, *mark = _mark(MACHINE, stand)
+        jaws = "SB 1" if ledger.jaws_open or not ledger.lines else "CB 1"
+        for command in [counts, *(mark if ledger.homed else []), jaws]:
             assert b"?" not in virtual.machine.receive(handle, f"{command}\r".encode(), virtual.machine.now), command
         virtual.machine.disconnect(handle)
     noting(mechanics._table, ledger)
@@ -333,7 +335,7 @@ def hear(robot: Stack, twin: Twin, ledger: Ledger) -> None:
     """Have the ledger hold what is announced."""
 
     def heard(event: Event) -> None:
-        if event.kind in {Kind.JOB, Kind.STEP, Kind.PHASE, Kind.HOMED}:
+        if event.kind in {Kind.JOB, Kind.STEP, Kind.PHASE, Kind.HOMING, Kind.HOMED}:
             twin.controller.sync()
             ledger.write(event.kind.value, detail={key: str(value) for key, value in event.detail.items()})
 
@@ -353,7 +355,8 @@ async def work(folder: Path, seed: int) -> None:
     """Come up, see to what was under way, and carry on until every job has ended."""
     jobs, ledger = plan(seed), Ledger(folder, sys.stdout.fileno())
     rng = Random(f"{seed} {len(ledger.lines)}")
-    powered = ledger.homed and (not ledger.lines or ledger.jaws_open or rng.random() >= POWER_CUT)
+    powered = not ledger.lines or ledger.jaws_open or rng.random() >= POWER_CUT
+    marked = powered and ledger.homed
     ledger.twin = twin = standing(jobs, ledger, powered=powered)
     assembly.make_twin = lambda **_: twin
     if not ledger.lines:
@@ -361,7 +364,7 @@ async def work(folder: Path, seed: int) -> None:
     ledger.write("up" if powered else "power")
     journal = await SqliteJournal.open(folder / "maya.db")
     journal._writer.set_trace_callback(ledger.tick)
-    async with assembly.stack(MACHINE.config, live=False, skip_home=powered, journal=journal) as robot:
+    async with assembly.stack(MACHINE.config, live=False, skip_home=marked, journal=journal) as robot:
         hear(robot, twin, ledger)
         watching = asyncio.create_task(watch(twin, ledger))
         submitting = asyncio.create_task(submit(robot, jobs, ledger, rng))

@@ -1,0 +1,1 @@
+"""The floor of joint space, as ROS packages see it."""

@@ -1,0 +1,1 @@
+"""The floor of processes, as ROS packages see it."""

@@ -1,0 +1,6 @@
+"""Node rosbridge: this graph for whoever speaks the rosbridge protocol."""
+
+from maya_un.ros.nodes.rosbridge import main
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,1 @@
+"""The floor of primitives, as ROS packages see it."""

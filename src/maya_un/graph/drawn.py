@@ -1,0 +1,97 @@
+"""The joints of the robot's description: a, b, c and those that follow from them.
+
+Boom and lines are a closed chain, and a description (urdf) is a tree. So the tree goes by the inner line: the boom
+turns (a), the line swings about its anchor (b_swing) and is as long as it is (b), and at its end hangs the gripper. The
+outer line swings about its own anchor (c_swing), is as long as it is (c), and ends in the same place because both
+swings are those of the triangle of lines and boom:
+
+    b_swing = atan2(h, u)     c_swing = atan2(h, u − W)     both 0 outward along the boom, growing downward
+
+with u and h of `kinematics.mechanism`. What else moves in the description mimics one of these: the pieces of which a
+line is drawn, the hook that keeps the gripper upright, the second jaw.
+"""
+
+from __future__ import annotations
+
+from math import atan2, sqrt
+
+from maya_un.graph.protocol import Message
+from maya_un.graph.stamps import header
+from maya_un.kinematics.mechanism import Mechanism
+from maya_un.values import AXES, Joints, State
+
+BASE = "base"
+"""The frame on the table top below axis a: x, y and z are those of every point."""
+
+GRIPPER = "gripper"
+"""The frame at the gripper point; x is outward along the boom, z upward."""
+
+NAMES = (*AXES, "b_swing", "c_swing", "jaw")
+"""The joints that are published, in this order."""
+
+JAW_OPEN = 0.045
+"""How far from the middle each jaw stands when the gripper is open [m]."""
+
+JAW_CLOSED = 0.004
+"""The same when it is closed on nothing [m]."""
+
+PART_RADIUS = 0.02
+"""Half of what the jaws hold between them [m]; parts are drawn as thick as that."""
+
+
+def positions(mechanism: Mechanism, joints: Joints, jaw: float = JAW_OPEN) -> tuple[float, ...]:
+    """Return the positions (rad, m) of `NAMES` where the axes are at `joints`.
+
+    Lines too short to meet are drawn toward each other along the boom.
+    """
+    u, square = mechanism.section(joints)
+    h = sqrt(square) if square > 0.0 else 0.0
+    return (*joints, atan2(h, u), atan2(h, u - mechanism.width), jaw)
+
+
+def velocities(mechanism: Mechanism, joints: Joints, rates: tuple[float, float, float]) -> tuple[float, ...]:
+    """Return the velocities (rad/s, m/s) of `NAMES` where the axes go at `rates`; straight lines have no swing's.
+
+    By the derivatives of u and h: u' = (b b' − c c')/W, h h' = b b' − u u', and an angle of a line turns by the cross
+    product of its end's place and velocity over the square of its length.
+    """
+    _, b, c = joints
+    _, pay_b, pay_c = rates
+    W = mechanism.width
+    u, square = mechanism.section(joints)
+    if not square > 0.0:
+        return (*rates, 0.0, 0.0, 0.0)
+    h = sqrt(square)
+    outward = (b * pay_b - c * pay_c) / W
+    downward = (b * pay_b - u * outward) / h
+    return (
+        *rates,
+        (u * downward - h * outward) / (b * b),
+        ((u - W) * downward - h * outward) / (c * c),
+        0.0,
+    )
+
+
+def jaw(*, closed: bool, holding: bool = False) -> float:
+    """Return how far from the middle each jaw stands [m]."""
+    if not closed:
+        return JAW_OPEN
+    return PART_RADIUS if holding else JAW_CLOSED
+
+
+def joint_state(state: State, mechanism: Mechanism, seconds: float, *, holding: bool = False) -> Message | None:
+    """Return /joint_states (sensor_msgs/JointState) of `state` at the time `seconds` since the epoch.
+
+    None before homing, when the counts say nothing about lengths: what nobody knows is not drawn. `holding` tells that
+    there is a part between closed jaws.
+    """
+    if state.joints is None:
+        return None
+    opening = jaw(closed=state.gripper_closed, holding=holding)
+    return {
+        "header": header(seconds),
+        "name": list(NAMES),
+        "position": list(positions(mechanism, state.joints, opening)),
+        "velocity": list(velocities(mechanism, state.joints, state.velocity)),
+        "effort": [],
+    }

@@ -1,0 +1,47 @@
+"""Programs that open windows, where there may be no display: then one line says so, and the rest of a launch runs."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import sys
+from collections.abc import Mapping
+
+PATIENCE = 2.0
+"""How long a display may take to accept a connection [s]."""
+
+
+def main() -> int:
+    """Become the program that the arguments name; without one, or without a display, say so and be content."""
+    program, *arguments = sys.argv[1:]
+    reason = no_display(os.environ)
+    if reason is None and shutil.which(program) is None:
+        reason = f"it is not installed (apt-get install {program})"
+    if reason is not None:
+        print(f"{program} is left out: {reason}. Everything else runs.", flush=True)
+        return 0
+    os.execvp(program, [program, *arguments])
+
+
+def no_display(environment: Mapping[str, str]) -> str | None:
+    """Return why no window can be opened on the X display of an environment, or None where one can."""
+    name = environment.get("DISPLAY", "")
+    if not name:
+        return "there is no display ($DISPLAY is not set)"
+    host, _, number = name.rpartition(":")
+    try:
+        _knock(host, int(number.partition(".")[0]))
+    except (OSError, ValueError) as error:
+        return f"the display {name} does not answer ({error})"
+    return None
+
+
+def _knock(host: str, number: int) -> None:
+    """Connect to an X server as its clients do: by a socket of this machine where no host is named, else by TCP."""
+    if host in {"", "unix"}:
+        with socket.socket(socket.AF_UNIX) as door:
+            door.settimeout(PATIENCE)
+            door.connect(f"/tmp/.X11-unix/X{number}")
+    else:
+        socket.create_connection((host, 6000 + number), PATIENCE).close()
