@@ -45,6 +45,7 @@ class Status:
 
 
 _WORDS = {
+    Mode.DISCONNECTED: "no connection to the controller",
     Mode.NOT_HOMED: "not homed: the lengths of the lines are not known",
     Mode.HOMING: "homing",
     Mode.IDLE: "homed and at rest",
@@ -145,7 +146,9 @@ def _text(value: object) -> str:
 def _sentence(state: State) -> str:
     if state.fault is not None:
         return coded(state.fault)
-    return "no connection to the controller" if state.mode is Mode.DISCONNECTED else _WORDS.get(state.mode, "in a fault")
+    return (
+        "no connection to the controller" if state.mode is Mode.DISCONNECTED else _WORDS.get(state.mode, "in a fault")
+    )
 
 
 def coded(notice: Notice) -> str:

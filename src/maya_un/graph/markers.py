@@ -1,20 +1,114 @@
 """/maya_markers: what rviz shows beside the model, as visualization_msgs/MarkerArray.
 
 The lines coloured by their tension, the parts where they are known, the path under way, the workspace, the zones, and a
-word where something is not as it should be. Markers carry no time, so rviz draws them by the newest frames; a part in
-the gripper is tied to the gripper's frame and moves without a message. So only the lines are told while they move.
+word where the robot is not simply ready. Markers carry no time, so whoever draws them takes the newest frames; a part
+in the gripper is tied to the gripper's frame and moves without a message. So of all this only the lines are told while
+they move.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from maya_un.graph.protocol import Message
-from maya_un.graph.shapes import LINE_LIST, Colour, Key, blended, key, line_list, plain_marker, removed, text
-from maya_un.graph.surroundings import standing_part, way_markers, workspace_markers, zone_markers
-from maya_un.graph.drawn import BASE, GRIPPER
+from maya_un.graph.shapes import Colour, Shape, blended, marker, removed
+from maya_un.graph.surroundings import part_markers, way_markers, workspace_markers, zone_markers
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.statics import tension
 from maya_un.kinematics.workspace import Workspace
+from maya_un.kinematics.zones import Zone, corners
 from maya_un.values import Joints, Mode, Point, State
+
+LIGHT = Colour(0.15, 0.65, 0.35)
+"""A line that carries next to nothing."""
+
+HEAVY = Colour(0.90, 0.10, 0.10)
+"""A line that carries as much as it may."""
+
+_WORD = Colour(0.85, 0.25, 0.10)
+_WIDTH = 0.014
+_QUIET = (Mode.IDLE, Mode.MOVING, Mode.STOPPING)
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """What is to be drawn: the state, and where its robot can go.
+
+    `parts` are known by their grasp points [m], the one between the jaws is named by `carried`; `way` are places along
+    the path under way [m].
+    """
+
+    state: State
+    workspace: Workspace
+    zones: Sequence[Zone] = ()
+    parts: Mapping[str, Point] = field(default_factory=dict[str, Point])
+    carried: str | None = None
+    way: Sequence[Point] = ()
+
+
+class Drawing:
+    """Remembers what is drawn, so that only what is new has to be told."""
+
+    def __init__(self) -> None:
+        self._drawn: dict[tuple[str, int], Message] = {}
+        self._around: tuple[Workspace, tuple[Zone, ...], list[Message]] | None = None
+        self._carried: str | None = None
+        self._lift = 0.0
+
+    def update(self, view: View, *, whole: bool = False) -> Message | None:
+        """Return a MarkerArray of what has changed since the last one, or None where nothing has.
+
+        `whole` returns everything, for whoever has come late.
+        """
+        wanted = {(one["ns"], one["id"]): one for one in self._all(view)}
+        gone = [removed(one) for key, one in self._drawn.items() if key not in wanted]
+        news = [one for key, one in wanted.items() if whole or self._drawn.get(key) != one]
+        self._drawn = wanted
+        return {"markers": [*gone, *news]} if gone or news else None
+
+    def _all(self, view: View) -> Iterator[Message]:
+        yield from self._surroundings(view)
+        yield from part_markers(view.parts, view.carried, self._lifted(view))
+        yield from way_markers(view.way)
+        yield from state_markers(view.state, view.workspace)
+
+    def _surroundings(self, view: View) -> list[Message]:
+        """Return workspace and zones, made anew only where one of them is another."""
+        zones = tuple(view.zones)
+        if self._around is None or self._around[:2] != (view.workspace, zones):
+            made = [*workspace_markers(view.workspace), *zone_markers(zones, view.workspace.mechanism.length)]
+            self._around = view.workspace, zones, made
+        return self._around[2]
+
+    def _lifted(self, view: View) -> float:
+        """Return how far above the gripper point the part hangs [m]: as it was when the jaws took it."""
+        if view.carried != self._carried:
+            self._carried, self._lift = view.carried, 0.0
+            place = view.parts.get(view.carried or "")
+            if place is not None and view.state.point is not None:
+                self._lift = round(place.z - view.state.point.z, 4)
+        return self._lift
+
+
+def state_markers(state: State, workspace: Workspace) -> Iterator[Message]:
+    """Yield the lines, once homed, and a word above the mast where the robot is not simply ready or on its way."""
+    if state.joints is not None:
+        yield line_marker(state.joints, workspace.mechanism, workspace.tension_limit)
+    if state.mode not in _QUIET:
+        code = "" if state.fault is None else f" {state.fault.code}"
+        place = Point(0.0, 0.0, workspace.mechanism.height + 0.45)
+        words = f"{state.mode.replace('_', ' ')}{code}"
+        yield marker("word", Shape.TEXT, _WORD, (0.0, 0.0, 0.14), place=place, text=words)
+
+
+def line_marker(joints: Joints, mechanism: Mechanism, tension_limit: float) -> Message:
+    """Return both lines from their anchors to where they meet, each coloured by its share of `tension_limit`."""
+    _, meeting, inner, outer = corners(mechanism, np.array([joints]))[:, :, 0].T
+    u, square = mechanism.section(joints)
+    pulls = tension(u, max(square, 0.0) ** 0.5, mechanism.width)
+    tints = [blended(LIGHT, HEAVY, pull / tension_limit) for pull in pulls]
+    points, colours = (inner, meeting, outer, meeting), (tints[0], tints[0], tints[1], tints[1])
+    return marker("lines", Shape.LINE_LIST, LIGHT, (_WIDTH, 0.0, 0.0), points=points, colours=colours)
