@@ -1,0 +1,174 @@
+"""All types of the graph: whole messages, checked messages, their text, md5 sums, and what rosapi tells of them.
+
+conforming   messages completed and checked      catalogue   what a type is made of
+wire         messages as ROS 1 sends them        standard    definitions that the library does not hold
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from hashlib import md5
+from typing import Any
+
+from maya_un.errors import InvalidMessage, UnknownInterface
+from maya_un.graph.catalogue import SCALAR, Field, Spec, halves, is_base, kinds, services, spec
+from maya_un.graph.conforming import Misfit, converter
+from maya_un.graph.protocol import Message
+from maya_un.graph.wire import writer
+
+__all__ = [
+    "action_of", "conform", "default", "details", "fields", "halves", "kinds", "known", "md5sum", "serialize",
+    "service_md5sum", "service_text", "services", "text",
+]  # fmt: skip
+
+_HEADER = Field("header", "std_msgs/Header")
+_RULE = "=" * 80
+_STAMP_FIELDS = ("secs", "nsecs")
+
+
+def known(kind: str) -> bool:
+    """Tell whether there is a message of this type."""
+    try:
+        spec(kind)
+    except UnknownInterface:
+        return False
+    return True
+
+
+def default(kind: str) -> Message:
+    """Return the message of a type that says nothing: zeros, empty texts and arrays. Raises `UnknownInterface`."""
+    return converter(_message(kind))({})
+
+
+def conform(kind: str, data: object, *, stamp: Mapping[str, int] | None = None) -> Message:
+    """Return a message of a type made of `data`, which is left as it is; what it leaves out gets its default.
+
+    With a `stamp` {"secs", "nsecs"} the header of a message that says no time gets that one, as rosbridge does. Null is
+    NaN, and arrays of bytes may be base64. Raises `InvalidMessage` with the field that does not fit, and
+    `UnknownInterface`.
+    """
+    try:
+        message: Message = converter(_message(kind))(data)
+    except Misfit as misfit:
+        name = f"{misfit.path} of {kind}" if misfit.path else kind
+        raise InvalidMessage(name=name, reason=misfit.reason) from None
+    if stamp is not None and _stamped(kind) and not _says_when(data):
+        message["header"]["stamp"] = dict(stamp)
+    return message
+
+
+def serialize(kind: str, message: Message) -> bytes:
+    """Return a whole message, as `conform` gives it, as the bytes that ROS 1 sends."""
+    out = bytearray()
+    writer(_message(kind))(out, message)
+    return bytes(out)
+
+
+def fields(kind: str) -> tuple[str, ...]:
+    """Return the names of the fields of a type, in order; raises `UnknownInterface`."""
+    return tuple(field.name for field in spec(kind).fields)
+
+
+def action_of(kind: str) -> str:
+    """Return the action of which a type is the goal that is sent ("...ActionGoal"), "" where of none."""
+    action = kind.removesuffix("ActionGoal")
+    return action if action != kind and known(action + "ActionResult") else ""
+
+
+@cache
+def md5sum(kind: str) -> str:
+    """Return the sum by which ROS 1 knows a type of messages; raises `UnknownInterface`."""
+    return md5(_summed(spec(kind)).encode(), usedforsecurity=False).hexdigest()
+
+
+@cache
+def service_md5sum(service: str) -> str:
+    """Return the sum by which ROS 1 knows a type of services; raises `UnknownInterface`."""
+    whole = "".join(_summed(spec(half)) for half in halves(service))
+    return md5(whole.encode(), usedforsecurity=False).hexdigest()
+
+
+@cache
+def text(kind: str) -> str:
+    """Return the definition of a type, and behind it those of all types in it, as ROS 1 keeps them in bags."""
+    first, *others = _within(kind)
+    return _text(first) + "".join(f"{_RULE}\nMSG: {one.name}\n{_text(one)}" for one in others)
+
+
+def service_text(service: str) -> str:
+    """Return the definition of a type of services."""
+    return "---\n".join(_text(spec(half)) for half in halves(service))
+
+
+@cache
+def details(kind: str) -> tuple[Message, ...]:
+    """Return a type and all types in it as rosapi/TypeDef tells them; raises `UnknownInterface`."""
+    found: list[Message] = [_details(one) for one in _within(kind)]
+    for base in ("time", "duration"):
+        if any(field.type == base for one in _within(kind) for field in one.fields):
+            found.append(_details(Spec(base, (), tuple(Field(name, "int32") for name in _STAMP_FIELDS))))
+    return tuple(found)
+
+
+def _message(kind: str) -> str:
+    if is_base(kind):
+        raise UnknownInterface(form="type", name=kind)
+    return kind
+
+
+@cache
+def _stamped(kind: str) -> bool:
+    return _HEADER in spec(kind).fields
+
+
+def _says_when(data: object) -> bool:
+    header = data.get("header") if isinstance(data, Mapping) else None
+    return isinstance(header, Mapping) and "stamp" in header
+
+
+def _within(kind: str) -> list[Spec]:
+    """Return a type and all types in it, each once, outer ones first."""
+    found: dict[str, Spec] = {}
+    left = [kind]
+    while left:
+        one = spec(left.pop(0))
+        if one.name not in found:
+            found[one.name] = one
+            left += [field.type for field in one.fields if not is_base(field.type)]
+    return list(found.values())
+
+
+def _text(one: Spec) -> str:
+    lines = [f"{constant.type} {constant.name}={constant.value}" for constant in one.constants]
+    lines += [f"{field.written} {field.name}" for field in one.fields]
+    return "".join(line + "\n" for line in lines)
+
+
+def _summed(one: Spec) -> str:
+    """Return what the sum of a type is made over: its text, with the sums of the types in it (wiki.ros.org/msg)."""
+    lines = [f"{constant.type} {constant.name}={constant.value}" for constant in one.constants]
+    for field in one.fields:
+        lines.append(f"{field.written if is_base(field.type) else md5sum(field.type)} {field.name}")
+    return "\n".join(lines)
+
+
+def _details(one: Spec) -> Message:
+    return {
+        "type": one.name,
+        "fieldnames": [field.name for field in one.fields],
+        "fieldtypes": [field.type for field in one.fields],
+        "fieldarraylen": [field.length for field in one.fields],
+        "examples": [_example(field) for field in one.fields],
+        "constnames": [constant.name for constant in one.constants],
+        "constvalues": [str(constant.value) for constant in one.constants],
+    }
+
+
+def _example(field: Field) -> str:
+    if field.length != SCALAR:
+        return "[]"
+    if not is_base(field.type) or field.type in {"time", "duration"}:
+        return "{}"
+    example: Any = converter(field.type)({"string": "", "bool": False}.get(field.type, 0))
+    return str(example)
