@@ -7,7 +7,6 @@ since every layer above the transport would cost as much again for each of a hun
 from __future__ import annotations
 
 import socket
-import struct
 from asyncio.transports import BaseTransport
 from collections.abc import Callable
 
@@ -35,18 +34,6 @@ PING_INTERVAL, PING_TIMEOUT = 10.0, 20.0
 
 LINGER = 2.0
 """How long a connection that ends may take to say so, before it is cut [s]."""
-
-_TEXT = 0x81
-
-
-def framed(text: bytes) -> bytes:
-    """Return `text` (UTF-8) as one websocket frame of a server: final, not masked (RFC 6455, 5.2)."""
-    length = len(text)
-    if length < 126:
-        return bytes((_TEXT, length)) + text
-    if length < 65_536:
-        return struct.pack("!BBH", _TEXT, 126, length) + text
-    return struct.pack("!BBQ", _TEXT, 127, length) + text
 
 
 class Wire(WebSocketsSansIOProtocol):
