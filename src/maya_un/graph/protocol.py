@@ -29,7 +29,8 @@ Feedback = Callable[[Message], None]
 Act = Callable[[Message, Feedback], Awaitable[Message]]
 """Carries out the goal of an action and returns its result; being cancelled, it ends when the robot is at rest.
 
-It may refuse a goal by raising `Refused` before anything has happened.
+Its first feedback says that something begins: until then its goal is PENDING, and it may refuse it by raising
+`Refused`. It fails by raising another `MayaError` (ABORTED; what was stopped is PREEMPTED): `graph.outcome.carried`.
 """
 
 

@@ -1,18 +1,26 @@
-"""Times and durations in messages."""
+"""Times on the graph: {"secs", "nsecs"}."""
 
 from __future__ import annotations
 
-from maya_un.graph.protocol import Message
+from collections.abc import Mapping
 
-_BILLION = 1_000_000_000
+Stamp = dict[str, int]
+"""A time or a duration as ROS 1 has them."""
 
-
-def stamp(seconds: float) -> Message:
-    """Return `seconds` since the epoch, or a duration, as ROS writes it: whole seconds, and nanoseconds above them."""
-    whole, rest = divmod(round(seconds * _BILLION), _BILLION)
-    return {"secs": whole, "nsecs": rest}
+_SECOND = 1_000_000_000
 
 
-def header(seconds: float = 0.0, frame: str = "") -> Message:
-    """Return the header of a message; a time of 0 means "whatever is newest" to whoever looks up frames."""
-    return {"seq": 0, "stamp": stamp(seconds), "frame_id": frame}
+def stamp(seconds: float) -> Stamp:
+    """Return a time [s] of any clock as a stamp."""
+    secs, nsecs = divmod(round(seconds * _SECOND), _SECOND)
+    return {"secs": secs, "nsecs": nsecs}
+
+
+def seconds(when: Mapping[str, int]) -> float:
+    """Return a stamp or a duration in seconds."""
+    return when["secs"] + when["nsecs"] / _SECOND
+
+
+def order(when: Mapping[str, int]) -> tuple[int, int]:
+    """Return what a stamp is compared by; (0, 0) says no time."""
+    return when["secs"], when["nsecs"]
