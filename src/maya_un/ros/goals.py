@@ -1,0 +1,142 @@
+"""Clients of actions in a real graph: a goal is told, heard of and cancelled over the five topics of its action.
+
+actionlib's own client lives in threads and takes a goal for lost that is cancelled right away; this one lives in the
+loop, and believes nobody but the server.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from itertools import count
+from typing import Any
+
+import rospy
+
+from maya_un.errors import NodeGone
+from maya_un.graph.protocol import Ended, Feedback, Message, Outcome
+from maya_un.ros.master import published
+from maya_un.ros.threads import Post, in_thread
+from maya_un.ros.topics import RosPublisher, RosSubscription
+
+_LOOK = 0.1
+"""Whether a server is there is looked at so often [s]."""
+
+_FIND = 5.0
+"""A server that has not been found within this time is not there [s]."""
+
+_NOTICE = 5.0
+"""A goal that its server has not spoken of within this time, or no longer speaks of, is lost [s]."""
+
+_QUEUE = 50
+_numbers = count(1)
+
+
+class _Goal:
+    """A goal under way at `server`; `silent` is how long the server has not spoken of it [s, real time]."""
+
+    def __init__(self, name: str, server: frozenset[str], feedback: Feedback | None) -> None:
+        self.name = name
+        self.server = server
+        self.feedback = feedback
+        self.silent = 0.0
+        self.ended: asyncio.Future[Ended] = asyncio.get_running_loop().create_future()
+
+    def end(self, outcome: Outcome, result: Message) -> None:
+        """Say how it ended; what comes first counts."""
+        if not self.ended.done():
+            self.ended.set_result(Ended(outcome, result))
+
+
+class ActionClient:
+    """All goals of this node for one action. `speed` is how fast the loop's clock runs."""
+
+    def __init__(self, loop: asyncio.AbstractEventLoop, action: str, kind: str, speed: float) -> None:
+        post = Post(loop)
+        self._action = action
+        self._speed = speed
+        self._goals: dict[str, _Goal] = {}
+        self._goal = RosPublisher(f"{action}/goal", f"{kind}ActionGoal", latch=False, queue_size=_QUEUE)
+        self._cancel = RosPublisher(f"{action}/cancel", "actionlib_msgs/GoalID", latch=False, queue_size=_QUEUE)
+        self._status = self._heard(post, "status", "actionlib_msgs/GoalStatusArray", self._status_came)
+        self._feedback = self._heard(post, "feedback", f"{kind}ActionFeedback", self._feedback_came)
+        self._result = self._heard(post, "result", f"{kind}ActionResult", self._result_came)
+
+    async def do(self, goal: Message, feedback: Feedback | None) -> Ended:
+        """Have a goal carried out and return how it ended (`graph.protocol.Graph.do`); raises `NodeGone`."""
+        server = await self._server()
+        run = _Goal(f"{rospy.get_name()}-{next(_numbers)}-{rospy.Time.now().to_sec():.9f}", server, feedback)
+        self._goals[run.name] = run
+        watch = asyncio.create_task(self._watch(run), name=f"watch {self._action}")
+        try:
+            self._goal.publish({"goal_id": {"id": run.name}, "goal": goal})
+            return await self._outcome(run)
+        finally:
+            watch.cancel()
+            del self._goals[run.name]
+
+    def close(self) -> None:
+        """Give the topics back."""
+        for held in (self._goal, self._cancel, self._status, self._feedback, self._result):
+            held.close()
+
+    async def _outcome(self, run: _Goal) -> Ended:
+        """Wait for the end; being cancelled, cancel the goal and wait for its end all the same."""
+        cancelled: asyncio.CancelledError | None = None
+        while not run.ended.done():
+            try:
+                await asyncio.wait({run.ended})
+            except asyncio.CancelledError as cancel:
+                if cancelled is None:
+                    self._cancel.publish({"id": run.name})
+                cancelled = cancel
+        if cancelled is not None:
+            raise cancelled
+        return run.ended.result()
+
+    async def _server(self) -> frozenset[str]:
+        """Return the server's name once all five topics are connected to it; raises `NodeGone`."""
+        for _ in range(round(_FIND / _LOOK)):
+            heard = self._status.writers & self._feedback.writers & self._result.writers
+            found = heard & self._goal.reading & self._cancel.reading
+            if found:
+                return found
+            if not heard and not await self._known():
+                break
+            await asyncio.sleep(_LOOK * self._speed)
+        raise NodeGone(node=self._action)
+
+    async def _known(self) -> bool:
+        """Tell whether the master knows of a server; it also knows one for a while that was killed."""
+        return f"{self._action}/result" in await in_thread(published)
+
+    async def _watch(self, run: _Goal) -> None:
+        """Give a goal up whose server is gone, or knows nothing of it."""
+        while not run.ended.done():
+            await asyncio.sleep(_LOOK * self._speed)
+            run.silent += _LOOK
+            if not run.server & self._result.writers or run.silent > _NOTICE:
+                self._cancel.publish({"id": run.name})  # should it live all the same
+                run.end(Outcome.LOST, {})
+
+    def _heard(self, post: Post, part: str, kind: str, heard: Callable[[Message], None]) -> RosSubscription:
+        return RosSubscription(post, f"{self._action}/{part}", kind, heard, _QUEUE)
+
+    def _status_came(self, message: Message) -> None:
+        for status in message["status_list"]:
+            run = self._of(status)
+            if run is not None:
+                run.silent = 0.0
+
+    def _feedback_came(self, message: Message) -> None:
+        run = self._of(message["status"])
+        if run is not None and run.feedback is not None:
+            run.feedback(message["feedback"])
+
+    def _result_came(self, message: Message) -> None:
+        run = self._of(message["status"])
+        if run is not None:
+            run.end(Outcome(message["status"]["status"]), message["result"])
+
+    def _of(self, status: dict[str, Any]) -> _Goal | None:
+        return self._goals.get(status["goal_id"]["id"])

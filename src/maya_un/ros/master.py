@@ -1,0 +1,112 @@
+"""What the master knows: who does what in the graph, and its parameters."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from typing import Any, TypeVar
+
+import rosgraph
+import rospy
+import rosservice
+
+from maya_un.errors import MasterGone
+from maya_un.graph.protocol import Node
+from maya_un.ros.threads import in_thread
+
+T = TypeVar("T")
+
+
+def master() -> rosgraph.Master:
+    """Return a link to the master, for the thread that asks."""
+    return rosgraph.Master(rospy.get_name())
+
+
+def told(ask: Callable[[rosgraph.Master], T]) -> T:
+    """Return what the master says; raises `MasterGone`, and `rosgraph.MasterError` where it says no."""
+    try:
+        return ask(master())
+    except OSError:
+        raise MasterGone(uri=rosgraph.get_master_uri()) from None
+
+
+def topic_type(topic: str) -> str:
+    """Return the type of a topic, "" where nobody uses it."""
+    name = rospy.resolve_name(topic)
+    return next((kind for found, kind in told(lambda at: at.getTopicTypes()) if found == name and kind != "*"), "")
+
+
+def published() -> frozenset[str]:
+    """Return the topics that somebody publishes."""
+    publishers, _, _ = told(lambda at: at.getSystemState())
+    return frozenset(name for name, _ in publishers)
+
+
+def service_type(service: str) -> str:
+    """Return the type of a service, "" where nobody serves it, or its server does not answer."""
+    try:
+        uri = told(lambda at: at.lookupService(rospy.resolve_name(service)))
+        return rosservice.get_service_headers(service, uri).get("type", "")
+    except (rosgraph.MasterError, rosservice.ROSServiceException, OSError):
+        return ""
+
+
+class RosDirectory:
+    """What there is in the graph (`graph.protocol.Directory`). Raises `MasterGone`."""
+
+    async def topics(self) -> Mapping[str, str]:
+        """Return the type of every topic that somebody publishes or subscribes, "" where nobody said it."""
+        found = await in_thread(lambda: told(lambda at: at.getTopicTypes()))
+        return {name: "" if kind == "*" else kind for name, kind in found}
+
+    async def services(self) -> Mapping[str, str]:
+        """Return the type of every service, as its server says it; "" of one that does not answer."""
+        _, _, served = await in_thread(lambda: told(lambda at: at.getSystemState()))
+        names = [name for name, _ in served]
+        kinds = await asyncio.gather(*(in_thread(lambda name=name: service_type(name)) for name in names))
+        return dict(zip(names, kinds, strict=True))
+
+    async def nodes(self) -> Mapping[str, Node]:
+        """Return what every node publishes, subscribes and serves."""
+        parts = await in_thread(lambda: told(lambda at: at.getSystemState()))
+        done: defaultdict[str, tuple[list[str], list[str], list[str]]] = defaultdict(lambda: ([], [], []))
+        for place, part in enumerate(parts):
+            for name, nodes in part:
+                for node in nodes:
+                    done[node][place].append(name)
+        return {node: Node(*(tuple(sorted(names)) for names in does)) for node, does in done.items()}
+
+
+class RosParameters:
+    """The parameters that the master keeps (`graph.protocol.Parameters`). Raises `MasterGone`."""
+
+    async def get(self, name: str, default: Any = None) -> Any:
+        """Return the value at `name`, a dict for a name that others begin with."""
+        try:
+            return await in_thread(lambda: told(lambda at: at.getParam(name)))
+        except rosgraph.MasterError:
+            return default
+
+    async def set(self, name: str, value: Any) -> None:
+        """Set the value at `name`; of a dict, what is None counts as not set."""
+        await in_thread(lambda: told(lambda at: at.setParam(name, _sendable(value))))
+
+    async def delete(self, name: str) -> None:
+        """Forget `name`; it may be forgotten already."""
+        with suppress(rosgraph.MasterError):
+            await in_thread(lambda: told(lambda at: at.deleteParam(name)))
+
+    async def names(self) -> Sequence[str]:
+        """Return the names of all values."""
+        return sorted(await in_thread(lambda: told(lambda at: at.getParamNames())))
+
+
+def _sendable(value: Any) -> Any:
+    """Return a value without what XML-RPC has no word for."""
+    if isinstance(value, Mapping):
+        return {str(key): _sendable(one) for key, one in value.items() if one is not None}
+    if isinstance(value, list | tuple):
+        return [_sendable(one) for one in value]
+    return value

@@ -1,0 +1,174 @@
+"""Services of a real graph: answered in the loop, or at once in rospy's own thread; and called without blocking."""
+
+from __future__ import annotations
+
+import asyncio
+import select
+import threading
+from ast import literal_eval
+from collections import defaultdict
+from concurrent.futures import CancelledError
+from contextlib import suppress
+from typing import Any
+
+import rospy
+
+from maya_un.errors import MayaError, ServiceFailed, UnknownInterface
+from maya_un.graph.protocol import Answer, Message, Quick
+from maya_un.ros.classes import MessageClass, ServiceClass, service_class
+from maya_un.ros.convert import converter_of
+from maya_un.ros.master import service_type
+from maya_un.ros.threads import in_thread
+
+_LOOK = 0.2
+"""A caller that hung up is noticed within this time [s]."""
+
+_HUNG_UP = select.POLLRDHUP | select.POLLHUP | select.POLLERR | select.POLLNVAL
+
+
+class RosService:
+    """A service that is answered until it is closed (`graph.protocol.Held`)."""
+
+    def __init__(
+        self, loop: asyncio.AbstractEventLoop, service: str, kind: str, answer: Answer, quick: Quick | None
+    ) -> None:
+        found = service_class(kind)
+        self._loop = loop
+        self._plain = converter_of(found.request).plain
+        self._made = converter_of(found.response).made
+        self._answer = answer
+        self._quick = quick
+        self._open = True
+        self._held = _Service(service, found.kind, self._handle)
+
+    def close(self) -> None:
+        """Answer no more."""
+        if self._open:
+            self._open = False
+            self._held.shutdown("closed")
+
+    def _handle(self, request: MessageClass) -> MessageClass:
+        """Answer a request, in the thread that rospy has for who asks."""
+        plain = self._plain(request)
+        try:
+            said = None if self._quick is None else self._quick(plain)
+            return self._made(self._answered(plain) if said is None else said)
+        except MayaError as error:
+            raise rospy.ServiceException(f"{error} [{error.code}]") from None
+        except CancelledError:
+            raise rospy.ServiceException("it is no longer wanted") from None
+
+    def _answered(self, request: Message) -> Message:
+        """Have the loop answer; who hangs up meanwhile no longer wants what he asked for."""
+        future = asyncio.run_coroutine_threadsafe(_awaited(self._answer, request), self._loop)
+        while True:
+            try:
+                return future.result(_LOOK)
+            except TimeoutError:
+                if future.done():
+                    raise  # it is the answer's own
+                if self._held.asked_by_nobody() or self._loop.is_closed():
+                    future.cancel()
+
+
+async def _awaited(answer: Answer, request: Message) -> Message:
+    return await answer(request)
+
+
+class _Service(rospy.Service):
+    """A service whose handler can look whether anybody still waits for its answer."""
+
+    _asking = threading.local()
+
+    def asked_by_nobody(self) -> bool:
+        """Tell whether who asked in this thread has hung up."""
+        return _hung_up(self._asking.transport)
+
+    def _handle_request(self, transport: Any, request: MessageClass) -> None:
+        self._asking.transport = transport
+        super()._handle_request(transport, request)
+
+
+def _hung_up(transport: Any) -> bool:
+    """Tell whether the other end of a connection of rospy's is gone."""
+    socket = transport.socket
+    if socket is None:
+        return True
+    poll = select.poll()
+    poll.register(socket.fileno(), select.POLLRDHUP)
+    return any(event & _HUNG_UP for _, event in poll.poll(0))
+
+
+class Calls:
+    """Calls services over connections that are kept for the next call.
+
+    A new connection costs ten times what a call costs. There are as many to a service as calls were under way at once.
+    """
+
+    def __init__(self) -> None:
+        self._idle: defaultdict[tuple[str, str], list[rospy.ServiceProxy]] = defaultdict(list)
+        self._busy: set[rospy.ServiceProxy] = set()
+        self._open = True
+
+    async def call(self, service: str, request: Message, kind: str) -> Message:
+        """Return the answer of a service; raises `ServiceFailed`, `UnknownInterface`, `InvalidMessage`.
+
+        Being cancelled, it hangs up, by which the server knows.
+        """
+        kind = kind or await in_thread(lambda: service_type(service))
+        if not kind:
+            raise UnknownInterface(form="service", name=service)
+        found = service_class(kind)
+        made = converter_of(found.request).made(request)
+        key = (service, kind)
+        proxy = self._taken(key, found)
+        try:
+            answer = await in_thread(lambda: proxy(made), f"maya-call {service}")
+        except BaseException as error:
+            self._dropped(proxy)
+            if isinstance(error, rospy.ServiceException | rospy.ROSException | OSError):
+                raise ServiceFailed(service=service, reason=_reason(error)) from None
+            raise
+        self._given_back(key, proxy)
+        return converter_of(found.response).plain(answer)
+
+    def close(self) -> None:
+        """Hang up everywhere."""
+        self._open = False
+        for proxy in (*self._busy, *(one for idle in self._idle.values() for one in idle)):
+            proxy.close()
+        self._idle.clear()
+
+    def _taken(self, key: tuple[str, str], found: ServiceClass) -> rospy.ServiceProxy:
+        """Take a connection whose server is still there, or the promise of a new one."""
+        proxy = None
+        while self._idle[key] and proxy is None:
+            proxy = self._idle[key].pop()
+            if _hung_up(proxy.transport):
+                proxy.close()
+                proxy = None
+        if proxy is None:
+            proxy = rospy.ServiceProxy(key[0], found.kind, persistent=True)
+        self._busy.add(proxy)
+        return proxy
+
+    def _given_back(self, key: tuple[str, str], proxy: rospy.ServiceProxy) -> None:
+        self._busy.discard(proxy)
+        if self._open:
+            self._idle[key].append(proxy)
+        else:
+            proxy.close()
+
+    def _dropped(self, proxy: rospy.ServiceProxy) -> None:
+        self._busy.discard(proxy)
+        proxy.close()
+
+
+def _reason(error: BaseException) -> str:
+    """Return why a call failed, in the server's words where it said some."""
+    before, said, quoted = str(error).partition("responded with an error: ")
+    if not said:
+        return before
+    with suppress(ValueError, SyntaxError):
+        quoted = bytes(literal_eval(quoted)).decode(errors="replace")
+    return quoted.removeprefix("service cannot process request: ")

@@ -1,0 +1,93 @@
+"""Topics of a real graph: publishers that never block, and subscriptions that are heard in the loop."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import rospy
+
+from maya_un.errors import UnknownInterface
+from maya_un.graph.protocol import Heard, Message
+from maya_un.ros.classes import MessageClass, message_class
+from maya_un.ros.convert import converter_of
+from maya_un.ros.master import topic_type
+from maya_un.ros.threads import Post
+
+
+class RosPublisher:
+    """A topic to publish on (`graph.protocol.Publisher`).
+
+    There always is a queue: without one, rospy writes to every reader itself, and one that is stopped stops us.
+    """
+
+    def __init__(self, topic: str, kind: str, *, latch: bool, queue_size: int) -> None:
+        found = message_class(kind)
+        self._converter = converter_of(found)
+        self._held = rospy.Publisher(topic, found, latch=latch, queue_size=max(1, queue_size))
+        self._open = True
+
+    def publish(self, message: Message) -> None:
+        """Put a message on the topic; raises `InvalidMessage`. After the end there is nobody to be told."""
+        made = self._converter.made(message)
+        if self._open and not rospy.is_shutdown():
+            self._held.publish(made)
+
+    @property
+    def readers(self) -> int:
+        """How many nodes subscribe now; one that died counts for up to half a second more."""
+        return self._held.get_num_connections() if self._open else 0
+
+    @property
+    def reading(self) -> frozenset[str]:
+        """The names of the nodes that subscribe now."""
+        impl = self._held.impl
+        return frozenset() if impl is None else frozenset(link.endpoint_id for link in impl.connections)
+
+    def close(self) -> None:
+        """Give the topic back."""
+        if self._open:
+            self._open = False
+            self._held.unregister()
+
+
+class RosSubscription:
+    """A topic that is listened to (`graph.protocol.Subscription`)."""
+
+    def __init__(self, post: Post, topic: str, kind: str, heard: Heard, queue_size: int) -> None:
+        kind = kind or topic_type(topic)
+        if not kind:
+            raise UnknownInterface(form="topic", name=topic)
+        found = message_class(kind)
+        self._plain = converter_of(found).plain
+        self._post = post
+        self._heard = heard
+        self._waiting: deque[Message] = deque(maxlen=max(1, queue_size))
+        self._open = True
+        self._held = rospy.Subscriber(topic, found, self._arrived)
+
+    @property
+    def writers(self) -> frozenset[str]:
+        """The names of the nodes that publish on it now; one that dies is gone at once."""
+        impl = self._held.impl
+        links = [] if impl is None else impl.connections
+        return frozenset(link.callerid_pub for link in links if _alive(link.socket, link.callerid_pub, done=link.done))
+
+    def close(self) -> None:
+        """Listen no more."""
+        if self._open:
+            self._open = False
+            self._held.unregister()
+
+    def _arrived(self, message: MessageClass) -> None:
+        """Take a message, in rospy's thread."""
+        self._waiting.append(self._plain(message))
+        self._post(self._deliver)
+
+    def _deliver(self) -> None:
+        if self._waiting and self._open:
+            self._heard(self._waiting.popleft())
+
+
+def _alive(socket: object, name: str, *, done: bool) -> bool:
+    """Tell whether a connection stands: rospy keeps those that broke, to try them again."""
+    return socket is not None and not done and name != "unknown"
