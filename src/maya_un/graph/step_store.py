@@ -1,0 +1,174 @@
+"""What is known of steps, in a file that outlives this program: an id is carried out once, and never again."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import sqlite3
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TypeVar
+
+from maya_un.errors import FileNotOurs, StorageTooNew
+from maya_un.graph.step import Result
+from maya_un.process.journal import faults, file
+
+T = TypeVar("T")
+
+NAME = "steps.db"
+"""The file within the state folder."""
+
+_APPLICATION = 0x4D617973
+_VERSION = 1
+_TABLE = """
+CREATE TABLE steps (
+    id TEXT PRIMARY KEY, digest TEXT NOT NULL, started TEXT NOT NULL, warnings TEXT NOT NULL,
+    result TEXT, told INTEGER NOT NULL DEFAULT 0
+) WITHOUT ROWID
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """A step as it is kept: `result` is None while it is under way, or was when a program ended."""
+
+    id: str
+    digest: str
+    started: str
+    warnings: tuple[str, ...]
+    result: Result | None
+    told: bool
+
+
+class StepStore:
+    """Keeps steps in one file; what a coroutine wrote is on the disk when it returns.
+
+    Every write raises `StorageFailed`, and then nothing of it was kept.
+    """
+
+    def __init__(self, path: Path, connection: sqlite3.Connection, lock: file.Lock) -> None:
+        self._path = path
+        self._connection = connection
+        self._lock = lock
+        self._thread = ThreadPoolExecutor(1, thread_name_prefix="steps")
+
+    @classmethod
+    async def open(cls, path: Path) -> StepStore:
+        """Open the file at `path`, or make it, and hold it until `close`.
+
+        Raises `StorageInUse`, `StorageDamaged`, `StorageTooNew`, `FileNotOurs`, `FileUnwritable`.
+        """
+        return await asyncio.get_running_loop().run_in_executor(None, _open, path)
+
+    async def find(self, id_: str) -> Kept | None:
+        """Return the step of an id, None where there was none."""
+        asked = "SELECT id, digest, started, warnings, result, told FROM steps WHERE id = ?"
+        rows = await self._do(lambda connection: connection.execute(asked, (id_,)).fetchall())
+        return _kept(rows[0]) if rows else None
+
+    async def unfinished(self) -> list[Kept]:
+        """Return the steps without a result, and those whose result nobody was told, the oldest first."""
+        asked = (
+            "SELECT id, digest, started, warnings, result, told FROM steps "
+            "WHERE result IS NULL OR NOT told ORDER BY started, id"
+        )
+        return [_kept(row) for row in await self._do(lambda connection: connection.execute(asked).fetchall())]
+
+    async def begin(self, id_: str, digest: str, started: str, warnings: tuple[str, ...]) -> None:
+        """Keep that a step begins; it must be on the disk before anything moves."""
+        values = (id_, digest, started, json.dumps(warnings))
+        added = "INSERT INTO steps (id, digest, started, warnings) VALUES (?, ?, ?, ?)"
+        await self._do(lambda connection: connection.execute(added, values))
+
+    async def end(self, id_: str, result: Result) -> None:
+        """Keep how a step ended."""
+        values = (_written(result), id_)
+        await self._do(lambda connection: connection.execute("UPDATE steps SET result = ? WHERE id = ?", values))
+
+    async def told(self, result: Result) -> None:
+        """Keep that somebody was told how a step ended; a result that is not kept changes nothing."""
+        values = (result.id, _written(result))
+        changed = "UPDATE steps SET told = 1 WHERE id = ? AND result = ? AND NOT told"
+        await self._do(lambda connection: connection.execute(changed, values))
+
+    async def forget(self, id_: str) -> None:
+        """Forget a step of which nothing was done: it may come again."""
+        await self._do(lambda connection: connection.execute("DELETE FROM steps WHERE id = ?", (id_,)))
+
+    async def close(self) -> None:
+        """Close the file, and let the next one in."""
+        try:
+            await self._run(self._connection.close)
+            self._thread.shutdown()
+        finally:
+            self._lock.release()
+
+    async def _do(self, work: Callable[[sqlite3.Connection], T]) -> T:
+        try:
+            return await self._run(lambda: work(self._connection))
+        except (sqlite3.Error, OSError) as error:
+            raise faults.at_writing(error) from error
+
+    async def _run(self, work: Callable[[], T]) -> T:
+        """Do `work` to its end, also where whoever waits is cancelled meanwhile."""
+        return await asyncio.shield(asyncio.get_running_loop().run_in_executor(self._thread, work))
+
+
+def _open(path: Path) -> StepStore:
+    with ExitStack() as undo:
+        try:
+            file.create(path)
+            lock = file.Lock(path)
+            undo.callback(lock.release)
+            connection = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
+            undo.callback(connection.close)
+            _require_ours(connection, path)
+            connection.execute("PRAGMA journal_mode = WAL")
+            connection.execute("PRAGMA synchronous = FULL")
+            _set_up(connection)
+        except (sqlite3.Error, OSError) as error:
+            raise faults.at_opening(error, path) from error
+        undo.pop_all()
+        return StepStore(path, connection, lock)
+
+
+def _require_ours(connection: sqlite3.Connection, path: Path) -> None:
+    """Raise `FileNotOurs` or `StorageTooNew` for a file that is not for us to write to; an empty one is."""
+    application, version = (
+        connection.execute(f"PRAGMA {what}").fetchone()[0] for what in ("application_id", "user_version")
+    )
+    empty = not connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
+    if application != _APPLICATION and not empty:
+        raise FileNotOurs(path=path, remedy="it is the database of another program; name another state folder")
+    if version > _VERSION:
+        raise StorageTooNew(path=path, found=version, known=_VERSION)
+
+
+def _set_up(connection: sqlite3.Connection) -> None:
+    """Make an empty file ours, whole or not at all."""
+    if connection.execute("PRAGMA user_version").fetchone()[0] == _VERSION:
+        return
+    connection.execute("BEGIN IMMEDIATE")
+    connection.execute(_TABLE)
+    connection.execute(f"PRAGMA application_id = {_APPLICATION}")
+    connection.execute(f"PRAGMA user_version = {_VERSION}")
+    connection.execute("COMMIT")
+
+
+def _kept(row: tuple[str, str, str, str, str | None, int]) -> Kept:
+    id_, digest, started, warnings, result, told = row
+    return Kept(id_, digest, started, tuple(json.loads(warnings)), _result(result), bool(told))
+
+
+def _written(result: Result) -> str:
+    return json.dumps(asdict(result))
+
+
+def _result(text: str | None) -> Result | None:
+    if text is None:
+        return None
+    data = json.loads(text)
+    return Result(**(data | {"warnings": tuple(data["warnings"])}))

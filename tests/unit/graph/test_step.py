@@ -1,0 +1,112 @@
+"""Commands of steps as text: what is understood, what is refused, and that nothing else comes out."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from maya_un.errors import InvalidMessage, InvalidRequest, InvalidValue, MayaError, UnknownName
+from maya_un.graph.step import Result, id_of, read, step_of
+from maya_un.robot.gripper import Gripper
+from maya_un.robot.home import Home
+from maya_un.robot.pick import Pick
+from maya_un.values import Point
+
+PLACE = {"x": 0.5, "y": 1.1, "z": 0.4}
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(), inner, max_size=4),
+    max_leaves=8,
+)
+ANYTHING = st.fixed_dictionaries(
+    {},
+    optional={
+        "id": JSON,
+        "command": st.sampled_from(["pick", "place", "home", "gripper", "fly"]) | JSON,
+        "args": st.fixed_dictionaries({}, optional={"x": JSON, "y": JSON, "z": JSON, "open": JSON, "w": JSON}) | JSON,
+    },
+)
+
+
+def test_a_pick_is_read_with_its_place() -> None:
+    step = step_of({"id": "7", "command": "pick", "args": PLACE}, "7")
+    assert (step.id, step.primitive, step.warnings) == ("7", Pick(Point(0.5, 1.1, 0.4)), ())
+
+
+def test_what_is_not_needed_is_ignored_and_said() -> None:
+    step = step_of({"command": "home", "args": {"w": 1.0, "speed": 3}}, "7")
+    assert step.primitive == Home()
+    assert step.warnings == ("args.w was ignored", "args.speed was ignored")
+
+
+def test_ignored_arguments_make_no_other_content() -> None:
+    with_more = step_of({"command": "pick", "args": {**PLACE, "w": 1.0}}, "7")
+    as_whole_number = step_of({"command": "pick", "args": {"z": 0.4, "y": 1.1, "x": 0.5}}, "8")
+    other = step_of({"command": "place", "args": PLACE}, "7")
+    assert with_more.digest == as_whole_number.digest != other.digest
+
+
+@pytest.mark.parametrize(
+    ("data", "error", "says"),
+    [
+        ({}, InvalidRequest, "command"),
+        ({"command": "fly"}, UnknownName, "pick"),
+        ({"command": 3}, UnknownName, "3"),
+        ({"command": "line", "args": PLACE}, UnknownName, "line"),
+        ({"command": "pick"}, InvalidRequest, "args.x"),
+        ({"command": "pick", "args": {"x": 1.0, "y": 1.0}}, InvalidRequest, "args.z"),
+        ({"command": "pick", "args": [1.0, 1.0, 1.0]}, InvalidRequest, "args"),
+        ({"command": "pick", "args": {**PLACE, "x": "1"}}, InvalidValue, "target.x"),
+        ({"command": "pick", "args": {**PLACE, "x": True}}, InvalidValue, "target.x"),
+        ({"command": "pick", "args": {**PLACE, "x": float("inf")}}, InvalidValue, "target.x"),
+        ({"command": "gripper", "args": {"open": 1}}, InvalidValue, "open"),
+        ({"command": "gripper", "args": {}}, InvalidRequest, "args.open"),
+    ],
+)
+def test_what_is_missing_or_wrong_is_named(data: dict[str, Any], error: type[MayaError], says: str) -> None:
+    with pytest.raises(error, match=says):
+        step_of(data, "7")
+
+
+@pytest.mark.parametrize("text", ["", "pick", "[1]", '"pick"', "{", "[" * 100_000, "null"])
+def test_what_is_no_object_is_refused(text: str) -> None:
+    with pytest.raises(InvalidMessage):
+        read(text)
+
+
+@pytest.mark.parametrize("id_", ["", 7, 7.0, True, [], "a\nb", "x" * 201, "\ud800"])
+def test_an_id_is_short_printable_text(id_: object) -> None:
+    with pytest.raises(InvalidRequest, match="id"):
+        id_of({"id": id_})
+
+
+def test_no_id_is_none() -> None:
+    assert id_of({"command": "home"}) is None
+    assert id_of({"id": None}) is None
+
+
+@given(ANYTHING)
+def test_whatever_comes_is_a_step_or_an_error_of_ours(data: dict[str, Any]) -> None:
+    try:
+        known = read(json.dumps(data))
+        step = step_of(known, id_of(known) or "made")
+    except MayaError as error:
+        assert json.loads(Result.refused(None, error, "now").text)["code"] == str(error.code)
+    else:
+        assert len(step.digest) == 64
+
+
+def test_a_result_says_what_the_old_form_said() -> None:
+    done = json.loads(Result("7", None, None, "then", "now").text)
+    failed = json.loads(Result("7", "it was too far away", "2102", "then", "now", ("args.w was ignored",)).text)
+    assert (done["success"], done["error"], done["code"]) == (True, None, None)
+    assert (failed["success"], failed["error"], failed["code"]) == (False, "it was too far away", "2102")
+    assert failed["warnings"] == ["args.w was ignored"]
+
+
+def test_gripper_is_open_or_closed() -> None:
+    assert step_of({"command": "gripper", "args": {"open": False}}, "7").primitive == Gripper(open=False)
