@@ -61,11 +61,20 @@ class Goal:
 class GoalServer:
     """Serves one action of type `kind`: takes its goals to `act`, each in a task of its own.
 
-    `now` tells the time of the graph. `idle` is called once it is closed and the last goal has ended.
+    `now` tells the time of the graph. `idle` is called once it is closed and the last goal has ended. `speed` is how
+    fast the loop's clock runs: clients wait for the list in their own time.
     """
 
     def __init__(
-        self, name: str, kind: str, act: Act, voices: Voices, now: Callable[[], Stamp], idle: Callable[[], None]
+        self,
+        name: str,
+        kind: str,
+        act: Act,
+        voices: Voices,
+        now: Callable[[], Stamp],
+        idle: Callable[[], None],
+        *,
+        speed: float = 1.0,
     ) -> None:
         self.name = name
         self.kind = kind
@@ -73,6 +82,7 @@ class GoalServer:
         self._voices = voices
         self._now = now
         self._idle = idle
+        self._speed = speed
         self._goals: list[Goal] = []
         self._numbers = 0
         self._last_cancel: Stamp = _BEFORE
@@ -204,7 +214,7 @@ class GoalServer:
         asyncio.get_running_loop().call_soon(self._end_of_all)
 
     def _forget_later(self, goal: Goal) -> None:
-        asyncio.get_running_loop().call_later(KEPT, self._forget, goal)
+        asyncio.get_running_loop().call_later(KEPT * self._speed, self._forget, goal)
 
     def _forget(self, goal: Goal) -> None:
         if goal in self._goals:
@@ -215,7 +225,7 @@ class GoalServer:
     def _tell_status(self) -> None:
         self._voices.status.publish({"header": self._header(), "status_list": [goal.status() for goal in self._goals]})
         if self._goals and self._ticker is None:
-            self._ticker = asyncio.get_running_loop().call_later(PERIOD, self._tick)
+            self._ticker = asyncio.get_running_loop().call_later(PERIOD * self._speed, self._tick)
 
     def _tick(self) -> None:
         self._ticker = None

@@ -51,16 +51,20 @@ class _Goal:
 class ActionClient:
     """All goals of this node for one action. `speed` is how fast the loop's clock runs."""
 
-    def __init__(self, loop: asyncio.AbstractEventLoop, action: str, kind: str, speed: float) -> None:
-        post = Post(loop)
+    def __init__(self, post: Post, action: str, kind: str, speed: float) -> None:
         self._action = action
         self._speed = speed
         self._goals: dict[str, _Goal] = {}
-        self._goal = RosPublisher(f"{action}/goal", f"{kind}ActionGoal", latch=False, queue_size=_QUEUE)
-        self._cancel = RosPublisher(f"{action}/cancel", "actionlib_msgs/GoalID", latch=False, queue_size=_QUEUE)
+        self._goal = RosPublisher(f"{action}/goal", f"{kind}ActionGoal", queue_size=_QUEUE)
+        self._cancel = RosPublisher(f"{action}/cancel", "actionlib_msgs/GoalID", queue_size=_QUEUE)
         self._status = self._heard(post, "status", "actionlib_msgs/GoalStatusArray", self._status_came)
         self._feedback = self._heard(post, "feedback", f"{kind}ActionFeedback", self._feedback_came)
         self._result = self._heard(post, "result", f"{kind}ActionResult", self._result_came)
+
+    @property
+    def busy(self) -> bool:
+        """Whether a goal is under way."""
+        return bool(self._goals)
 
     async def do(self, goal: Message, feedback: Feedback | None) -> Ended:
         """Have a goal carried out and return how it ended (`graph.protocol.Graph.do`); raises `NodeGone`."""
@@ -120,7 +124,7 @@ class ActionClient:
                 run.end(Outcome.LOST, {})
 
     def _heard(self, post: Post, part: str, kind: str, heard: Callable[[Message], None]) -> RosSubscription:
-        return RosSubscription(post, f"{self._action}/{part}", kind, heard, _QUEUE)
+        return RosSubscription(post, f"{self._action}/{part}", kind, lambda message, _: heard(message))
 
     def _status_came(self, message: Message) -> None:
         for status in message["status_list"]:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import asyncio
 from functools import cached_property
 
+import rospy
+
+from maya_un.errors import NodeGone
 from maya_un.graph.protocol import (
     Act,
     Answer,
@@ -17,12 +20,12 @@ from maya_un.graph.protocol import (
     Quick,
     Subscription,
 )
-from maya_un.ros.actions import LINGER, RosAction
+from maya_un.ros.actions import RosAction
 from maya_un.ros.goals import ActionClient
 from maya_un.ros.master import RosDirectory, RosParameters
 from maya_un.ros.services import Calls, RosService
 from maya_un.ros.threads import Post
-from maya_un.ros.topics import RosPublisher, RosSubscription
+from maya_un.ros.topics import LINGER, RosPublisher, RosSubscription
 
 
 class RosGraph:
@@ -56,7 +59,7 @@ class RosGraph:
 
     def subscribe(self, topic: str, kind: str, heard: Heard, *, queue_size: int = 100) -> Subscription:
         """Listen to a topic; `kind` "" takes the type it has."""
-        return RosSubscription(self._post, topic, kind, heard, queue_size)
+        return RosSubscription(self._post, topic, kind, lambda message, _: heard(message), queue_size)
 
     def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> Held:
         """Answer a service; `quick` is asked in a thread of rospy's. Who hangs up has his answer cancelled."""
@@ -68,20 +71,26 @@ class RosGraph:
 
     def act(self, action: str, kind: str, act: Act) -> Held:
         """Be the server of an action."""
-        self._actions.append(RosAction(self._loop, action, kind, act, linger=LINGER * self._speed))
+        self._actions.append(RosAction(self._post, rospy.resolve_name(action), kind, act, self._speed))
         return self._actions[-1]
 
     async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> Ended:
         """Have a goal carried out and return how it ended; raises `NodeGone` where nobody serves the action."""
-        if (action, kind) not in self._clients:
-            self._clients[action, kind] = ActionClient(self._loop, action, kind, self._speed)
-        return await self._clients[action, kind].do(goal, feedback)
+        key = (rospy.resolve_name(action), kind)
+        client = self._clients.get(key)
+        if client is None:
+            client = self._clients[key] = ActionClient(self._post, *key, self._speed)
+        try:
+            return await client.do(goal, feedback)
+        except NodeGone:
+            if self._clients.get(key) is client and not client.busy:
+                self._clients.pop(key).close()  # its topics would look as if there were such an action
+            raise
 
     async def close(self) -> None:
         """End what runs here, and let what was said last go out."""
         for action in self._actions:
             action.close()
-        for action in self._actions:
-            await action.ended()
+        await asyncio.gather(*(action.ended for action in self._actions))
         self._calls.close()
         await asyncio.sleep(LINGER * self._speed)

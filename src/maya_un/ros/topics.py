@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import threading
 from collections import deque
+from collections.abc import Callable
 
 import rospy
 
 from maya_un.errors import UnknownInterface
-from maya_un.graph.protocol import Heard, Message
+from maya_un.graph.protocol import Message
 from maya_un.ros.classes import MessageClass, message_class
 from maya_un.ros.convert import converter_of
 from maya_un.ros.master import topic_type
 from maya_un.ros.threads import Post
+
+LINGER = 0.2
+"""What was published last has gone out after this time [s, real]: rospy drops what still waits on a topic it closes."""
 
 
 class RosPublisher:
@@ -20,10 +25,18 @@ class RosPublisher:
     There always is a queue: without one, rospy writes to every reader itself, and one that is stopped stops us.
     """
 
-    def __init__(self, topic: str, kind: str, *, latch: bool, queue_size: int) -> None:
+    def __init__(
+        self,
+        topic: str,
+        kind: str,
+        *,
+        latch: bool = False,
+        queue_size: int,
+        listener: rospy.SubscribeListener | None = None,
+    ) -> None:
         found = message_class(kind)
         self._converter = converter_of(found)
-        self._held = rospy.Publisher(topic, found, latch=latch, queue_size=max(1, queue_size))
+        self._held = rospy.Publisher(topic, found, listener, latch=latch, queue_size=max(1, queue_size))
         self._open = True
 
     def publish(self, message: Message) -> None:
@@ -44,16 +57,28 @@ class RosPublisher:
         return frozenset() if impl is None else frozenset(link.endpoint_id for link in impl.connections)
 
     def close(self) -> None:
-        """Give the topic back."""
+        """Give the topic back, as soon as what was published last has gone out."""
         if self._open:
             self._open = False
+            timer = threading.Timer(LINGER, self._given_back)
+            timer.daemon = True
+            timer.start()
+
+    def _given_back(self) -> None:
+        if not rospy.is_shutdown():
             self._held.unregister()
 
 
 class RosSubscription:
-    """A topic that is listened to (`graph.protocol.Subscription`)."""
+    """A topic that is listened to (`graph.protocol.Subscription`).
 
-    def __init__(self, post: Post, topic: str, kind: str, heard: Heard, queue_size: int) -> None:
+    `heard` is told every message and the name of the node that sent it, in the loop that `post` posts to; of more than
+    `queue_size` that wait for their turn the oldest are dropped, with 0 none.
+    """
+
+    def __init__(
+        self, post: Post, topic: str, kind: str, heard: Callable[[Message, str], None], queue_size: int = 0
+    ) -> None:
         kind = kind or topic_type(topic)
         if not kind:
             raise UnknownInterface(form="topic", name=topic)
@@ -61,7 +86,7 @@ class RosSubscription:
         self._plain = converter_of(found).plain
         self._post = post
         self._heard = heard
-        self._waiting: deque[Message] = deque(maxlen=max(1, queue_size))
+        self._waiting: deque[tuple[Message, str]] = deque(maxlen=queue_size or None)
         self._open = True
         self._held = rospy.Subscriber(topic, found, self._arrived)
 
@@ -80,12 +105,13 @@ class RosSubscription:
 
     def _arrived(self, message: MessageClass) -> None:
         """Take a message, in rospy's thread."""
-        self._waiting.append(self._plain(message))
+        source = (message._connection_header or {}).get("callerid", "")
+        self._waiting.append((self._plain(message), source))
         self._post(self._deliver)
 
     def _deliver(self) -> None:
         if self._waiting and self._open:
-            self._heard(self._waiting.popleft())
+            self._heard(*self._waiting.popleft())
 
 
 def _alive(socket: object, name: str, *, done: bool) -> bool:
