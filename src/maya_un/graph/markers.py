@@ -29,7 +29,7 @@ HEAVY = Colour(0.90, 0.10, 0.10)
 """A line that carries as much as it may."""
 
 _WORD = Colour(0.85, 0.25, 0.10)
-_WIDTH = 0.014
+_WIDTH = 0.016
 _QUIET = (Mode.IDLE, Mode.MOVING, Mode.STOPPING)
 
 

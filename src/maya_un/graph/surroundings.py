@@ -18,9 +18,9 @@ from maya_un.values import Joints, Point
 
 PART = Colour(0.95, 0.47, 0.13)
 STAND = Colour(0.55, 0.58, 0.62)
-WAY = Colour(0.10, 0.45, 0.95, 0.9)
-SKIN = Colour(0.35, 0.62, 0.85, 0.10)
-EDGE = Colour(0.20, 0.42, 0.62, 0.55)
+WAY = Colour(0.05, 0.35, 0.85)
+SKIN = Colour(0.80, 0.90, 1.00, 0.10)
+EDGE = Colour(0.88, 0.95, 1.00, 0.60)
 ZONE = Colour(0.52, 0.20, 0.66, 0.35)
 
 PART_HEIGHT = 0.12
