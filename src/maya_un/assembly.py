@@ -4,31 +4,35 @@ from __future__ import annotations
 
 import asyncio
 import random
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import AbstractAsyncContextManager, asynccontextmanager, nullcontext
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from maya_un.address import SIM, meant, split
 from maya_un.api.access.entrance import Entrance
 from maya_un.api.access.register import Calendar
-from maya_un.api.access.store import Store
+from maya_un.api.access.store import FileStore, Store
 from maya_un.api.gate import Gate
 from maya_un.api.messages import plain
 from maya_un.api.service import Service
-from maya_un.config import Config
+from maya_un.config import Config, StorageConfig
 from maya_un.controller.controller import GalilController
 from maya_un.controller.link import Dial
+from maya_un.controller.protocol import Controller
 from maya_un.events import Event, EventLog
 from maya_un.galil.transport import TcpTransport, Transport
 from maya_un.process.book import Book
 from maya_un.process.journal.protocol import Journal
 from maya_un.process.journal.rows import EventRow
+from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.process.lease import Lease
 from maya_un.process.process import Process
 from maya_un.recorder.header import Origin, TwinSource
 from maya_un.recorder.recorder import Recorder
 from maya_un.recorder.shelf import Shelf
+from maya_un.robot.protocol import Robot
 from maya_un.robot.robot import MayaRobot
 from maya_un.values import Point
 from maya_un.virtual.machine import VirtualDmc
@@ -45,6 +49,38 @@ class Twin:
 
     controller: VirtualController
     mechanics: MayaMechanics
+
+
+@dataclass(frozen=True, slots=True)
+class ControllerFloor:
+    """The controller floor at an address; `twin` is None on a real machine, `recorder` where nothing is recorded."""
+
+    address: str
+    controller: GalilController
+    twin: Twin | None
+    recorder: Recorder | None
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessFloor:
+    """The process floor on some robot.
+
+    Edges that somebody else may use call `service` through the `gate` and ask `entrance` who asks.
+    """
+
+    process: Process
+    service: Service
+    gate: Gate
+    entrance: Entrance
+    lease: Lease
+    journal: Journal
+
+
+class Storage(NamedTuple):
+    """What outlives a program: the queue's journal, and who may sign in; None where nothing does."""
+
+    journal: Journal | None
+    users: Store | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,56 +150,147 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
     Raises what connecting raises (`ConnectFailed`, `LinkTimeout`, `WrongController`, `ParameterMismatch`), and
     `MarkerMissing` where `skip_home` finds no mark.
     """
+    async with controller_floor(
+        config,
+        address,
+        seed=seed,
+        parts=parts,
+        truth=truth,
+        live=live,
+        skip_home=skip_home,
+        speed=speed,
+        recordings=recordings,
+        heard=None if journal is None else lambda events: keep_events(events, journal, calendar),
+    ) as below:
+        robot = MayaRobot(below.controller, config)
+        async with process_floor(
+            robot,
+            below.controller,
+            config,
+            address=below.address,
+            speed=speed,
+            places=places,
+            journal=journal,
+            calendar=calendar,
+            users=users,
+            recorder=below.recorder,
+        ) as above:
+            yield Stack(
+                config,
+                below.address,
+                below.controller,
+                robot,
+                above.process,
+                above.service,
+                above.gate,
+                above.entrance,
+                above.lease,
+                above.journal,
+                below.twin,
+            )
+
+
+@asynccontextmanager
+async def controller_floor(  # noqa: PLR0913 - every option of a controller floor is a parameter
+    config: Config,
+    address: str = SIM,
+    *,
+    seed: int = 0,
+    parts: Mapping[str, Point] | None = None,
+    truth: Truth | None = None,
+    live: bool = True,
+    skip_home: bool = False,
+    speed: float = 1.0,
+    recordings: Shelf | None = None,
+    heard: Callable[[EventLog], None] | None = None,
+) -> AsyncIterator[ControllerFloor]:
+    """Open the controller floor alone at `address` for the length of the block; options and errors are as in `stack`.
+
+    `heard` is given the events before the first of them.
+    """
     address = meant(address, config.controller.address)
     twin = make_twin(seed=seed, truth=truth, parts=parts) if address == SIM else None
     patient = config if twin is None else _patient(config, speed)
     recorder = _recorder(config, address, speed, twin, seed, recordings) if live else None
     controller = GalilController(_dial(address, config, twin, recorder), address, patient, live=live)
-    if journal is not None:
-        _keep_events(controller.events, journal, calendar)
+    if heard is not None:
+        heard(controller.events)
     try:
         async with _watched(recorder, controller):
             await controller.open()
             if skip_home:
                 await controller.skip_home()
-            robot = MayaRobot(controller, config)
-            book = Book(controller.mechanism, places)
-            lease = Lease(controller.events, speed)
-            dates = None if calendar is None else calendar.after
-            process = Process(
-                robot, controller, config, book.taught, journal=journal, lease=lease, dates=dates, speed=speed
-            )
-            note = process.journal.note
-            entrance = Entrance.new(lease, store=users, calendar=calendar, note=note, speed=speed)
-            try:
-                await entrance.register.open()
-                await process.open()
-                service = Service(
-                    process,
-                    robot,
-                    controller,
-                    config,
-                    address=address,
-                    speed=speed,
-                    book=book,
-                    entrance=entrance,
-                    recorder=recorder,
-                )
-                gate = Gate(service, lease, entrance.audit.asked)
-                yield Stack(
-                    config, address, controller, robot, process, service, gate, entrance, lease, process.journal, twin
-                )
-            finally:
-                await process.close()
-                await entrance.register.close()
-                lease.close()
+            yield ControllerFloor(address, controller, twin, recorder)
     finally:
         await controller.close()
         if twin is not None:
             await twin.controller.close()
 
 
-def _keep_events(events: EventLog, journal: Journal, calendar: Calendar | None) -> None:
+@asynccontextmanager
+async def process_floor(  # noqa: PLR0913 - every option of a process floor is a parameter
+    robot: Robot,
+    controller: Controller,
+    config: Config,
+    *,
+    address: str = SIM,
+    speed: float = 1.0,
+    places: Path | None = None,
+    journal: Journal | None = None,
+    calendar: Calendar | None = None,
+    users: Store | None = None,
+    recorder: Recorder | None = None,
+) -> AsyncIterator[ProcessFloor]:
+    """Wire the process floor and its service on any robot and controller for the length of the block.
+
+    They may stand in this process or at the other end of a graph. What is kept where, and what the rest means, is as in
+    `stack`. Raises `StorageFailed` where what the journal knows cannot be taken up.
+    """
+    book = Book(controller.mechanism, places)
+    lease = Lease(controller.events, speed)
+    dates = None if calendar is None else calendar.after
+    process = Process(robot, controller, config, book.taught, journal=journal, lease=lease, dates=dates, speed=speed)
+    note = process.journal.note
+    entrance = Entrance.new(lease, store=users, calendar=calendar, note=note, speed=speed)
+    try:
+        await entrance.register.open()
+        await process.open()
+        service = Service(
+            process,
+            robot,
+            controller,
+            config,
+            address=address,
+            speed=speed,
+            book=book,
+            entrance=entrance,
+            recorder=recorder,
+        )
+        gate = Gate(service, lease, entrance.audit.asked)
+        yield ProcessFloor(process, service, gate, entrance, lease, process.journal)
+    finally:
+        await process.close()
+        await entrance.register.close()
+        lease.close()
+
+
+@asynccontextmanager
+async def storage(path: Path | None, keep: StorageConfig) -> AsyncIterator[Storage]:
+    """Open what outlives this program, and close it last; without a `path` nothing does.
+
+    Raises `StorageInUse`, `StorageDamaged`, `StorageTooNew`, `FileNotOurs`, `FileUnwritable`.
+    """
+    if path is None:
+        yield Storage(None, None)
+        return
+    journal = await SqliteJournal.open(path, keep)
+    try:
+        yield Storage(journal, FileStore(path))
+    finally:
+        await journal.close()
+
+
+def keep_events(events: EventLog, journal: Journal, calendar: Calendar | None) -> None:
     """Have a journal keep every event, under the number of this run."""
     events.run = journal.run
 

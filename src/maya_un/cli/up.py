@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from maya_un.address import SIM
-from maya_un.api.access.store import FileStore, Store
-from maya_un.assembly import Stack, stack
+from maya_un.assembly import Stack, stack, storage
 from maya_un.cli import output, runtime, supervisor
 from maya_un.cli.configure import configuration, taught_places
 from maya_un.cli.ending import Ending, brought_to_rest
@@ -26,8 +25,6 @@ from maya_un.config import Config
 from maya_un.config.state import state_folder
 from maya_un.errors import MayaError
 from maya_un.loops import ScaledLoop, run
-from maya_un.process.journal.protocol import Journal
-from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.server import dates, log
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
@@ -133,28 +130,22 @@ async def _serve(robot: _Robot, options: Options, near: socket.socket, far: Door
 @asynccontextmanager
 async def _running(robot: _Robot) -> AsyncIterator[Stack]:
     """Wire the stack on its journal, which is closed last."""
-    journal: Journal | None = None
-    users: Store | None = None
-    if robot.journal is not None:
-        journal = await SqliteJournal.open(robot.journal, robot.config.storage)
-        users = FileStore(robot.journal)
-    try:
-        async with stack(
+    async with (
+        storage(robot.journal, robot.config.storage) as kept,
+        stack(
             robot.config,
             robot.address,
             seed=robot.seed,
             parts=robot.parts,
             speed=robot.speed,
             places=robot.places,
-            journal=journal,
+            journal=kept.journal,
             calendar=dates,
-            users=users,
+            users=kept.users,
             recordings=shelf(robot.config.recorder),
-        ) as running:
-            yield running
-    finally:
-        if journal is not None:
-            await journal.close()
+        ) as running,
+    ):
+        yield running
 
 
 @asynccontextmanager
