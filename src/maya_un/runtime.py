@@ -1,15 +1,20 @@
 """The runtime file: how commands and clients find the `maya up` that runs, and the controller it drives.
 
-Imports nothing heavy, because `maya stop` needs it. `maya_un.cli.runtime` writes it.
+Imports nothing heavy, because `maya stop` needs it.
 """
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
+
+from maya_un.errors import AlreadyRunning, FileUnwritable
 
 _MOST_BYTES = 4096
 """Size of the largest runtime file that can be ours."""
@@ -55,3 +60,91 @@ def _parse(found: dict[str, Any]) -> Running:
     controller = found["controller"]
     address = None if controller is None else (str(controller["host"]), int(controller["port"]))
     return Running(str(found["url"]), int(found["pid"]), address)
+
+
+@contextmanager
+def claimed() -> Iterator[None]:
+    """Be the only `maya up` of this user while the block runs; removes the runtime file at its end.
+
+    Raises `AlreadyRunning` and `FileUnwritable`. The claim is a lock that the system gives up with the process,
+    so one that was killed leaves nothing in the way.
+    """
+    place = _own_folder()
+    lock = _own_file(place / "service.lock", os.O_RDWR)
+    try:
+        _take(lock)
+        os.truncate(lock, 0)
+        os.write(lock, f"{os.getpid()}\n".encode())
+        try:
+            yield
+        finally:
+            with suppress(OSError):
+                (place / "service.json").unlink()
+    finally:
+        os.close(lock)
+
+
+def claimant() -> int | None:
+    """Return the number of the process that is the `maya up` of this user now, None where there is none."""
+    try:
+        lock = os.open(folder() / "service.lock", os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC)
+    except OSError:
+        return None
+    try:
+        fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        said = os.read(lock, 32).strip()
+        return int(said) if said.isdigit() else None
+    else:
+        return None
+    finally:
+        os.close(lock)
+
+
+def _take(lock: int) -> None:
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        running = find()
+        raise AlreadyRunning(pid="unknown" if running is None else running.pid) from None
+
+
+def publish(running: Running) -> None:
+    """Write the runtime file, whole or not at all; raises `FileUnwritable`."""
+    controller = None if running.controller is None else {"host": running.controller[0], "port": running.controller[1]}
+    write("service.json", {"url": running.url, "pid": running.pid, "controller": controller})
+
+
+def write(name: str, value: object) -> None:
+    """Write a file of the folder, whole or not at all; raises `FileUnwritable`."""
+    text = json.dumps(value)
+    place = _own_folder()
+    draft = place / f"{name}.new"
+    try:
+        with open(_own_file(draft, os.O_WRONLY | os.O_TRUNC), "w", encoding="utf-8") as file:
+            file.write(text + "\n")
+        draft.replace(place / name)
+    except OSError as error:
+        raise FileUnwritable(path=draft, reason=error.strerror) from error
+
+
+def _own_file(path: Path, flags: int) -> int:
+    """Open a file of ours, made where it is not there; a link in its place is not followed."""
+    try:
+        return os.open(path, flags | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
+    except OSError as error:
+        raise FileUnwritable(path=path, reason=error.strerror) from error
+
+
+def _own_folder() -> Path:
+    place = folder()
+    try:
+        place.mkdir(mode=0o700, parents=True, exist_ok=True)
+        found = place.lstat()
+    except OSError as error:
+        raise FileUnwritable(path=place, reason=error.strerror) from error
+    if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid():
+        raise FileUnwritable(path=place, reason="it belongs to somebody else")
+    if found.st_mode & stat.S_IWOTH:
+        raise FileUnwritable(path=place, reason="everybody may write to it, and so command the robot")
+    return place

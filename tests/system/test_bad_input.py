@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 import pytest
 
+from maya_un import runtime
 from maya_un.assembly import stack
-from maya_un.cli import runtime
 from maya_un.cli.main import main
 from maya_un.config import Config
 from maya_un.loops import JumpingLoop, run_virtual

@@ -17,8 +17,8 @@ from pathlib import Path
 
 import pytest
 
+from maya_un import runtime
 from maya_un.assembly import Stack, stack
-from maya_un.cli import runtime
 from maya_un.cli.main import main
 from maya_un.config import Config, load
 from maya_un.loops import ScaledLoop, run

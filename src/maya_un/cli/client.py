@@ -8,8 +8,7 @@ from http.client import HTTPConnection, HTTPException, HTTPResponse
 from typing import Any, cast
 from urllib.parse import urlsplit
 
-from maya_un import credentials
-from maya_un.cli import runtime
+from maya_un import credentials, runtime
 from maya_un.errors import LeaseLost, MayaError, ServiceNotAnswering, ServiceNotRunning, from_notice
 
 

@@ -6,7 +6,8 @@ import os
 import select
 import signal
 
-from maya_un.cli import output, runtime
+from maya_un import runtime
+from maya_un.cli import output
 from maya_un.cli.settings import Settings
 from maya_un.cli.words import word
 from maya_un.errors import ServiceNotRunning

@@ -5,8 +5,9 @@ from __future__ import annotations
 from math import degrees
 from typing import Any
 
+from maya_un import runtime
 from maya_un.address import REAL
-from maya_un.cli import output, runtime
+from maya_un.cli import output
 from maya_un.cli.client import Client
 from maya_un.cli.help import QUICK
 from maya_un.cli.settings import Settings

@@ -8,7 +8,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from maya_un.cli import runtime
+from maya_un import runtime
 from maya_un.errors import TwinNotFound
 
 

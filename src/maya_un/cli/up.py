@@ -10,9 +10,10 @@ from contextlib import ExitStack, asynccontextmanager
 from pathlib import Path
 from typing import NamedTuple
 
+from maya_un import runtime
 from maya_un.address import SIM
 from maya_un.assembly import Stack, stack, storage
-from maya_un.cli import output, runtime, supervisor
+from maya_un.cli import output, supervisor
 from maya_un.cli.configure import configuration, taught_places
 from maya_un.cli.ending import Ending, brought_to_rest
 from maya_un.cli.greeting import Greeting, greet

@@ -12,21 +12,20 @@ from typing import Any
 
 import pytest
 
-from maya_un import credentials
+from maya_un import credentials, runtime
 from maya_un.api.access.caller import Role
 from maya_un.api.access.store import Change, FileStore, User
 from maya_un.api.leasing import LeaseTaken, LeaseView
 from maya_un.api.messages import to_data
 from maya_un.api.people import Me, NewToken, TokenLine, UserLine
-from maya_un.cli import runtime
 from maya_un.cli.access import lease, resetting
 from maya_un.cli.access.words import word
 from maya_un.cli.main import main
-from maya_un.cli.runtime import Running
 from maya_un.cli.settings import Settings
 from maya_un.errors import LeaseLost
 from maya_un.loops import run
 from maya_un.process.journal import file
+from maya_un.runtime import Running
 from tests.unit.cli.servers import http_service
 
 NOBODY = LeaseView("", "", 0.0, "", False, None, None, None, False)

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from maya_un.cli import runtime
+from maya_un import runtime
 from maya_un.cli.client import Client
 from maya_un.errors import NotFound, ServiceNotAnswering, ServiceNotRunning
 from tests.unit.cli.servers import free_port, hanging_service, http_service

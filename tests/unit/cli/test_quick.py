@@ -9,9 +9,10 @@ from typing import Any
 
 import pytest
 
-from maya_un.cli import quick, runtime
+from maya_un import runtime
+from maya_un.cli import quick
 from maya_un.cli.main import main
-from maya_un.cli.runtime import Running
+from maya_un.runtime import Running
 from tests.unit.cli.servers import controller, free_port, hanging_service, http_service
 
 STATE: dict[str, Any] = {

@@ -9,11 +9,12 @@ from typing import Any
 
 import pytest
 
-from maya_un.cli import record, runtime
+from maya_un import runtime
+from maya_un.cli import record
 from maya_un.cli.main import main
-from maya_un.cli.runtime import Running
 from maya_un.config import RecorderConfig
 from maya_un.recorder import mcap_file
+from maya_un.runtime import Running
 from tests.unit.cli.servers import http_service
 from tests.unit.recorder.recordings import RECORDING
 

@@ -7,12 +7,13 @@ from typing import Any
 
 import pytest
 
-from maya_un.cli import runtime, wishes
+from maya_un import runtime
+from maya_un.cli import wishes
 from maya_un.cli.display import Display
 from maya_un.cli.main import main
-from maya_un.cli.runtime import Running
 from maya_un.cli.settings import Settings
 from maya_un.errors import Stopped
+from maya_un.runtime import Running
 from tests.unit.cli.servers import http_service
 
 PROGRESS = {"phase": "jog", "elapsed": 1.0, "duration": 4.0}

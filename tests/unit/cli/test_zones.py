@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from maya_un.cli import runtime
+from maya_un import runtime
 from maya_un.cli.main import main
-from maya_un.cli.runtime import Running
 from maya_un.config.zones import parse_zone
+from maya_un.runtime import Running
 from tests.unit.cli.servers import http_service
 
 ADDED = "maya zones add rack box low=0.1,1,0 high=0.3,1500mm,60cm margin=20mm lines=false"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.cli import runtime
+from maya_un import runtime
 from maya_un.client.doors import Door, finder, trusted
 from maya_un.errors import InvalidValue, ServiceNotRunning
 

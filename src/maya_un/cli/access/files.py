@@ -6,8 +6,7 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-from maya_un import credentials
-from maya_un.cli import runtime
+from maya_un import credentials, runtime
 from maya_un.errors import FileUnwritable
 
 

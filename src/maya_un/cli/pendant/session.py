@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Coroutine
 from typing import Any
 
-from maya_un.cli import runtime
+from maya_un import runtime
 from maya_un.cli.client import Client
 from maya_un.cli.pendant.keys import STEPS
 from maya_un.cli.pendant.nearest import Distance, distances

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from maya_un.cli import runtime
+from maya_un import runtime
 from maya_un.cli.calibrate import points
 from maya_un.cli.main import main
 from maya_un.config import Config, Units

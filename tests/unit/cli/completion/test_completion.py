@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 import typer
 
-from maya_un.cli import app, runtime
+from maya_un import runtime
+from maya_un.cli import app
 from maya_un.cli.completion import bash, fish, tree, values
 from maya_un.cli.main import main
 from tests.unit.cli.servers import http_service

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import pytest
 
-from maya_un.cli import runtime
+from maya_un import runtime
 from maya_un.cli.doctor import house
 from maya_un.cli.doctor.finding import Finding, Outcome
 from maya_un.cli.doctor.sockets import Listener, listeners

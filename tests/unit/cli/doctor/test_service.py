@@ -7,8 +7,7 @@ from typing import Any
 
 import pytest
 
-from maya_un import __version__
-from maya_un.cli import runtime
+from maya_un import __version__, runtime
 from maya_un.cli.doctor import service
 from maya_un.cli.doctor.finding import Outcome
 from tests.unit.cli.servers import free_port, hanging_service, http_service

@@ -12,17 +12,17 @@ from typing import Any
 
 import pytest
 
-from maya_un.cli import runtime
+from maya_un import runtime
 from maya_un.cli.client import Client
 from maya_un.cli.main import main
 from maya_un.cli.pendant.keys import MOVES, STEPS, Step
 from maya_un.cli.pendant.nearest import distances
 from maya_un.cli.pendant.picture import drawn
 from maya_un.cli.pendant.session import Session
-from maya_un.cli.runtime import Running
 from maya_un.config import Config
 from maya_un.errors import Busy
 from maya_un.kinematics.workspace import Workspace
+from maya_un.runtime import Running
 from maya_un.values import Joints, Point
 from tests.unit.cli.servers import free_port, http_service
 

@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
+from maya_un import runtime
 from maya_un.api.messages import to_data
-from maya_un.cli import runtime
 from maya_un.cli.main import main
-from maya_un.cli.runtime import Running
 from maya_un.process.journal.rows import OnFailure
 from maya_un.process.states import TaskState
 from maya_un.process.view import JobLine
+from maya_un.runtime import Running
 from tests.unit.cli.servers import http_service
 
 LINE: dict[str, Any] = to_data(

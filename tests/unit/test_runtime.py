@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.cli import runtime
-from maya_un.cli.runtime import Running
+from maya_un import runtime
 from maya_un.errors import AlreadyRunning, FileUnwritable
+from maya_un.runtime import Running
 
 
 @pytest.fixture
