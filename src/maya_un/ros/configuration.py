@@ -1,0 +1,60 @@
+"""The configuration over a graph: the controller's node settles it, the floors above wait for what it settled."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from maya_un.config import Config, load
+from maya_un.config.load import parse
+from maya_un.graph.protocol import Parameters
+
+CONFIG = "/maya/config"
+"""The parameter with the configuration: first what a launch file gives of it, then all of it."""
+
+_GIVEN = "/maya/config_given"
+_SETTLED = "/maya/config_settled"
+
+
+async def settle(parameters: Parameters) -> Config:
+    """Return the configuration: the user's file, with the parameters under `CONFIG` laid over it; write it all there.
+
+    What an earlier node wrote is not laid over the file, only what it had been given. Raises `InvalidConfig` and
+    `FileUnreadable`.
+    """
+    given = await parameters.get(CONFIG, {})
+    if given and given == await parameters.get(_SETTLED, {}):
+        given = await parameters.get(_GIVEN, {})
+    config = parse(_laid(_plain(load()), given))
+    settled = _plain(config)
+    await parameters.set(_GIVEN, given)
+    await parameters.set(CONFIG, settled)
+    await parameters.set(_SETTLED, settled)
+    return config
+
+
+async def unsettle(parameters: Parameters) -> None:
+    """Leave of the configuration what was given; whoever comes next reads the file again."""
+    given = await parameters.get(_GIVEN, {})
+    for name in (CONFIG, _GIVEN, _SETTLED):
+        await parameters.delete(name)
+    if given:
+        await parameters.set(CONFIG, given)
+
+
+async def settled(parameters: Parameters) -> Config | None:
+    """Return the configuration that the controller's node settled, None before it did."""
+    found = await parameters.get(CONFIG, {})
+    return parse(found) if found and found == await parameters.get(_SETTLED, {}) else None
+
+
+def _plain(config: Config) -> dict[str, Any]:
+    return config.model_dump(mode="json", exclude_none=True)
+
+
+def _laid(base: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, Any]:
+    laid = dict(base)
+    for key, value in top.items():
+        below = laid.get(key)
+        laid[key] = _laid(below, value) if isinstance(below, Mapping) and isinstance(value, Mapping) else value
+    return laid

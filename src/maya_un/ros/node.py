@@ -1,0 +1,161 @@
+"""A node: one in a process, with rospy beside an asyncio loop, which it lives in.
+
+    def main() -> int:
+        return run("hw_simulator", serve)       # async def serve(node: Node) -> None
+
+`serve` is cancelled when the node is to end, be it by a signal, by rosnode kill, or by another node of its name; what
+it holds it gives back, what moves it brings to rest. Only then the graph is left.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import sys
+import traceback
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from http.client import HTTPException
+from typing import Any
+from urllib.parse import urlsplit
+from xml.parsers.expat import ExpatError
+from xmlrpc.client import Error as XmlRpcError
+
+import rosgraph
+import rospy
+
+from maya_un.errors import InternalError, MasterGone, MayaError
+from maya_un.loops import ScaledLoop
+from maya_un.ros.ending import Ending
+from maya_un.ros.graph import RosGraph
+from maya_un.ros.threads import in_thread
+
+DONE = 0
+"""The node ended because it was told to."""
+
+FAILED = 1
+"""It ended because the machine did something unexpected, or by a defect."""
+
+REFUSED = 2
+"""It did not begin: a parameter, the configuration, or what it needs is wrong or missing."""
+
+SPEED = "/maya/speed"
+"""The parameter with the factor of the twin's clock; of the machine it is 1."""
+
+SIMULATED = "/maya/sim_mode"
+"""The parameter that tells whether the robot is the twin."""
+
+_REACH = 5.0
+"""A master that does not take a connection within this time is not there [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """What a node has: its graph, and how fast its clock runs (1 but for the twin)."""
+
+    graph: RosGraph
+    speed: float
+
+    def say(self, sentence: str) -> None:
+        """Write a line to the log: on the screen, in the node's file, on /rosout."""
+        rospy.loginfo("%s", sentence)
+
+    def warn(self, sentence: str) -> None:
+        """Write a line about what a person should look at."""
+        rospy.logwarn("%s", sentence)
+
+    def complain(self, error: MayaError) -> None:
+        """Write an error, with its code."""
+        rospy.logerr("error %d: %s", error.code, error)
+
+    async def parameter(self, name: str, default: Any) -> Any:
+        """Return a parameter of this node ("~NAME") where it is set, else /maya/NAME, else `default`."""
+        found = await self.graph.parameters.get(rospy.resolve_name(f"~{name}"))
+        return await self.graph.parameters.get(f"/maya/{name}", default) if found is None else found
+
+
+Serve = Callable[[Node], Awaitable[None]]
+"""What a node does until it is cancelled."""
+
+
+def run(name: str, serve: Serve) -> int:
+    """Be the node `name` (roslaunch may give another) until it is told to end; return the exit code."""
+    ending = Ending()
+    ending.listen()
+    try:
+        _require_master()
+        rospy.init_node(name, disable_signals=True)
+        rospy.on_shutdown(ending.ask_and_wait)
+        speed = clock_factor()
+    except MayaError as error:
+        return _refused(error)
+    except rospy.ROSInitException as error:
+        return _refused(InternalError(reason=str(error)))
+    with asyncio.Runner(loop_factory=lambda: ScaledLoop(speed)) as runner:
+        return runner.run(_live(serve, ending, speed))
+
+
+def clock_factor() -> float:
+    """Return how fast the clock runs: what `SPEED` says of the twin, 1 of the machine."""
+    speed = rospy.get_param(SPEED, 1.0) if rospy.get_param(SIMULATED, default=True) else 1.0
+    return float(speed) if isinstance(speed, int | float) and 0.0 < speed <= 1000.0 else 1.0
+
+
+async def _live(serve: Serve, ending: Ending, speed: float) -> int:
+    asyncio.get_running_loop().set_exception_handler(_defect)
+    graph = RosGraph(speed=speed)
+    work = asyncio.ensure_future(serve(Node(graph, speed)))
+    asked = asyncio.ensure_future(ending.asked())
+    await asyncio.wait({work, asked}, return_when=asyncio.FIRST_COMPLETED)
+    asked.cancel()
+    work.cancel()
+    await asyncio.wait({work})
+    code = _code(work)
+    await graph.close()
+    ending.over.set()
+    await in_thread(lambda: rospy.signal_shutdown("ended"))
+    for _ in range(20):  # another thread may be at it
+        if rospy.is_shutdown():
+            break
+        await asyncio.sleep(0.1 * speed)
+    return code
+
+
+def _code(work: asyncio.Future[None]) -> int:
+    """Return the exit code of what a node did, and say why it ended where nobody told it to."""
+    error = None if work.cancelled() else work.exception()
+    if error is None:
+        return DONE
+    if isinstance(error, MayaError):
+        return _refused(error)
+    rospy.logfatal("%s", "".join(traceback.format_exception(error)))
+    return _refused(InternalError(reason=repr(error)))
+
+
+def _refused(error: MayaError) -> int:
+    """Say why a node ends, and return its exit code."""
+    with suppress(OSError):
+        if rospy.core.is_initialized():
+            rospy.logfatal("error %d: %s", error.code, error)
+        else:
+            print(f"maya: error {error.code}: {error}", file=sys.stderr, flush=True)
+    return REFUSED if 4000 <= error.code < 5999 else FAILED
+
+
+def _defect(_: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    """Write what went wrong where nobody waits for it."""
+    error = context.get("exception")
+    trace = "" if error is None else "".join(traceback.format_exception(error))
+    rospy.logerr("%s\n%s", context.get("message", "a defect"), trace)
+
+
+def _require_master() -> None:
+    """Raise `MasterGone` where no master answers; rospy would wait for one for ever."""
+    uri = rosgraph.get_master_uri()
+    try:
+        at = urlsplit(uri)
+        socket.create_connection((at.hostname or "", at.port or 80), _REACH).close()
+        rosgraph.Master("/maya").getPid()
+    except (OSError, ValueError, HTTPException, XmlRpcError, ExpatError, rosgraph.MasterException):
+        raise MasterGone(uri=uri) from None
