@@ -5,6 +5,7 @@ With --check it writes nothing and says which pages are not current.
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -185,7 +186,15 @@ def _role_row(operation: Operation, rule: Rule) -> str:
     return f"| `{operation}` | {rule.meaning} | {marks} | {'yes' if rule.drives else ''} |"
 
 
+def dashboard_sentences() -> str:
+    """Return the sentences of all errors for the ROS dashboard, which runs where `maya_un` is not installed."""
+    languages = [messages.table(language) for language in messages.LANGUAGES]
+    table = {str(code): [sentences[code] for sentences in languages] for code in languages[0]}
+    return json.dumps(table, ensure_ascii=False, indent=1) + "\n"
+
+
 PAGES: dict[str, Callable[[], str]] = {
+    "../ros/maya_ui/resource/sentences.json": dashboard_sentences,
     "decisions/README.md": decisions_page,
     "reference/configuration.md": configuration_page,
     "reference/errors.md": errors_page,

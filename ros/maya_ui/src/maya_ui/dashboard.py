@@ -1,0 +1,140 @@
+"""The dashboard: one widget, in rqt, in a window of its own, or in a bare application; for Qt's thread only."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from python_qt_binding import loadUi
+from python_qt_binding.QtCore import QObject, Qt, Signal
+from python_qt_binding.QtGui import QKeySequence
+from python_qt_binding.QtWidgets import QShortcut, QWidget
+
+from maya_ui import look
+from maya_ui.event_panel import EventPanel
+from maya_ui.panel import Desk
+from maya_ui.queue_panel import QueuePanel
+from maya_ui.resources import resource
+from maya_ui.robot import Ended, Fact, Happened, Joints, Position, Presence, Robot, Under, Wish
+from maya_ui.seen import Seen
+from maya_ui.state_panel import StatePanel
+from maya_ui.task_panel import TaskPanel
+from maya_ui.teleop_panel import TeleopPanel
+from maya_ui.words import LANGUAGES, WORDS, sentence, word
+
+STOP_KEYS = ("Esc", "F12")
+"""The keys that stop, wherever the focus is."""
+
+CALM = frozenset({"2201", "2202"})
+"""Codes of what a person ended: stopped, cancelled."""
+
+
+class _Ears(QObject):
+    """Carries facts from whatever thread they come in to Qt's."""
+
+    heard = Signal(object)
+
+
+class Dashboard(QWidget):
+    """Shows a robot and takes wishes for it. It knows nothing of how the robot moves or how it is reached."""
+
+    language_chosen = Signal(str)
+    """Somebody chose another language."""
+
+    def __init__(self, robot: Robot, language: str = "en") -> None:
+        super().__init__()
+        loadUi(str(resource("MayaPlugin.ui")), self)
+        self.setObjectName("MayaDashboard")
+        self.setAttribute(Qt.WA_StyledBackground)
+        self.setStyleSheet(resource("dashboard.qss").read_text(encoding="utf-8"))
+        self._robot = robot
+        self.seen = Seen()
+        self._desk = Desk(self, robot, self.seen, language)
+        self._state = StatePanel(self._desk)
+        self._teleop = TeleopPanel(self._desk, self._state.stop)
+        self.list = QueuePanel(self._desk)
+        self._tasks = TaskPanel(self._desk, self.list.add)
+        self._events = EventPanel(self._desk)
+        self._stop_by_key()
+        self._offer_languages()
+        self.speak(language)
+        self._ears = _Ears()
+        self._ears.heard.connect(self._hear, Qt.QueuedConnection)
+        robot.open(self._ears.heard.emit)
+
+    @property
+    def spoken(self) -> str:
+        """The language it speaks."""
+        return self._desk.language
+
+    def speak(self, language: str) -> None:
+        """Say everything in a language."""
+        self._desk.language = language if language in LANGUAGES else "en"
+        for key in WORDS:
+            part: Any = getattr(self, key, None)
+            if isinstance(part, QWidget):
+                (part.setTitle if hasattr(part, "setTitle") else part.setText)(self._desk.word(key))
+                if f"{key}_hint" in WORDS:
+                    part.setToolTip(self._desk.word(f"{key}_hint"))
+        self.language_choice.setCurrentIndex(self.language_choice.findData(self._desk.language))
+        self.setWindowTitle(self._desk.word("title"))
+        for panel in (self._teleop, self._tasks, self.list, self._events):
+            panel.reword()
+        self._refresh()
+
+    def shut_down(self) -> None:
+        """Let go of what is held and stop listening."""
+        self._teleop.release()
+        self._robot.close()
+
+    def _stop_by_key(self) -> None:
+        for key in STOP_KEYS:
+            shortcut = QShortcut(QKeySequence(key), self)
+            shortcut.setContext(Qt.ApplicationShortcut)
+            shortcut.setAutoRepeat(False)
+            shortcut.activated.connect(self._state.stop)
+            shortcut.activatedAmbiguously.connect(self._state.stop)
+
+    def _offer_languages(self) -> None:
+        for code, name in LANGUAGES.items():
+            self.language_choice.addItem(name, code)
+        self.language_choice.activated.connect(self._choose_language)
+
+    def _choose_language(self, place: int) -> None:
+        self.speak(self.language_choice.itemData(place))
+        self.language_chosen.emit(self._desk.language)
+
+    def _hear(self, fact: Fact) -> None:
+        self.seen.take(fact)
+        if isinstance(fact, (Position, Joints)):
+            self._state.place()
+            self._teleop.teleop.positioned()
+            return
+        if isinstance(fact, Under):
+            self._tasks.show_progress(fact)
+        elif isinstance(fact, Happened):
+            self._events.add(fact)
+        elif isinstance(fact, Ended):
+            self._end(fact)
+        elif isinstance(fact, Presence) and not fact.controller:
+            self._teleop.release()
+        self._refresh()
+
+    def _end(self, end: Ended) -> None:
+        if end.wish is Wish.JOG:
+            self._teleop.ended(end)
+            if end.done or end.code in CALM:
+                return
+        what = self._desk.word(f"wish_{end.wish.value}")
+        if end.done:
+            self._desk.say(self._desk.word("done", what=what), look.GOOD)
+            return
+        said = word(end.message, self.spoken) if end.message in WORDS else end.message
+        said = sentence(end.code, said, self.spoken)
+        key = "failed" if end.code else "failed_plainly"
+        self._desk.say(
+            self._desk.word(key, what=what, sentence=said, code=end.code), "" if end.code in CALM else look.BAD
+        )
+
+    def _refresh(self) -> None:
+        for panel in (self._state, self._teleop, self._tasks, self.list):
+            panel.refresh()

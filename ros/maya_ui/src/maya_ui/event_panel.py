@@ -1,0 +1,63 @@
+"""The events of the robot as they come, the newest at the end."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from python_qt_binding.QtCore import QTime
+from python_qt_binding.QtWidgets import QTreeWidgetItem
+
+from maya_ui.panel import Desk
+from maya_ui.robot import Happened
+from maya_ui.words import phrase, sentence
+
+KEPT = 500
+"""So many of the newest are shown."""
+
+
+class EventPanel:
+    """A list of events; it follows the newest unless somebody has scrolled up to read."""
+
+    def __init__(self, desk: Desk) -> None:
+        self._desk = desk
+        self._events: list[tuple[str, Happened]] = []
+
+    def add(self, event: Happened) -> None:
+        """Show an event that has just come."""
+        self._events.append((QTime.currentTime().toString("HH:mm:ss"), event))
+        del self._events[:-KEPT]
+        shown = self._desk.ui.event_list
+        bar = shown.verticalScrollBar()
+        follows = bar.value() >= bar.maximum()
+        shown.addTopLevelItem(self._row(*self._events[-1]))
+        while shown.topLevelItemCount() > KEPT:
+            shown.takeTopLevelItem(0)
+        if follows:
+            shown.scrollToBottom()
+
+    def reword(self) -> None:
+        """Say all of them in the chosen language."""
+        shown = self._desk.ui.event_list
+        shown.setHeaderLabels([self._desk.word(key) for key in ("time", "event", "detail")])
+        shown.clear()
+        shown.addTopLevelItems([self._row(*one) for one in self._events])
+        shown.scrollToBottom()
+
+    def _row(self, time: str, event: Happened) -> Any:
+        item = QTreeWidgetItem([time, phrase(f"event_{event.word}", self._desk.language), self._detail(event)])
+        item.setToolTip(2, self._detail(event))
+        return item
+
+    def _detail(self, event: Happened) -> str:
+        message = event.message
+        if not message and event.word == "fault" and event.standing is not None:
+            message = event.standing.fault
+        if message:
+            said = sentence(event.code, message, self._desk.language)
+            return f"{said} ({event.code})" if event.code else said
+        told = [f"{key} {_short(value)}" for key, value in event.detail.items()]
+        return "   ".join([*([event.code] if event.code else []), *told])
+
+
+def _short(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

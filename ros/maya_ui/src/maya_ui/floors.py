@@ -1,0 +1,148 @@
+"""The doors of the floors over rospy: services that are asked in threads of their own, and actions."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any, Callable
+
+import actionlib
+import rospy
+
+from maya_ui.robot import Ended, Under, Wish
+
+CANCELLED = "2202"
+"""The code of what was cancelled."""
+
+LOST = "lost"
+"""In place of a code: of a goal that nobody knows any more."""
+
+Tell = Callable[[Any], None]
+
+
+def in_thread(work: Callable[..., None], *arguments: object) -> None:
+    """Do something in a thread of its own, which ends with the program whatever it waits for."""
+    threading.Thread(target=work, args=arguments, daemon=True).start()
+
+
+def ask(wish: Wish, service: str, kind: Any, tell: Tell, *arguments: object) -> None:
+    """Ask a service and tell how it ended; returns at once."""
+    in_thread(_asked, wish, service, kind, tell, arguments)
+
+
+def _asked(wish: Wish, service: str, kind: Any, tell: Tell, arguments: Any) -> None:
+    try:
+        tell(answer(wish, rospy.ServiceProxy(service, kind)(*arguments)))
+    except (rospy.ServiceException, rospy.ROSException, OSError) as error:
+        tell(Ended(wish, done=False, message=str(error)))
+
+
+def answer(wish: Wish, reply: Any) -> Ended:
+    """Return what a reply says; one without a code (std_srvs) may have it at the start of its message."""
+    code = str(getattr(reply, "code", ""))
+    message = str(reply.message)
+    if not code and not reply.success:
+        first, _, rest = message.partition(" ")
+        number = first.strip("():")
+        code, message = (number, rest) if number.isdigit() else ("", message)
+    return Ended(wish, bool(reply.success), code, message)
+
+
+class Door:
+    """An action of a floor: at most one goal of ours at a time.
+
+    Nothing of actionlib is called while the lock is held, since it calls back holding locks of its own.
+    """
+
+    def __init__(self, name: str, kind: Any, tell: Tell) -> None:
+        self._client = actionlib.ActionClient(name, kind)
+        self._tell = tell
+        self._lock = threading.Lock()
+        self._wish: Wish | None = None
+        self._number = 0
+        self._goal: Any = None
+        self._cancelled = False
+        self._free = threading.Event()
+
+    @property
+    def there(self) -> bool:
+        """Whether somebody serves it now."""
+        return self._client.status_sub.get_num_connections() > 0
+
+    def begin(self, wish: Wish) -> bool:
+        """Take the door for a wish; False while another goal of ours is under way."""
+        with self._lock:
+            if self._wish is not None:
+                return False
+            self._wish, self._goal, self._cancelled = wish, None, False
+            self._number += 1
+            self._free.clear()
+        self._tell(Under(wish))
+        return True
+
+    def go(self, message: Any) -> None:
+        """Send the goal of the wish that the door was taken for, unless it has been given up since."""
+        with self._lock:
+            number, cancelled = self._number, self._cancelled
+        if cancelled:
+            self.end(done=False, code=CANCELLED)
+            return
+        goal = self._client.send_goal(message, lambda goal: self._changed(number, goal), self._come)
+        with self._lock:
+            if self._wish is None or number != self._number:
+                return
+            self._goal, cancelled = goal, self._cancelled
+        if cancelled:
+            goal.cancel()
+
+    def cancel(self) -> None:
+        """Give up the goal of ours; it ends when the robot is at rest."""
+        with self._lock:
+            self._cancelled = True
+            goal = self._goal if self._wish is not None else None
+        if goal is not None:
+            goal.cancel()
+
+    def end(self, *, done: bool, code: str = "", message: str = "") -> None:
+        """Tell how the goal of ours ended; what is told twice is told once."""
+        with self._lock:
+            wish, self._wish, self._goal = self._wish, None, None
+            self._free.set()
+        if wish is not None:
+            self._tell(Ended(wish, done, code, message))
+
+    def check(self) -> None:
+        """End a goal whose server is not there any more."""
+        if self._goal is not None and not self.there:
+            self.end(done=False, code="1011", message="floor_gone")
+
+    def wait(self, seconds: float) -> bool:
+        """Wait until no goal of ours is under way; False where one still is then."""
+        with self._lock:
+            if self._wish is None:
+                return True
+        return self._free.wait(seconds)
+
+    def close(self) -> None:
+        """Leave the action."""
+        self._client.stop()
+
+    def _come(self, _: Any, feedback: Any) -> None:
+        wish = self._wish
+        if wish is not None:
+            phase, share = getattr(feedback, "phase", ""), getattr(feedback, "progress", 0.0)
+            self._tell(Under(wish, str(phase), float(share)))
+
+    def _changed(self, number: int, goal: Any) -> None:
+        if goal.get_comm_state() != actionlib.CommState.DONE or number != self._number:
+            return
+        state, result = goal.get_terminal_state(), goal.get_result()
+        if state in (actionlib.TerminalState.PREEMPTED, actionlib.TerminalState.RECALLED):
+            self.end(done=False, code=str(getattr(result, "code", "")) or CANCELLED, message=_said(result))
+        elif result is None or state == actionlib.TerminalState.LOST:
+            self.end(done=False, code=LOST, message="no_answer")
+        else:
+            self.end(done=bool(result.success), code=str(result.code), message=_said(result))
+
+
+def _said(result: Any) -> str:
+    return str(getattr(result, "message", ""))

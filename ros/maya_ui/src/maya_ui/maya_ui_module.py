@@ -1,0 +1,36 @@
+"""The plugin that rqt loads; `rqt_gui_py` is there when it does."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rqt_gui_py.plugin import Plugin
+
+from maya_ui.dashboard import Dashboard
+from maya_ui.start import preferred
+from maya_ui.ui_controller import UiController
+
+
+class MayaPlugin(Plugin):
+    """The dashboard as a dock of rqt; its language is kept with the perspective."""
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        self.setObjectName("MayaPlugin")
+        self._dashboard = Dashboard(UiController(), preferred())
+        if context.serial_number() > 1:
+            title = self._dashboard.windowTitle()
+            self._dashboard.setWindowTitle(f"{title} ({context.serial_number()})")
+        context.add_widget(self._dashboard)
+
+    def shutdown_plugin(self) -> None:
+        """Leave the graph; a jog that is held ends."""
+        self._dashboard.shut_down()
+
+    def save_settings(self, plugin_settings: Any, instance_settings: Any) -> None:
+        """Keep the language."""
+        instance_settings.set_value("language", self._dashboard.spoken)
+
+    def restore_settings(self, plugin_settings: Any, instance_settings: Any) -> None:
+        """Speak the language that was kept."""
+        self._dashboard.speak(str(instance_settings.value("language", self._dashboard.spoken)))

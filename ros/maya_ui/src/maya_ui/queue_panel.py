@@ -1,0 +1,127 @@
+"""The list of tasks that is prepared here, and the queue of the process floor it is given to."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from python_qt_binding.QtWidgets import QFileDialog
+
+from maya_ui import look, reasons
+from maya_ui.panel import Desk
+from maya_ui.robot import Wish
+from maya_ui.tasks import BadJob, Task, TaskList, job_tasks, job_text
+
+MOST_BYTES = 250_000
+"""Size of the largest job file that is read, as `maya run` reads it."""
+
+
+class QueuePanel:
+    """Shows the list, and has it changed, kept, read and given away."""
+
+    def __init__(self, desk: Desk) -> None:
+        self._desk = desk
+        self.tasks = TaskList()
+        ui = desk.ui
+        ui.up.clicked.connect(lambda: self._move(-1))
+        ui.down.clicked.connect(lambda: self._move(1))
+        ui.remove.clicked.connect(self._remove)
+        ui.clear.clicked.connect(self._clear)
+        ui.load.clicked.connect(self._ask_load)
+        ui.save.clicked.connect(self._ask_save)
+        ui.start.clicked.connect(self._start)
+        ui.stop_queue.clicked.connect(desk.robot.stop_queue)
+        ui.task_list.currentRowChanged.connect(lambda _: self.refresh())
+
+    def add(self, task: Task) -> None:
+        """Append a task to the list."""
+        try:
+            self._show(self.tasks.add(task))
+        except BadJob as bad:
+            self._desk.say(self._desk.word(bad.key, **bad.details), look.BAD)
+
+    def reword(self) -> None:
+        """Say the tasks in the chosen language."""
+        self._show(self._desk.ui.task_list.currentRow())
+
+    def refresh(self) -> None:
+        """Show what can be done with the list now."""
+        ui, row = self._desk.ui, self._desk.ui.task_list.currentRow()
+        empty = "" if len(self.tasks) else "list_empty"
+        chosen = empty or ("" if row >= 0 else "nothing_chosen")
+        for button, reason in ((ui.up, chosen), (ui.down, chosen), (ui.remove, chosen), (ui.clear, empty)):
+            self._desk.allow(button, reason)
+        queue = reasons.why_not(Wish.START_QUEUE, self._desk.seen)
+        self._desk.allow(ui.load, "")
+        self._desk.allow(ui.save, empty)
+        self._desk.allow(ui.start, queue or empty)
+        self._desk.allow(ui.stop_queue, reasons.why_not(Wish.STOP_QUEUE, self._desk.seen))
+        self._desk.explain(ui.queue_why, queue or empty)
+
+    def load(self, path: str) -> None:
+        """Read the list from a job file."""
+        name = Path(path).name
+        cell = self._desk.seen.cell
+        try:
+            with Path(path).open("rb") as file:
+                text = file.read(MOST_BYTES + 1)[:MOST_BYTES].decode("utf-8")
+            self.tasks.replace(job_tasks(text, None if cell is None else cell.grasp_height))
+        except BadJob as bad:
+            self._desk.say(self._desk.word(bad.key, file=name, **bad.details), look.BAD)
+        except (OSError, UnicodeDecodeError) as error:
+            self._desk.say(self._desk.word("job_unreadable", file=name, reason=error), look.BAD)
+        else:
+            self._show(0)
+            self._desk.say(self._desk.word("loaded", count=len(self.tasks), file=name), look.GOOD)
+
+    def save(self, path: str) -> None:
+        """Write the list to a job file; a name without an ending gets one."""
+        file = Path(path) if Path(path).suffix else Path(path).with_suffix(".yaml")
+        try:
+            file.write_text(job_text(list(self.tasks), file.stem), encoding="utf-8")
+        except OSError as error:
+            self._desk.say(self._desk.word("job_unwritable", file=file.name, reason=error.strerror), look.BAD)
+        else:
+            self._desk.say(self._desk.word("saved", count=len(self.tasks), file=file.name), look.GOOD)
+
+    def _ask_load(self) -> None:
+        self._ask(QFileDialog.AcceptOpen, QFileDialog.ExistingFile, self.load)
+
+    def _ask_save(self) -> None:
+        self._ask(QFileDialog.AcceptSave, QFileDialog.AnyFile, self.save)
+
+    def _ask(self, mode: Any, files: Any, use: Any) -> None:
+        """Ask for a file in a window that leaves the stop button reachable."""
+        dialog = QFileDialog(self._desk.ui)
+        dialog.setAcceptMode(mode)
+        dialog.setFileMode(files)
+        dialog.setNameFilter(self._desk.word("files"))
+        dialog.setModal(False)
+        dialog.fileSelected.connect(use)
+        dialog.finished.connect(dialog.deleteLater)
+        dialog.show()
+
+    def _start(self) -> None:
+        self._desk.robot.start_queue(list(self.tasks))
+        self._desk.say(self._desk.word("list_sent", count=len(self.tasks)), look.GOOD)
+
+    def _move(self, by: int) -> None:
+        self._show(self.tasks.move(self._desk.ui.task_list.currentRow(), by))
+
+    def _remove(self) -> None:
+        row = self._desk.ui.task_list.currentRow()
+        self.tasks.remove(row)
+        self._show(min(row, len(self.tasks) - 1))
+
+    def _clear(self) -> None:
+        self.tasks.replace([])
+        self._show(-1)
+
+    def _show(self, row: int) -> None:
+        shown = self._desk.ui.task_list
+        shown.blockSignals(True)
+        shown.clear()
+        shown.addItems([f"{number}.  {self._desk.task_text(task)}" for number, task in enumerate(self.tasks, 1)])
+        shown.setCurrentRow(row)
+        shown.blockSignals(False)
+        self.refresh()

@@ -1,0 +1,99 @@
+"""Why something cannot be asked for now, before anybody is asked; the robot itself has the last word."""
+
+from __future__ import annotations
+
+from typing import Callable
+
+from maya_ui.robot import Wish
+from maya_ui.seen import Seen
+from maya_ui.tasks import AIMED, HOME, PICK, PLACE, Task
+
+Reason = str
+"""The word that says why not, "" where nothing is in the way."""
+
+
+def why_not(wish: Wish, seen: Seen) -> Reason:
+    """Return why a wish cannot be made now."""
+    return _RULES[wish](seen)
+
+
+def why_not_now(task: Task, seen: Seen) -> Reason:
+    """Return why a task cannot be done at once."""
+    if task.command == HOME:
+        return why_not(Wish.HOME, seen)
+    if task.command not in AIMED:
+        return why_not(Wish.GRIPPER, seen)
+    reason = why_not(Wish.TASK, seen)
+    closed = seen.standing.gripper_closed
+    if not reason and task.command == PICK and closed is True:
+        return "gripper_is_closed"
+    if not reason and task.command == PLACE and closed is False:
+        return "gripper_is_open"
+    return reason
+
+
+def link(seen: Seen) -> Reason:
+    """Return why nobody can be asked for motion at all."""
+    if not seen.presence.master and not seen.presence.controller:
+        return "no_master"
+    if not seen.presence.controller:
+        return "no_controller"
+    if not seen.here:
+        return "silent"
+    return "" if seen.connected else "no_machine"
+
+
+def _at_rest(seen: Seen) -> Reason:
+    if link(seen):
+        return link(seen)
+    if seen.standing.mode == "fault":
+        return "recover_first"
+    if seen.standing.mode == "paused":
+        return "resume_first"
+    return "busy" if seen.busy else ""
+
+
+def _homed(seen: Seen) -> Reason:
+    return _at_rest(seen) or ("" if seen.standing.homed else "home_first")
+
+
+def _task(seen: Seen) -> Reason:
+    return link(seen) or ("" if seen.presence.robot else "no_robot_floor") or _homed(seen)
+
+
+def _recover(seen: Seen) -> Reason:
+    return link(seen) or ("" if seen.standing.mode == "fault" else "no_fault")
+
+
+def _pause(seen: Seen) -> Reason:
+    return link(seen) or ("" if seen.standing.mode == "moving" else "nothing_moves")
+
+
+def _resume(seen: Seen) -> Reason:
+    return link(seen) or ("" if seen.standing.mode == "paused" else "nothing_paused")
+
+
+def _queue(seen: Seen) -> Reason:
+    if not seen.presence.process:
+        return "no_process_floor" if seen.presence.master else "no_master"
+    return ""
+
+
+def _always(_: Seen) -> Reason:
+    return ""
+
+
+_RULES: dict[Wish, Callable[[Seen], Reason]] = {
+    Wish.HOME: _at_rest,
+    Wish.TASK: _task,
+    Wish.GRIPPER: _at_rest,
+    Wish.JOG: _homed,
+    Wish.STOP: _always,
+    Wish.RECOVER: _recover,
+    Wish.PAUSE: _pause,
+    Wish.RESUME: _resume,
+    Wish.SPEED: link,
+    Wish.SEND: _queue,
+    Wish.START_QUEUE: _queue,
+    Wish.STOP_QUEUE: _queue,
+}

@@ -1,0 +1,24 @@
+"""Where the files of this package are that are no code."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+def resource(name: str) -> Path:
+    """Return the path of a file in `resource`, be the package in its source or installed."""
+    return _folder("resource") / name
+
+
+def perspective() -> Path:
+    """Return the path of the perspective that rqt is opened with."""
+    return _folder("rqt_config") / "maya_tools.perspective"
+
+
+def _folder(name: str) -> Path:
+    beside = Path(__file__).resolve().parents[2] / name
+    if beside.is_dir():
+        return beside
+    import rospkg  # noqa: PLC0415 - only where it is installed, and then ROS is there
+
+    return Path(rospkg.RosPack().get_path("maya_ui")) / name

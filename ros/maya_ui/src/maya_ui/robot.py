@@ -1,0 +1,188 @@
+"""What the dashboard needs of a robot, and what it hears of it; `ui_controller` is that over a ROS graph."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any, Callable, Sequence, Union
+
+try:
+    from typing import Protocol
+except ImportError:  # pragma: no cover - a Python older than any that is served
+    Protocol = object  # type: ignore[assignment, misc]
+
+from maya_ui.tasks import Task
+
+
+class Wish(Enum):
+    """What a person can ask for."""
+
+    HOME = "home"
+    TASK = "task"
+    GRIPPER = "gripper"
+    JOG = "jog"
+    STOP = "stop"
+    RECOVER = "recover"
+    PAUSE = "pause"
+    RESUME = "resume"
+    SPEED = "speed"
+    SEND = "send"
+    START_QUEUE = "start_queue"
+    STOP_QUEUE = "stop_queue"
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How everything stands, as every event on /maya_event says."""
+
+    mode: str = "disconnected"
+    homed: bool = False
+    moving: bool = False
+    gripper_closed: bool | None = None
+    override: float = 1.0
+    fault_code: str = ""
+    fault: str = ""
+
+
+@dataclass(frozen=True)
+class Happened:
+    """An event: its word, the code of an error or "", and what else it tells; `standing` None where it does not say."""
+
+    word: str
+    standing: Standing | None = None
+    code: str = ""
+    message: str = ""
+    detail: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Position:
+    """Where the gripper is [m]."""
+
+    x: float
+    y: float
+    z: float
+
+
+@dataclass(frozen=True)
+class Joints:
+    """The joints (rad, m, m)."""
+
+    a: float
+    b: float
+    c: float
+
+
+@dataclass(frozen=True)
+class Presence:
+    """Which floors take part in the graph now; `silent` is a controller floor that is there and says nothing."""
+
+    master: bool = False
+    controller: bool = False
+    silent: bool = False
+    robot: bool = False
+    process: bool = False
+
+
+@dataclass(frozen=True)
+class Under:
+    """A wish is under way: in which phase, and how much of it is done (0 to 1)."""
+
+    wish: Wish
+    phase: str = ""
+    share: float = 0.0
+
+
+@dataclass(frozen=True)
+class Ended:
+    """A wish has ended; of one that failed, the code and the sentence say why."""
+
+    wish: Wish
+    done: bool
+    code: str = ""
+    message: str = ""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What the configuration says of the cell: the height of the gripper where it grasps a standard part [m]."""
+
+    grasp_height: float
+
+
+Fact = Union[Happened, Position, Joints, Presence, Under, Ended, Cell]
+
+Heard = Callable[[Fact], None]
+"""Told of every fact, in whatever thread."""
+
+
+@dataclass(frozen=True)
+class Path:
+    """A straight path from where the robot is: ("x", "y", "z") in m, or ("a", "b", "c") in rad, m, m."""
+
+    names: tuple[str, str, str]
+    points: tuple[tuple[float, float, float], ...]
+
+
+class Robot(Protocol):
+    """A robot that is asked without waiting: every method returns at once, answers come as facts."""
+
+    def open(self, heard: Heard) -> None:
+        """Begin to listen."""
+        ...
+
+    def close(self) -> None:
+        """Stop listening; a jog of ours ends."""
+        ...
+
+    def home(self) -> None:
+        """Find the switches."""
+        ...
+
+    def perform(self, task: Task) -> None:
+        """Do a task now; refused while anything else is under way."""
+        ...
+
+    def gripper(self, open_: bool) -> None:
+        """Open or close the gripper now."""
+        ...
+
+    def stop(self) -> None:
+        """Stop all motion on its path, past everything that waits."""
+        ...
+
+    def recover(self) -> None:
+        """Clear a fault; moves nothing."""
+        ...
+
+    def pause(self) -> None:
+        """Brake on the path and hold."""
+        ...
+
+    def resume(self) -> None:
+        """Go on after a pause."""
+        ...
+
+    def speed(self, ratio: float) -> None:
+        """Scale the speed of all motion, 0.01 to 1."""
+        ...
+
+    def jog(self, path: Path) -> None:
+        """Go along a short path, until its end or `end_jog`."""
+        ...
+
+    def end_jog(self) -> None:
+        """Come to rest on the path of the jog."""
+        ...
+
+    def send(self, task: Task) -> None:
+        """Append a task to the queue of the process floor."""
+        ...
+
+    def start_queue(self, tasks: Sequence[Task]) -> None:
+        """Append tasks to the queue of the process floor as one job."""
+        ...
+
+    def stop_queue(self) -> None:
+        """Cancel what the process floor has under way."""
+        ...

@@ -1,0 +1,111 @@
+"""What is known of the robot: everything that was heard of it, put together."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from maya_ui.robot import Cell, Fact, Happened, Joints, Position, Presence, Standing, Under
+
+BUSY = frozenset({"homing", "moving", "stopping"})
+"""The modes in which the controller floor does something."""
+
+
+class Seen:
+    """The newest of every kind of fact. What a floor said that is not there any more does not count."""
+
+    def __init__(self) -> None:
+        self.presence = Presence()
+        self.under: Under | None = None
+        self.cell: Cell | None = None
+        self._standing: Standing | None = None
+        self._position: Position | None = None
+        self._joints: Joints | None = None
+
+    def take(self, fact: Fact) -> None:
+        """Learn a fact."""
+        if isinstance(fact, Happened):
+            self._standing = fact.standing or self._standing
+        elif isinstance(fact, Position):
+            self._position = fact
+        elif isinstance(fact, Joints):
+            self._joints = fact
+        elif isinstance(fact, Presence):
+            self._meet(fact)
+        elif isinstance(fact, Under):
+            self.under = fact
+        elif isinstance(fact, Cell):
+            self.cell = fact
+        elif self.under is not None and self.under.wish is fact.wish:
+            self.under = None
+
+    def _meet(self, presence: Presence) -> None:
+        if not presence.controller:
+            self._standing = self._position = self._joints = None
+        self.presence = presence
+
+    @property
+    def here(self) -> bool:
+        """Whether the controller floor is there, speaks, and has said how it stands."""
+        return self.presence.controller and not self.presence.silent and self._standing is not None
+
+    @property
+    def standing(self) -> Standing:
+        """How everything stands; disconnected where nobody says."""
+        return self._standing if self.here and self._standing is not None else Standing()
+
+    @property
+    def connected(self) -> bool:
+        """Whether there is a machine (or its twin) at the other end."""
+        return self.standing.mode != "disconnected"
+
+    @property
+    def busy(self) -> bool:
+        """Whether something is under way."""
+        return self.under is not None or self.standing.mode in BUSY
+
+    @property
+    def position(self) -> Position | None:
+        """Where the gripper is, None where nobody knows."""
+        return self._position if self.connected and self.standing.homed else None
+
+    @property
+    def joints(self) -> Joints | None:
+        """Where the joints are, None where nobody knows."""
+        return self._joints if self.connected and self.standing.homed else None
+
+
+def event(text: str) -> Happened:
+    """Return what a text on /maya_event tells; what cannot be read of it is left out."""
+    word, _, rest = text.partition(" ")
+    try:
+        data = json.loads(rest) if rest else None
+    except ValueError:
+        data = None
+    if not isinstance(data, dict):
+        return Happened(word, detail={"text": rest} if rest else {})
+    detail = data.get("detail")
+    detail = detail if isinstance(detail, dict) else {}
+    code = str(data.get("code") or "")
+    message = data.get("message") or detail.get("message") or ""
+    return Happened(word, _standing(data), code, str(message), detail)
+
+
+def _standing(data: dict[str, Any]) -> Standing | None:
+    if "mode" not in data:
+        return None
+    fault = data.get("fault") or {}
+    closed = data.get("gripper_closed")
+    return Standing(
+        mode=str(data["mode"]),
+        homed=bool(data.get("homed")),
+        moving=bool(data.get("moving")),
+        gripper_closed=None if closed is None else bool(closed),
+        override=_ratio(data.get("override")),
+        fault_code=str(fault.get("code", "")),
+        fault=str(fault.get("message", "")),
+    )
+
+
+def _ratio(value: object) -> float:
+    return float(value) if isinstance(value, (int, float)) else 1.0

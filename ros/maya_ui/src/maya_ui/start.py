@@ -1,0 +1,79 @@
+"""Opens the dashboard: in rqt with its perspective where there is one, else in a window of its own."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import sys
+import threading
+
+from maya_ui.resources import perspective
+
+NODE = "maya_dashboard"
+"""The name of the node."""
+
+LOOK = 0.5
+"""Time between two looks for a master [s]."""
+
+NO_DISPLAY = "maya_dashboard: there is no display, so no dashboard is opened; everything else runs."
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Open the dashboard and return the exit code when it is closed; without a display one line says so."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    if not _has_display():
+        print(NO_DISPLAY, file=sys.stderr)
+        return 0
+    rqt = shutil.which("rqt")
+    if rqt is not None and "--window" not in given:
+        os.execv(rqt, [rqt, "--perspective-file", str(perspective()), *given])
+    return window(given)
+
+
+def window(arguments: list[str]) -> int:
+    """Show the dashboard in a window of its own until it is closed, or ROS ends the node."""
+    from python_qt_binding.QtCore import QSettings, QTimer  # noqa: PLC0415 - without a display there may be no Qt
+    from python_qt_binding.QtWidgets import QApplication  # noqa: PLC0415
+
+    from maya_ui.dashboard import Dashboard  # noqa: PLC0415
+    from maya_ui.ui_controller import UiController  # noqa: PLC0415
+
+    app = QApplication([NODE, *arguments])
+    settings = QSettings("maya-un", "dashboard")
+    dashboard = Dashboard(UiController(lambda: join(app.quit)), str(settings.value("language", preferred())))
+    dashboard.language_chosen.connect(lambda language: settings.setValue("language", language))
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: app.quit())
+    awake = QTimer()  # Python looks at its signals only when it runs
+    awake.timeout.connect(lambda: None)
+    awake.start(200)
+    dashboard.resize(1240, 860)
+    dashboard.show()
+    code = app.exec_()
+    dashboard.shut_down()
+    return int(code)
+
+
+def join(leave: object) -> None:
+    """Make this program a node as soon as there is a master; `leave` is called when ROS ends it."""
+    import rosgraph  # noqa: PLC0415 - rospy takes long to load, and the window is there before
+    import rospy  # noqa: PLC0415
+
+    wait = threading.Event()
+    while not rosgraph.is_master_online():
+        wait.wait(LOOK)
+    rospy.init_node(NODE, disable_signals=True)
+    rospy.on_shutdown(leave)
+
+
+def preferred() -> str:
+    """Return the language of the environment, English where it is another than ours."""
+    said = os.environ.get("LC_ALL") or os.environ.get("LC_MESSAGES") or os.environ.get("LANG") or ""
+    return "es" if said.startswith("es") else "en"
+
+
+def _has_display() -> bool:
+    if os.environ.get("QT_QPA_PLATFORM"):
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))

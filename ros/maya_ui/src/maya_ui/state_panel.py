@@ -1,0 +1,134 @@
+"""The head of the dashboard (how everything stands, pause, speed, stop), its banner, and where the gripper is."""
+
+from __future__ import annotations
+
+from math import degrees
+
+from maya_ui import look, reasons
+from maya_ui.lengths import metres, millimetres
+from maya_ui.look import dress
+from maya_ui.panel import Desk
+from maya_ui.robot import Position, Wish
+from maya_ui.words import phrase, sentence
+
+SPEEDS = (100, 75, 50, 25, 10, 5)
+"""The speeds that can be chosen [%]."""
+
+_KINDS: dict[str, str] = {
+    "idle": look.GOOD,
+    "homing": look.BUSY,
+    "moving": look.BUSY,
+    "stopping": look.BUSY,
+    "paused": look.WARN,
+    "not_homed": look.WARN,
+    "fault": look.BAD,
+    "disconnected": look.GONE,
+}
+
+
+class StatePanel:
+    """Shows the state and takes what concerns all motion."""
+
+    def __init__(self, desk: Desk) -> None:
+        self._desk = desk
+        ui = desk.ui
+        ui.stop.clicked.connect(self.stop)
+        ui.recover.clicked.connect(desk.robot.recover)
+        ui.pause.clicked.connect(self._pause)
+        for percent in SPEEDS:
+            ui.speed_choice.addItem(f"{percent} %", percent / 100.0)
+        ui.speed_choice.activated.connect(self._choose_speed)
+        for axis in "xyz":
+            getattr(ui, f"axis_{axis}").setText(axis)
+
+    def stop(self) -> None:
+        """Stop all motion."""
+        self._desk.say(self._desk.word("asked", what=self._desk.word("wish_stop")))
+        self._desk.robot.stop()
+
+    def refresh(self) -> None:
+        """Show how everything stands now."""
+        standing, ui = self._desk.seen.standing, self._desk.ui
+        ui.mode.setText(phrase(f"mode_{standing.mode}", self._desk.language))
+        ui.mode.setAccessibleName(ui.mode.text())
+        dress(ui.light, _KINDS.get(standing.mode, look.WARN))
+        self._chips()
+        self._banner()
+        self._pausing()
+        self._speed()
+        self.place()
+
+    def _chips(self) -> None:
+        standing, connected, ui = self._desk.seen.standing, self._desk.seen.connected, self._desk.ui
+        gripper = {None: "gripper_unknown", True: "gripper_closed", False: "gripper_open"}[standing.gripper_closed]
+        shown = {
+            "chip_homed": ("homed", "") if standing.homed else ("not_homed", look.WARN),
+            "chip_moving": ("moves", look.BUSY) if standing.moving else ("rests", ""),
+            "chip_gripper": (gripper, ""),
+        }
+        for name, (key, kind) in shown.items():
+            chip = getattr(ui, name)
+            chip.setVisible(connected)
+            chip.setText(self._desk.word(key))
+            dress(chip, kind)
+
+    def _banner(self) -> None:
+        text, kind = self._advice()
+        ui = self._desk.ui
+        ui.banner_text.setText(text)
+        ui.banner.setVisible(bool(text))
+        dress(ui.banner, kind)
+        ui.recover.setVisible(self._desk.seen.standing.mode == "fault")
+        self._desk.allow(ui.recover, reasons.why_not(Wish.RECOVER, self._desk.seen))
+
+    def _advice(self) -> tuple[str, str]:
+        """Return what a person should know or do first, and how urgent it is."""
+        standing = self._desk.seen.standing
+        gone = reasons.link(self._desk.seen)
+        if gone:
+            return self._desk.word(gone), look.GONE
+        if standing.mode == "fault":
+            said = sentence(standing.fault_code, standing.fault, self._desk.language)
+            return f"{said} ({standing.fault_code})" if standing.fault_code else said, look.BAD
+        if standing.mode == "paused":
+            return self._desk.word("resume_first"), look.WARN
+        return (self._desk.word("home_first"), look.WARN) if standing.mode == "not_homed" else ("", "")
+
+    def _pausing(self) -> None:
+        paused = self._desk.seen.standing.mode == "paused"
+        button = self._desk.ui.pause
+        button.setText(self._desk.word("resume" if paused else "pause"))
+        self._desk.allow(button, reasons.why_not(Wish.RESUME if paused else Wish.PAUSE, self._desk.seen))
+
+    def _pause(self) -> None:
+        paused = self._desk.seen.standing.mode == "paused"
+        (self._desk.robot.resume if paused else self._desk.robot.pause)()
+
+    def _speed(self) -> None:
+        choice = self._desk.ui.speed_choice
+        self._desk.allow(choice, reasons.why_not(Wish.SPEED, self._desk.seen))
+        ratio = self._desk.seen.standing.override
+        nearest = min(range(choice.count()), key=lambda place: abs(choice.itemData(place) - ratio))
+        if not choice.view().isVisible():
+            choice.setCurrentIndex(nearest)
+
+    def _choose_speed(self, place: int) -> None:
+        self._desk.robot.speed(self._desk.ui.speed_choice.itemData(place))
+
+    def place(self) -> None:
+        """Show where the gripper is."""
+        here, joints = self._desk.seen.position, self._desk.seen.joints
+        self._lengths(here)
+        values = self._desk.ui.joint_values
+        if here is None:
+            values.setText(self._desk.word("unknown_position"))
+        elif joints is not None:
+            shown = {"a": degrees(joints.a), "b": joints.b * 1e3, "c": joints.c * 1e3}
+            values.setText(self._desk.word("joints", **shown))
+
+    def _lengths(self, here: Position | None) -> None:
+        for axis in "xyz":
+            length = None if here is None else getattr(here, axis)
+            getattr(self._desk.ui, f"value_{axis}").setText("—" if length is None else millimetres(length))
+            getattr(self._desk.ui, f"unit_{axis}").setText("mm")
+            getattr(self._desk.ui, f"metres_{axis}").setText("" if length is None else metres(length))

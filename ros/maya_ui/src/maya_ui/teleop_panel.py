@@ -1,0 +1,127 @@
+"""Moving by hand: buttons and keys that move the robot while they are held."""
+
+from __future__ import annotations
+
+from math import degrees
+from typing import Any
+
+from python_qt_binding.QtCore import QEvent, QObject, Qt, QTimer
+from python_qt_binding.QtWidgets import QApplication
+
+from maya_ui import reasons
+from maya_ui.panel import Desk
+from maya_ui.robot import Ended, Wish
+from maya_ui.teleop import KEYS, REACHES, Direction, Teleop
+
+LOOK_AGAIN = 100
+"""So often it is looked whether what is held still is [ms]."""
+
+BUTTONS = {
+    f"jog_{axis}_{name}": Direction(axis, sign) for axis in "xyzra" for name, sign in (("plus", 1), ("minus", -1))
+}
+"""Which button moves what."""
+
+_LOST = (QEvent.FocusOut, QEvent.Hide, QEvent.WindowDeactivate)
+
+_KEYS = {getattr(Qt, f"Key_{name}"): direction for name, direction in KEYS.items()}
+
+
+class TeleopPanel(QObject):
+    """The buttons, the key that is pressed, and the teleoperation behind them."""
+
+    def __init__(self, desk: Desk, stop: Any) -> None:
+        super().__init__(desk.ui)
+        self._desk = desk
+        self._stop = stop
+        self._key: int | None = None
+        self.teleop = Teleop(desk.seen, desk.robot.jog, desk.robot.end_jog)
+        for name, direction in BUTTONS.items():
+            button = getattr(desk.ui, name)
+            button.pressed.connect(lambda direction=direction: self.teleop.press(direction))
+            button.released.connect(self.release)
+            button.installEventFilter(self)
+        desk.ui.keys.installEventFilter(self)
+        desk.ui.keys.toggled.connect(self.refresh)
+        desk.ui.reach_choice.currentIndexChanged.connect(self._choose)
+        self._timer = QTimer(self)
+        self._timer.timeout.connect(self._look)
+        self._timer.start(LOOK_AGAIN)
+
+    def reword(self) -> None:
+        """Say the reaches as they are written where the robot is."""
+        choice = self._desk.ui.reach_choice
+        now = REACHES.index(self.teleop.reach)
+        choice.blockSignals(True)
+        choice.clear()
+        choice.addItems([f"{reach.length * 1e3:g} mm · {degrees(reach.angle):.3g}°" for reach in REACHES])
+        choice.setCurrentIndex(now)
+        choice.blockSignals(False)
+
+    def refresh(self) -> None:
+        """Show whether the robot can be moved by hand now, and by what."""
+        ours = self.teleop.held is not None or self.teleop.under_way
+        reason = "" if ours else reasons.why_not(Wish.JOG, self._desk.seen)
+        for name in BUTTONS:
+            self._desk.allow(getattr(self._desk.ui, name), reason)
+        self._desk.explain(self._desk.ui.teleop_why, reason)
+        live = self._desk.ui.keys.isChecked()
+        self._desk.ui.keys_text.setText(self._desk.word("keys_live" if live else "keys_off"))
+
+    def release(self) -> None:
+        """Let go of whatever is held."""
+        self._key = None
+        self.teleop.release()
+
+    def ended(self, end: Ended) -> None:
+        """Learn how a path of ours has ended."""
+        self.teleop.ended(end)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
+        """Take the keys where they are meant for the robot, and let go where the focus is lost."""
+        if event.type() in _LOST:
+            self._lost(watched)
+            return False
+        if watched is not self._desk.ui.keys or not watched.isChecked():
+            return False
+        if event.type() == QEvent.ShortcutOverride and event.key() in (*_KEYS, Qt.Key_Space):
+            event.accept()
+            return True
+        if event.type() == QEvent.KeyPress:
+            return self._pressed(event)
+        return event.type() == QEvent.KeyRelease and self._released(event)
+
+    def _lost(self, watched: QObject) -> None:
+        if watched is self._desk.ui.keys:
+            self._desk.ui.keys.setChecked(False)
+        if self.teleop.held is not None:
+            self.release()
+
+    def _pressed(self, event: Any) -> bool:
+        if event.key() == Qt.Key_Space:
+            self._stop()
+            return True
+        if event.key() not in _KEYS:
+            return False
+        if not event.isAutoRepeat() and self._key is None and not reasons.why_not(Wish.JOG, self._desk.seen):
+            self._key = event.key()
+            self.teleop.press(_KEYS[event.key()])
+        return True
+
+    def _released(self, event: Any) -> bool:
+        if event.key() == self._key and not event.isAutoRepeat():
+            self.release()
+        return event.key() in _KEYS
+
+    def _choose(self, place: int) -> None:
+        if place >= 0:
+            self.teleop.reach = REACHES[place]
+
+    def _look(self) -> None:
+        """Let go where nothing is held any more, whatever became of the event that says so."""
+        if self.teleop.held is None:
+            return
+        ui = self._desk.ui
+        by_button = any(getattr(ui, name).isDown() for name in BUTTONS)
+        by_key = self._key is not None and ui.keys.hasFocus() and QApplication.activeWindow() is not None
+        if not by_button and not by_key:
+            self.release()

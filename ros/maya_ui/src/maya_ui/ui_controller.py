@@ -1,0 +1,280 @@
+"""A robot over rospy: the topics, services and actions of the graph that the dashboard speaks, and nothing else."""
+
+from __future__ import annotations
+
+import threading
+from time import monotonic
+from typing import Any, Callable, Sequence
+
+import rospy
+from geometry_msgs.msg import Point
+from maya_controller.msg import FollowAction, FollowGoal, HomeAction, HomeGoal
+from maya_process.msg import ProcessQueue
+from maya_robot.msg import MayaPrimitive, TaskAction, TaskGoal
+from maya_robot.srv import MayaCommand
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Empty, Float64, String
+from std_srvs.srv import SetBool, Trigger
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from maya_ui.floors import Door, answer, ask, in_thread
+from maya_ui.robot import Cell, Ended, Heard, Joints, Path, Position, Presence, Wish
+from maya_ui.seen import event
+from maya_ui.tasks import AIMED, HOME, Task
+
+LOOK = 0.5
+"""Time between two looks at who is there [s]."""
+
+SILENCE = 3.0
+"""A controller floor that publishes no joints for so long is silent [s]."""
+
+STOP_ANSWER = 2.0
+"""A stop that is not confirmed within this is told to be unheard [s]."""
+
+
+class UiController:
+    """Everything the dashboard asks for goes over the graph from here; what comes back is told as facts.
+
+    Home, tasks and the gripper go to the highest floor that is there, so that whoever decides there decides about them
+    too. `prepare` makes this program a node, and may wait for a master; in rqt it is one already.
+    """
+
+    def __init__(self, prepare: Callable[[], None] | None = None) -> None:
+        self._prepare = prepare
+        self._heard: Heard = lambda _: None
+        self._graph: _Part | None = None
+        self._ended = threading.Event()
+
+    def open(self, heard: Heard) -> None:
+        """Take part in the graph, as soon as there is one."""
+        self._heard = heard
+        if self._prepare is None:
+            self._graph = _Part(heard)
+        in_thread(self._live)
+
+    def close(self) -> None:
+        """Leave the graph; a jog of ours ends."""
+        self.end_jog()
+        self._ended.set()
+        if self._graph is not None:
+            self._graph.leave()
+
+    def home(self) -> None:
+        """Home, by the robot floor where it is there."""
+        graph = self._graph
+        if graph is not None and graph.presence.robot:
+            self._begin(graph.task, Wish.HOME, TaskGoal(_primitive(Task(HOME))))
+        elif graph is not None:
+            self._begin(graph.home, Wish.HOME, HomeGoal())
+
+    def perform(self, task: Task) -> None:
+        """Do a task now."""
+        graph = self._graph
+        if task.command == HOME:
+            self.home()
+        elif task.command not in AIMED:
+            self.gripper(task.open)
+        elif graph is not None:
+            self._begin(graph.task, Wish.TASK, TaskGoal(_primitive(task)))
+
+    def gripper(self, open_: bool) -> None:
+        """Open or close the gripper, by the robot floor where it is there."""
+        if self._graph is not None and self._graph.presence.robot:
+            task = MayaPrimitive(command=MayaPrimitive.GRIPPER, open=open_)
+            ask(Wish.GRIPPER, "/maya_command", MayaCommand, self._heard, task)
+        else:
+            ask(Wish.GRIPPER, "/gripper", SetBool, self._heard, open_)
+
+    def stop(self) -> None:
+        """Stop by all that stops: the queue and the controller floor, and where that fails our own goals."""
+        if self._graph is None:
+            self._heard(Ended(Wish.STOP, done=False, message="stop_unheard"))
+            return
+        self._graph.stop_queue.publish(Empty())
+        in_thread(self._stop, self._graph)
+
+    def recover(self) -> None:
+        """Clear a fault."""
+        ask(Wish.RECOVER, "/controller/recover", Trigger, self._heard)
+
+    def pause(self) -> None:
+        """Hold all motion."""
+        ask(Wish.PAUSE, "/controller/pause", Trigger, self._heard)
+
+    def resume(self) -> None:
+        """Go on after a pause."""
+        ask(Wish.RESUME, "/controller/resume", Trigger, self._heard)
+
+    def speed(self, ratio: float) -> None:
+        """Scale the speed of all motion."""
+        if self._graph is not None:
+            self._graph.speed.publish(Float64(ratio))
+
+    def jog(self, path: Path) -> None:
+        """Go along a path as a goal of the controller floor, which ends it if this program dies."""
+        graph = self._graph
+        if graph is None or not graph.follow.there:
+            self._heard(Ended(Wish.JOG, done=False, message="no_answer"))
+        elif graph.follow.begin(Wish.JOG):
+            in_thread(_jog, graph, FollowGoal(_trajectory(path)))
+        else:
+            self._heard(Ended(Wish.JOG, done=False, code="2104", message="busy"))
+
+    def end_jog(self) -> None:
+        """Come to rest on the path of the jog; one that does not is stopped."""
+        if self._graph is not None:
+            self._graph.follow.cancel()
+            in_thread(self._see_it_end, self._graph)
+
+    def send(self, task: Task) -> None:
+        """Append a task to the queue."""
+        if self._graph is not None:
+            self._graph.send_task.publish(_primitive(task))
+
+    def start_queue(self, tasks: Sequence[Task]) -> None:
+        """Append tasks to the queue as one job."""
+        if self._graph is not None:
+            self._graph.start_queue.publish(ProcessQueue([_primitive(task) for task in tasks]))
+
+    def stop_queue(self) -> None:
+        """Cancel what the queue has under way."""
+        if self._graph is not None:
+            self._graph.stop_queue.publish(Empty())
+            self._heard(Ended(Wish.STOP_QUEUE, done=True))
+
+    def _begin(self, door: Door, wish: Wish, goal: Any) -> None:
+        if not door.there:
+            self._heard(Ended(wish, done=False, message="no_answer"))
+        elif door.begin(wish):
+            door.go(goal)
+        else:
+            self._heard(Ended(wish, done=False, code="2104", message="busy"))
+
+    def _live(self) -> None:
+        """Look again and again who is there."""
+        if self._prepare is not None:
+            self._prepare()
+            self._graph = _Part(self._heard)
+        in_thread(self._watch_master)
+        while self._graph is not None and not self._ended.wait(LOOK):
+            self._graph.look()
+
+    def _watch_master(self) -> None:
+        """Look whether the master answers; a thread of its own, since one that hangs does not."""
+        while self._graph is not None and not self._ended.wait(LOOK):
+            try:
+                rospy.get_master().getPid()
+                self._graph.master = True
+            except (OSError, rospy.ROSException):
+                self._graph.master = False
+
+    def _stop(self, graph: _Part) -> None:
+        heard = threading.Event()
+
+        def tell(end: Ended) -> None:
+            heard.set()
+            unheard = end.done or end.code
+            self._heard(end if unheard else Ended(Wish.STOP, done=False, message="stop_unheard"))
+
+        ask(Wish.STOP, "/controller/stop", Trigger, tell)
+        graph.follow.cancel()
+        if not heard.wait(STOP_ANSWER):
+            graph.task.cancel()
+            graph.home.cancel()
+            self._heard(Ended(Wish.STOP, done=False, message="stop_unheard"))
+
+    def _see_it_end(self, graph: _Part) -> None:
+        if not graph.follow.wait(STOP_ANSWER):
+            self.stop()
+
+
+class _Part:
+    """What this program has in the graph: topics, doors, and who is at their other end."""
+
+    def __init__(self, heard: Heard) -> None:
+        self._heard = heard
+        self._spoken: float | None = None
+        self.master = True
+        self.presence = Presence()
+        self.send_task = rospy.Publisher("/send_task", MayaPrimitive, queue_size=100)
+        self.start_queue = rospy.Publisher("/start_queue", ProcessQueue, queue_size=100)
+        self.stop_queue = rospy.Publisher("/stop_queue", Empty, queue_size=100)
+        self.speed = rospy.Publisher("/controller/speed", Float64, queue_size=1)
+        self.task = Door("/task", TaskAction, heard)
+        self.home = Door("/home", HomeAction, heard)
+        self.follow = Door("/controller/follow", FollowAction, heard)
+        self._events = rospy.Subscriber("/maya_event", String, lambda text: heard(event(text.data)), queue_size=100)
+        self._heard_of = [
+            self._events,
+            rospy.Subscriber("/maya_position", Point, lambda at: heard(Position(at.x, at.y, at.z)), queue_size=1),
+            rospy.Subscriber("/joint_states", JointState, self._joints, queue_size=1),
+        ]
+
+    def look(self) -> None:
+        """Tell who is there, where that has changed, and end what nobody does any more."""
+        for door in (self.task, self.home, self.follow):
+            door.check()
+        presence = self._now()
+        if presence == self.presence:
+            return
+        if presence.controller and not self.presence.controller:
+            self._ask_cell()
+        self.presence = presence
+        self._heard(presence)
+
+    def leave(self) -> None:
+        """Give everything back."""
+        for door in (self.task, self.home, self.follow):
+            door.close()
+        for topic in (*self._heard_of, self.send_task, self.start_queue, self.stop_queue, self.speed):
+            topic.unregister()
+
+    def _now(self) -> Presence:
+        controller = self._events.get_num_connections() > 0
+        if not controller:
+            self._spoken = None
+        return Presence(
+            master=self.master,
+            controller=controller,
+            silent=self._spoken is not None and monotonic() - self._spoken > SILENCE,
+            robot=self.task.there,
+            process=self.start_queue.get_num_connections() > 0,
+        )
+
+    def _joints(self, message: JointState) -> None:
+        self._spoken = monotonic()
+        places = dict(zip(message.name, message.position))
+        if {"a", "b", "c"} <= places.keys():
+            self._heard(Joints(places["a"], places["b"], places["c"]))
+
+    def _ask_cell(self) -> None:
+        try:
+            height = rospy.get_param("/maya/config/cell/grasp_height", None)
+        except (OSError, rospy.ROSException):
+            return
+        if isinstance(height, (int, float)):
+            self._heard(Cell(float(height)))
+
+
+def _jog(graph: _Part, goal: FollowGoal) -> None:
+    """Ask first whether anything else has the robot: between two motions of a task it looks idle."""
+    may = Ended(Wish.JOG, done=True)
+    if graph.presence.robot:
+        asked = MayaPrimitive(command=MayaPrimitive.CAN_TELEOP)
+        try:
+            may = answer(Wish.JOG, rospy.ServiceProxy("/maya_command", MayaCommand)(asked))
+        except (rospy.ServiceException, rospy.ROSException, OSError) as error:
+            may = Ended(Wish.JOG, done=False, message=str(error))
+    if may.done:
+        graph.follow.go(goal)
+    else:
+        graph.follow.end(done=False, code=may.code, message=may.message)
+
+
+def _primitive(task: Task) -> MayaPrimitive:
+    return MayaPrimitive(command=task.command, target=Point(*task.target), open=task.open)
+
+
+def _trajectory(path: Path) -> JointTrajectory:
+    points = [JointTrajectoryPoint(positions=list(point)) for point in path.points]
+    return JointTrajectory(joint_names=list(path.names), points=points)

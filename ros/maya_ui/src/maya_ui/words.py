@@ -1,0 +1,317 @@
+"""Every word the dashboard shows, in English and Spanish, looked up by code in this one place."""
+
+from __future__ import annotations
+
+import json
+import re
+from functools import lru_cache
+
+from maya_ui.resources import resource
+
+LANGUAGES: dict[str, str] = {"en": "English", "es": "Español"}
+"""The languages, each by its own name."""
+
+WORDS: dict[str, tuple[str, str]] = {
+    # What stands on the widget, by the name of the part.
+    "title": ("Maya", "Maya"),
+    "language": ("Language", "Idioma"),
+    "stop": ("STOP", "PARAR"),
+    "stop_hint": (
+        "Stop all motion on its path, homing included. Keys: Esc or F12, from anywhere in this window.",
+        "Detener todo movimiento sobre su trayectoria, incluida la búsqueda de origen. Teclas: Esc o F12.",
+    ),
+    "stop_keys": ("Esc · F12", "Esc · F12"),
+    "recover": ("Recover", "Recuperar"),
+    "recover_hint": (
+        "Clear the fault once its cause is gone. Nothing moves.",
+        "Borrar la falla cuando ya no exista la causa. Nada se mueve.",
+    ),
+    "pause": ("Pause", "Pausa"),
+    "pause_hint": ("Brake on the path and hold.", "Frenar sobre la trayectoria y esperar."),
+    "resume": ("Go on", "Continuar"),
+    "resume_hint": ("Go on where it was held.", "Continuar donde se detuvo."),
+    "speed": ("Speed", "Velocidad"),
+    "speed_hint": ("Scales the speed of all motion.", "Escala la velocidad de todo movimiento."),
+    "where": ("Gripper", "Pinza"),
+    "where_hint": ("Position of the gripper point", "Posición del punto de la pinza"),
+    "teleop": ("Move while held", "Mover mientras se mantiene"),
+    "reach": ("At most", "Como máximo"),
+    "reach_hint": (
+        "How far the robot goes at most before it looks again whether the button is still held.",
+        "Cuánto avanza como máximo antes de comprobar si el botón sigue presionado.",
+    ),
+    "keys": ("Move by keys", "Mover con teclas"),
+    "keys_hint": (
+        "While this is on and has the focus: arrows move along x and y, Page Up and Down along z, "
+        "A and D turn the boom, W and S go out and in. Space stops.",
+        "Activo y con el foco: flechas para x e y, Re Pág y Av Pág para z, A y D giran el brazo, W y S salen y entran. "
+        "Espacio detiene.",
+    ),
+    "keys_live": (
+        "Keys move the robot:  ← ↑ ↓ →   PgUp PgDn   A D  W S.  Space stops.",
+        "Las teclas mueven el robot:  ← ↑ ↓ →   RePág AvPág   A D  W S.  Espacio detiene.",
+    ),
+    "keys_off": (
+        "Hold a button; or press here, then hold a key.",
+        "Mantenga un botón; o pulse aquí y mantenga una tecla.",
+    ),
+    "jog_x_plus": ("x +", "x +"),
+    "jog_x_minus": ("x −", "x −"),
+    "jog_y_plus": ("y +", "y +"),
+    "jog_y_minus": ("y −", "y −"),
+    "jog_z_plus": ("▲ up", "▲ subir"),
+    "jog_z_minus": ("▼ down", "▼ bajar"),
+    "jog_a_plus": ("turn ↻", "girar ↻"),
+    "jog_a_minus": ("turn ↺", "girar ↺"),
+    "jog_r_plus": ("out", "salir"),
+    "jog_r_minus": ("in", "entrar"),
+    "primitives": ("Tasks", "Tareas"),
+    "home": ("Home", "Buscar origen"),
+    "home_hint": (
+        "Find the switches; then positions are known.",
+        "Buscar los interruptores; así se conoce la posición.",
+    ),
+    "open_gripper": ("Open gripper", "Abrir pinza"),
+    "open_gripper_hint": ("Open the gripper now.", "Abrir la pinza ahora."),
+    "close_gripper": ("Close gripper", "Cerrar pinza"),
+    "close_gripper_hint": ("Close the gripper now.", "Cerrar la pinza ahora."),
+    "command": ("Task", "Tarea"),
+    "target": ("Target", "Destino"),
+    "target_hint": (
+        "Millimetres; or with a unit: 0.41 m, 41 cm.",
+        "Milímetros; o con unidad: 0,41 m, 41 cm.",
+    ),
+    "here": ("Take position", "Usar posición"),
+    "here_hint": ("Fill in where the gripper is now.", "Copiar la posición actual de la pinza."),
+    "now": ("Do it now", "Hacer ahora"),
+    "now_hint": (
+        "Do it at once; refused while anything else is under way.",
+        "Hacerla ya; se rechaza si hay otra en curso.",
+    ),
+    "send": ("Queue it", "Encolar"),
+    "send_hint": (
+        "Append it to the robot's queue; it starts when its turn comes.",
+        "Añadirla a la cola del robot; empieza cuando le toque.",
+    ),
+    "add": ("Add to list", "Añadir a la lista"),
+    "add_hint": (
+        "Put it into the list on the right; nothing moves.",
+        "Ponerla en la lista de la derecha; nada se mueve.",
+    ),
+    "queue": ("List", "Lista"),
+    "up": ("Up", "Subir"),
+    "up_hint": ("Do this task earlier.", "Hacer esta tarea antes."),
+    "down": ("Down", "Bajar"),
+    "down_hint": ("Do this task later.", "Hacer esta tarea después."),
+    "remove": ("Remove", "Quitar"),
+    "remove_hint": ("Take this task from the list.", "Quitar esta tarea de la lista."),
+    "clear": ("Clear", "Vaciar"),
+    "clear_hint": ("Empty the list.", "Vaciar la lista."),
+    "load": ("Load…", "Abrir…"),
+    "load_hint": ("Read a job file.", "Leer un archivo de trabajo."),
+    "save": ("Save…", "Guardar…"),
+    "save_hint": ("Keep the list as a job file of `maya run`.", "Guardar la lista como archivo de `maya run`."),
+    "start": ("Start list", "Iniciar lista"),
+    "start_hint": (
+        "Give the whole list to the robot's queue, as one job. It is done when its turn comes.",
+        "Entregar toda la lista a la cola del robot, como un trabajo. Se hace cuando le toque.",
+    ),
+    "stop_queue": ("Stop queue", "Detener cola"),
+    "stop_queue_hint": (
+        "Cancel what the robot's queue has under way. What waits there is held until somebody resumes it.",
+        "Cancelar lo que la cola del robot tiene en curso. Lo que espera queda retenido hasta que alguien la reanude.",
+    ),
+    "list_empty": ("The list is empty.", "La lista está vacía."),
+    "nothing_chosen": ("Choose a task in the list first.", "Elija primero una tarea de la lista."),
+    "events": ("Events", "Eventos"),
+    "time": ("Time", "Hora"),
+    "event": ("Event", "Evento"),
+    "detail": ("Detail", "Detalle"),
+    "files": ("Jobs (*.yaml *.yml *.json)", "Trabajos (*.yaml *.yml *.json)"),
+    # How the robot stands.
+    "mode_disconnected": ("Disconnected", "Desconectado"),
+    "mode_not_homed": ("Not homed", "Sin origen"),
+    "mode_homing": ("Homing", "Buscando origen"),
+    "mode_idle": ("Ready", "Listo"),
+    "mode_moving": ("Moving", "En movimiento"),
+    "mode_paused": ("Paused", "En pausa"),
+    "mode_stopping": ("Stopping", "Deteniéndose"),
+    "mode_fault": ("Fault", "Falla"),
+    "homed": ("homed", "con origen"),
+    "not_homed": ("not homed", "sin origen"),
+    "moves": ("moving", "en movimiento"),
+    "rests": ("at rest", "en reposo"),
+    "gripper_open": ("gripper open", "pinza abierta"),
+    "gripper_closed": ("gripper closed", "pinza cerrada"),
+    "gripper_unknown": ("gripper unknown", "pinza desconocida"),
+    "joints": ("boom {a:.2f}°    lines {b:.1f} / {c:.1f} mm", "brazo {a:.2f}°    líneas {b:.1f} / {c:.1f} mm"),
+    "unknown_position": ("Not known before homing.", "Se desconoce antes de buscar el origen."),
+    # Why something cannot be done now.
+    "no_master": ("No ROS master answers.", "No responde ningún maestro de ROS."),
+    "no_controller": (
+        "No robot: nothing publishes /maya_event. Start controller.launch.",
+        "Sin robot: nadie publica /maya_event. Inicie controller.launch.",
+    ),
+    "silent": ("The robot's node is there but says nothing.", "El nodo del robot está, pero no dice nada."),
+    "no_machine": (
+        "The robot's node runs but has no connection to the machine.",
+        "El nodo del robot funciona, pero no tiene conexión con la máquina.",
+    ),
+    "no_robot_floor": (
+        "Tasks need robot.launch; it does not run.",
+        "Las tareas necesitan robot.launch; no está en marcha.",
+    ),
+    "no_process_floor": (
+        "The queue needs process.launch; it does not run.",
+        "La cola necesita process.launch; no está en marcha.",
+    ),
+    "recover_first": ("There is a fault: press Recover first.", "Hay una falla: pulse primero Recuperar."),
+    "resume_first": ("It is paused: press Go on, or Stop.", "Está en pausa: pulse Continuar, o Parar."),
+    "home_first": ("Not homed: press Home first.", "Sin origen: pulse primero Buscar origen."),
+    "busy": ("Something is under way: wait, or press Stop.", "Hay algo en curso: espere, o pulse Parar."),
+    "gripper_is_closed": ("The gripper is closed: it cannot pick.", "La pinza está cerrada: no puede tomar."),
+    "gripper_is_open": ("The gripper is open: there is nothing to place.", "La pinza está abierta: no hay qué dejar."),
+    "no_fault": ("There is no fault.", "No hay ninguna falla."),
+    "nothing_moves": ("Nothing moves.", "Nada se mueve."),
+    "nothing_paused": ("Nothing is paused.", "Nada está en pausa."),
+    "no_position": ("The position is not known.", "Se desconoce la posición."),
+    # What was typed.
+    "length_missing": ("{name}: a number is missing.", "{name}: falta un número."),
+    "length_unreadable": (
+        "{name}: write a number, in mm or with its unit (0.41 m).",
+        "{name}: escriba un número, en mm o con su unidad (0,41 m).",
+    ),
+    "length_too_long": ("{name}: farther than 5 m; mm are meant.", "{name}: más de 5 m; se esperan mm."),
+    # Job files.
+    "job_unreadable": ("{file} cannot be read: {reason}.", "No se puede leer {file}: {reason}."),
+    "job_unwritable": ("{file} cannot be written: {reason}.", "No se puede escribir {file}: {reason}."),
+    "job_without_steps": ("{file} has no steps.", "{file} no tiene pasos."),
+    "job_too_long": ("That would be more than {most} tasks.", "Serían más de {most} tareas."),
+    "job_step_unknown": (
+        "Step {number} of {file}: {step} cannot be said over ROS; use `maya run`.",
+        "Paso {number} de {file}: {step} no se puede pedir por ROS; use `maya run`.",
+    ),
+    "job_place_unknown": (
+        "Step {number} of {file}: the place {place} is not in the file.",
+        "Paso {number} de {file}: el lugar {place} no está en el archivo.",
+    ),
+    "job_place_unreadable": (
+        "Step {number} of {file}: {place} is no place [x, y, z] in metres.",
+        "Paso {number} de {file}: {place} no es un lugar [x, y, z] en metros.",
+    ),
+    "job_height_unknown": (
+        "Step {number} of {file} has no z, and the robot has not said its grasp height.",
+        "El paso {number} de {file} no tiene z, y el robot no ha dicho su altura de agarre.",
+    ),
+    "loaded": ("{count} tasks read from {file}.", "{count} tareas leídas de {file}."),
+    "saved": ("{count} tasks written to {file}.", "{count} tareas escritas en {file}."),
+    # Tasks.
+    "task_home": ("Home", "Buscar origen"),
+    "task_pick": ("Pick", "Tomar"),
+    "task_place": ("Place", "Dejar"),
+    "task_approach": ("Approach", "Acercarse"),
+    "task_open": ("Open gripper", "Abrir pinza"),
+    "task_close": ("Close gripper", "Cerrar pinza"),
+    # What was asked for, and how it ended.
+    "wish_home": ("Home", "Buscar origen"),
+    "wish_task": ("Task", "Tarea"),
+    "wish_gripper": ("Gripper", "Pinza"),
+    "wish_jog": ("Move by hand", "Movimiento manual"),
+    "wish_stop": ("Stop", "Parar"),
+    "wish_recover": ("Recover", "Recuperar"),
+    "wish_pause": ("Pause", "Pausa"),
+    "wish_resume": ("Go on", "Continuar"),
+    "wish_speed": ("Speed", "Velocidad"),
+    "wish_send": ("Queue", "Cola"),
+    "wish_start_queue": ("List", "Lista"),
+    "wish_stop_queue": ("Stop queue", "Detener cola"),
+    "done": ("{what}: done.", "{what}: listo."),
+    "under_way": ("{what}: {phase}", "{what}: {phase}"),
+    "asked": ("{what}: asked for.", "{what}: pedido."),
+    "failed": ("{what}: {sentence} ({code})", "{what}: {sentence} ({code})"),
+    "failed_plainly": ("{what}: {sentence}", "{what}: {sentence}"),
+    "sent": ("{what}: given to the queue.", "{what}: entregada a la cola."),
+    "list_sent": (
+        "{count} tasks given to the queue as one job.",
+        "{count} tareas entregadas a la cola como un trabajo.",
+    ),
+    "no_answer": ("The robot did not answer.", "El robot no respondió."),
+    "floor_gone": (
+        "The node that did it is gone; look where the robot stands.",
+        "El nodo que lo hacía ya no está; mire dónde está el robot.",
+    ),
+    "stop_unheard": (
+        "Nobody confirmed the stop. Use the emergency stop at the machine.",
+        "Nadie confirmó la parada. Use la parada de emergencia de la máquina.",
+    ),
+    "shut_down": ("ROS asked this node to end.", "ROS pidió que este nodo termine."),
+    # Events, by their word.
+    "event_connected": ("connected", "conectado"),
+    "event_disconnected": ("disconnected", "desconectado"),
+    "event_not_homed": ("not homed", "sin origen"),
+    "event_homing": ("homing", "buscando origen"),
+    "event_homed": ("homed", "con origen"),
+    "event_moving": ("moving", "en movimiento"),
+    "event_idle": ("at rest", "en reposo"),
+    "event_stopped": ("stopped", "detenido"),
+    "event_paused": ("paused", "en pausa"),
+    "event_resumed": ("goes on", "continúa"),
+    "event_speed": ("speed", "velocidad"),
+    "event_zones": ("zones", "zonas"),
+    "event_gripper_open": ("gripper open", "pinza abierta"),
+    "event_gripper_closed": ("gripper closed", "pinza cerrada"),
+    "event_limit": ("limit switch", "interruptor de límite"),
+    "event_fault": ("fault", "falla"),
+    "event_estop": ("emergency stop", "parada de emergencia"),
+    "event_recovered": ("recovered", "recuperado"),
+    "event_refused": ("refused", "rechazado"),
+}
+"""English and Spanish by key; `{name}` is filled in."""
+
+
+def word(key: str, language: str = "en", **details: object) -> str:
+    """Return a word in a language (English where it is not known), with its details filled in."""
+    return WORDS[key][1 if language == "es" else 0].format(**details)
+
+
+def phrase(key: str, language: str = "en") -> str:
+    """Return a word, or the key itself, readable, where nobody has a word for it: what another version says."""
+    return word(key, language) if key in WORDS else key.partition("_")[2].replace("_", " ") or key
+
+
+SENTENCES = "sentences.json"
+"""English and Spanish sentences of the errors by code; a test keeps it as `maya_un.messages` has them."""
+
+
+@lru_cache(maxsize=None)
+def _sentences() -> dict[str, list[str]]:
+    try:
+        return json.loads(resource(SENTENCES).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+
+
+def sentence(code: str, message: str, language: str = "en") -> str:
+    """Return what an error says in a language, known by its code and its English sentence.
+
+    What the English sentence fills in is filled into the other; details stay as they were said. A sentence that nobody
+    knows is returned as it came.
+    """
+    english, other = _sentences().get(code, ["", ""])
+    if language == "en" or not other:
+        return message
+    details = _details(english, message)
+    return message if details is None else re.sub(r"\{(\w+)[^}]*\}", lambda name: details.get(name.group(1), ""), other)
+
+
+def _details(template: str, text: str) -> dict[str, str] | None:
+    """Return what stands in a text where its template has names, None where it was not made of it."""
+    names: list[str] = []
+    pattern = ""
+    for piece, name in re.findall(r"([^{]*)(?:\{(\w+)[^}]*\})?", template):
+        pattern += re.escape(piece)
+        if name:
+            pattern += f"(?P={name})" if name in names else f"(?P<{name}>.*)"
+            names.append(name)
+    found = re.fullmatch(pattern, text, re.DOTALL)
+    return None if found is None else found.groupdict()

@@ -1,0 +1,221 @@
+"""Drives the dashboard of ros/maya_ui in a bare application, by lines of JSON on its standard input.
+
+Run by a Python that has Qt, and rospy unless `--stand-in` is given: then the robot is a record of what was asked for,
+and facts are told by hand. Every line is answered by one line.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import sys
+import threading
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "ros" / "maya_ui" / "src"))
+
+from maya_ui import robot as facts  # noqa: E402 - the path comes first
+from maya_ui.dashboard import Dashboard  # noqa: E402
+from maya_ui.tasks import Task  # noqa: E402
+from python_qt_binding.QtCore import QEvent, QObject, QPoint, Qt, QTimer, Signal  # noqa: E402
+from python_qt_binding.QtGui import QKeyEvent  # noqa: E402
+from python_qt_binding.QtTest import QTest  # noqa: E402
+from python_qt_binding.QtWidgets import QApplication  # noqa: E402
+
+
+class StandIn:
+    """A robot that does nothing but remember what was asked for."""
+
+    def __init__(self) -> None:
+        self.asked: list[Any] = []
+        self.heard: facts.Heard = lambda _: None
+
+    def open(self, heard: facts.Heard) -> None:
+        self.heard = heard
+
+    def __getattr__(self, name: str) -> Any:
+        def ask(*arguments: Any) -> None:
+            plain = [dataclasses.asdict(one) if dataclasses.is_dataclass(one) else one for one in arguments]
+            plain = [[dataclasses.asdict(task) for task in one] if isinstance(one, list) else one for one in plain]
+            self.asked.append([name, *plain])
+
+        return ask
+
+
+class Driver(QObject):
+    """Does what the lines say."""
+
+    said = Signal(str)
+
+    def __init__(self, dashboard: Dashboard, robot: Any) -> None:
+        super().__init__()
+        self._dashboard = dashboard
+        self._robot = robot
+        self._waiting: list[dict[str, Any]] = []
+        self._timer = QTimer(self)
+        self._timer.timeout.connect(self._look)
+        self._timer.start(5)
+        self.said.connect(self._line, Qt.QueuedConnection)
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def _read(self) -> None:
+        for line in sys.stdin:
+            self.said.emit(line)
+        self.said.emit('{"do": "leave"}')
+
+    def _line(self, line: str) -> None:
+        wish = json.loads(line)
+        try:
+            answer = getattr(self, f"do_{wish.pop('do')}")(**wish)
+        except Exception as error:  # noqa: BLE001 - whoever drives is told
+            answer = {"error": f"{type(error).__name__}: {error}"}
+        if answer is not self:
+            print(json.dumps(answer), flush=True)
+
+    def _part(self, name: str) -> Any:
+        return getattr(self._dashboard, name) if name else self._dashboard
+
+    def do_click(self, name: str) -> Any:
+        QTest.mouseClick(self._part(name), Qt.LeftButton)
+
+    def do_press(self, name: str) -> Any:
+        QTest.mousePress(self._part(name), Qt.LeftButton)
+
+    def do_release(self, name: str) -> Any:
+        QTest.mouseRelease(self._part(name), Qt.LeftButton)
+
+    def do_move_away(self, name: str) -> Any:
+        QTest.mouseMove(self._part(name), QPoint(-50, -50))
+
+    def do_key(self, key: str, down: bool = True, repeated: bool = False) -> Any:
+        kind = QEvent.KeyPress if down else QEvent.KeyRelease
+        event = QKeyEvent(kind, getattr(Qt, f"Key_{key}"), Qt.NoModifier, "", repeated)
+        QApplication.sendEvent(QApplication.focusWidget() or self._dashboard, event)
+
+    def do_strike(self, key: str) -> Any:
+        """Press and release a key where the focus is, shortcuts included."""
+        QTest.keyClick(QApplication.focusWidget() or self._dashboard, getattr(Qt, f"Key_{key}"))
+
+    def do_focus(self, name: str) -> Any:
+        self._part(name).setFocus()
+        focus = QApplication.focusWidget()
+        return None if focus is None else focus.objectName()
+
+    def do_unfocus(self) -> Any:
+        QApplication.focusWidget().clearFocus()
+
+    def do_type(self, name: str, text: str) -> Any:
+        field = self._part(name)
+        field.setFocus()
+        field.selectAll()
+        QTest.keyClicks(field, text) if text else field.clear()
+
+    def do_choose(self, name: str, data: Any) -> Any:
+        choice = self._part(name)
+        place = choice.findData(data) if choice.findData(data) >= 0 else choice.findText(str(data))
+        choice.setCurrentIndex(place)
+        choice.activated.emit(place)
+
+    def do_choose_row(self, name: str, row: int) -> Any:
+        self._part(name).setCurrentRow(row)
+
+    def do_read(self, name: str) -> Any:
+        part = self._part(name)
+        shown: dict[str, Any] = {"visible": part.isVisible(), "enabled": part.isEnabled(), "tip": part.toolTip()}
+        shown["text"] = _text(part)
+        shown["kind"] = part.property("kind")
+        return shown
+
+    def do_rows(self, name: str) -> Any:
+        part = self._part(name)
+        if hasattr(part, "topLevelItemCount"):
+            items = [part.topLevelItem(row) for row in range(part.topLevelItemCount())]
+            return [[item.text(column) for column in range(part.columnCount())] for item in items]
+        return [part.item(row).text() for row in range(part.count())]
+
+    def do_wait(self, **wanted: Any) -> Any:
+        """Answer once a part reads as wanted: `text` a part of its text, `enabled`, `visible`."""
+        self._waiting.append(wanted)
+        self._look()
+        return self
+
+    def _look(self) -> None:
+        for wanted in list(self._waiting):
+            now = self.do_read(wanted["name"])
+            text = wanted.get("text", "")
+            others = {key: wanted[key] for key in ("enabled", "visible", "kind") if key in wanted}
+            if text in str(now["text"]) and all(now[key] == value for key, value in others.items()):
+                self._waiting.remove(wanted)
+                print(json.dumps(now), flush=True)
+
+    def do_tell(self, fact: str, **fields: Any) -> Any:
+        """Have the stand-in tell a fact, and answer when it has been heard."""
+        kind = getattr(facts, fact)
+        if "wish" in fields:
+            fields["wish"] = facts.Wish(fields["wish"])
+        if fields.get("standing") is not None:
+            fields["standing"] = facts.Standing(**fields["standing"])
+        self._robot.heard(kind(**fields))
+        QTimer.singleShot(0, lambda: print("null", flush=True))
+        return self
+
+    def do_asked(self) -> Any:
+        asked, self._robot.asked = self._robot.asked, []
+        return asked
+
+    def do_add(self, command: str, target: list[float], open: bool = False) -> Any:
+        self._dashboard.list.add(Task(command, (target[0], target[1], target[2]), open))
+
+    def do_file(self, how: str, path: str) -> Any:
+        getattr(self._dashboard.list, how)(path)
+
+    def do_speak(self, language: str) -> Any:
+        self._dashboard.speak(language)
+
+    def do_size(self, width: int, height: int) -> Any:
+        self._dashboard.resize(width, height)
+        return [self._dashboard.width(), self._dashboard.height()]
+
+    def do_grab(self, path: str) -> Any:
+        picture = self._dashboard.grab()
+        return [picture.save(path), picture.width(), picture.height()]
+
+    def do_leave(self) -> Any:
+        self._dashboard.shut_down()
+        QApplication.instance().quit()
+
+
+def _text(part: Any) -> str:
+    if hasattr(part, "currentText"):
+        return part.currentText()
+    if hasattr(part, "format"):
+        return part.format()
+    return part.text() if hasattr(part, "text") else part.windowTitle()
+
+
+def main(arguments: list[str]) -> int:
+    """Open the dashboard and do as told until the input ends."""
+    app = QApplication(["dashboard", "-platform", "offscreen"])
+    app.setStyle("Fusion")
+    if "--stand-in" in arguments:
+        robot: Any = StandIn()
+    else:
+        from maya_ui.start import join
+        from maya_ui.ui_controller import UiController
+
+        robot = UiController(lambda: join(app.quit))
+    dashboard = Dashboard(robot)
+    dashboard.resize(1240, 860)
+    dashboard.show()
+    dashboard.activateWindow()
+    driver = Driver(dashboard, robot)
+    print(json.dumps("ready"), flush=True)
+    code = app.exec_()
+    del driver
+    return code
+
+
+if __name__ == "__main__":
+    raise SystemExit(main(sys.argv[1:]))
