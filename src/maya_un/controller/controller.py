@@ -186,7 +186,7 @@ class GalilController:
         monitor.publish()
 
     async def move(self, target: Joints, *, speed: float = 1.0) -> None:
-        """Go to `target` (rad, m, m), straight in joint space; `speed` scales the limits, above 0 up to 1."""
+        """Go to `target` (rad, m, m), straight in joint space; `speed` scales the limits, from 0.001 to 1."""
         await self._travel("move", lambda here: [here, target], speed)
 
     async def follow(self, path: Route, *, speed: float = 1.0, on_via: OnVia | None = None) -> None:

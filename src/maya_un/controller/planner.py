@@ -37,6 +37,9 @@ AT_HAND = 512
 """Plans kept: what a job has previewed it need not plan again, and where homing has measured the strokes it need only
 be proved again. They are arrays, some 30 kB each."""
 
+LEAST_SPEED = 0.001
+"""Least share of the full speed that a motion is asked at: without a bound it might never end."""
+
 START_TOLERANCE = (1e-3, 1e-4, 1e-4)
 """A path starts where the robot is, to this much (rad, m, m)."""
 
@@ -127,8 +130,8 @@ class Planner:
 
     @staticmethod
     def _speed(speed: float) -> float:
-        if not 0.0 < speed <= 1.0:
-            raise InvalidValue(key="speed", value=speed, reason="it must lie above 0 and at most at 1")
+        if not LEAST_SPEED <= speed <= 1.0:
+            raise InvalidValue(key="speed", value=speed, reason=f"it must lie from {LEAST_SPEED:g} to 1")
         return speed
 
     def _plan(self, workspace: Workspace, path: Path, speed: float) -> Plan:

@@ -18,7 +18,7 @@ _ONLY_THESE = ConfigDict(extra="forbid")
 Axis = Annotated[str, WithJsonSchema({"enum": list(JOG_AXES)})]
 """Which are known is told where they are read."""
 
-Share = Annotated[float, Field(gt=0.0, le=1.0, description="share of the full speed")]
+Share = Annotated[float, Field(ge=0.001, le=1.0, description="share of the full speed")]
 Distance = Annotated[float, Field(gt=-1e9, lt=1e9, description="rad or m", allow_inf_nan=False)]
 
 

@@ -17,6 +17,7 @@ from maya_un.api.service import Service
 from maya_un.events import EventLog
 from maya_un.process.journal.protocol import Journal
 from maya_un.process.lease import Lease
+from maya_un.server.share import Share
 from maya_un.values import Point
 
 T = TypeVar("T")
@@ -27,7 +28,8 @@ class Bridge:
 
     Neither loop ever blocks on the other. `callers` tell who asks. Without a gate and callers it is for a service that
     nobody shares: everybody is `LOCAL`, and no audit log is kept. `parts` tells where the twin's parts stand by its own
-    record; a real machine has none. `journal` is what keeps the queue, where it is to be looked at.
+    record; a real machine has none. `journal` is what keeps the queue, where it is to be looked at. `past` is what all
+    readers of the past together take of the server's loop.
     """
 
     def __init__(
@@ -46,6 +48,7 @@ class Bridge:
         self._callers = callers
         self.parts = parts
         self.journal = journal
+        self.past = Share()
 
     async def caller(
         self, authorization: str | None, lease: str, source: str, *, loopback: bool, stopping: bool

@@ -21,6 +21,9 @@ from maya_un.server.routes import Routes
 LONGEST_WAIT = 60.0
 """Longest wait for a new event [s, real time]."""
 
+FEW_EVENTS = 100
+"""So many are answered at once; for more, whoever asks waits for a turn."""
+
 _TAG = "looking"
 
 
@@ -41,7 +44,11 @@ def add_reading(routes: Routes, bridge: Bridge) -> None:
         limit: Annotated[int, Query(ge=1, le=MOST_EVENTS, description="so many at most")] = MOST_EVENTS,
     ) -> Response:
         """Return the events numbered above `since`, oldest first; without any, wait up to `wait` seconds for one."""
-        return answer(await bridge.events(ask.caller, since, wait, run, limit))
+        few = await bridge.events(ask.caller, since, wait, run, min(limit, FEW_EVENTS))
+        if len(few) < FEW_EVENTS or limit == FEW_EVENTS:
+            return answer(few)
+        async with bridge.past.turn():
+            return answer(await bridge.events(ask.caller, since, 0.0, run, limit))
 
     @routes.add("GET", "/v1/twin", Operation.READ, tag=_TAG, gives=Table, refuses=(NotFound,))
     async def twin(ask: Ask) -> Response:

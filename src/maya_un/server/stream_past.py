@@ -1,4 +1,8 @@
-"""Past events for a reader that missed them: looked up a page at a time, until what all readers share goes on."""
+"""Past events for a reader that missed many: sent a piece at a time, until what all readers share goes on.
+
+A piece is a turn of the share that all readers of the past have, so however many ask for it, and however often, the
+loop is there for the others.
+"""
 
 from __future__ import annotations
 
@@ -6,40 +10,40 @@ from collections.abc import Awaitable, Callable
 
 from maya_un.api.messages import EventMessage
 from maya_un.errors import EventsForgotten
+from maya_un.server.share import Share
 from maya_un.server.stream_hub import Hub
 from maya_un.server.stream_messages import event_frame
 from maya_un.server.stream_reader import CHUNK, Reader
 
-PAGE = 500
+PAGE = 250
 """So many past events are looked up at once."""
+
+NEAR = 250
+"""Who is no more events behind than this is sent them at once, and then what comes."""
 
 LookUp = Callable[[int, int], Awaitable[list[EventMessage]]]
 """Answers events of this run numbered above the first number, at most as many as the second, oldest first."""
 
 
-async def catch_up(reader: Reader, hub: Hub, look_up: LookUp, room: Callable[[], Awaitable[object]]) -> None:
-    """Send a reader the events that the hub's ring no longer has, and let the hub go on from there.
+async def catch_up(
+    reader: Reader, hub: Hub, look_up: LookUp, room: Callable[[], Awaitable[object]], share: Share
+) -> None:
+    """Send a reader the events that it lacks, out of the hub's ring or looked up, and let the hub go on from there.
 
-    `room` is awaited before every write. Raises `EventsForgotten` where one is missing, and what `look_up` raises.
+    `room` is awaited before every piece. Raises `EventsForgotten` where one is missing, and what `look_up` raises.
     """
+    ring = hub.ring
     reader.catching = True
-    while reader.seen is not None and not hub.ring.reaches(reader.seen):
-        page = await look_up(reader.seen, PAGE)
-        if not page or page[0].seq != reader.seen + 1:
-            raise EventsForgotten(since=reader.seen, oldest=page[0].seq if page else hub.ring.first)
-        for frames in _chunks(hub.run, page):
-            await room()
-            reader.send_past(frames)
-        reader.seen = page[-1].seq
+    while reader.seen is not None and not (ring.reaches(reader.seen) and ring.last - reader.seen <= NEAR):
+        await room()
+        async with share.turn():
+            if ring.reaches(reader.seen):
+                upto, frames = ring.after(reader.seen, CHUNK)
+            else:
+                page = await look_up(reader.seen, PAGE)
+                if not page or page[0].seq != reader.seen + 1:
+                    raise EventsForgotten(since=reader.seen, oldest=page[0].seq if page else ring.first)
+                upto, frames = page[-1].seq, b"".join(event_frame(hub.run, event) for event in page)
+            reader.send_past(upto, frames)
     reader.catching = False
     hub.send_events(reader)
-
-
-def _chunks(run: int, page: list[EventMessage]) -> list[bytes]:
-    chunks, chunk = list[bytes](), b""
-    for event in page:
-        chunk += event_frame(run, event)
-        if len(chunk) >= CHUNK:
-            chunks.append(chunk)
-            chunk = b""
-    return [*chunks, chunk] if chunk else chunks

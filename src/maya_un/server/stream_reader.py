@@ -32,7 +32,7 @@ class Reader:
     Values (a state, the queue) replace an older one that has not gone out yet. Events are sent out of the `ring` that
     all share, so a reader that is behind costs nothing but its place in it; one that is farther behind than the ring
     goes is lost, and `on_lost` is called. `seen` is the number of the last event that went out, None where it wants
-    none; with `catching` somebody else sends it what the ring no longer has.
+    none; with `catching` somebody else sends it the many that it lacks.
     """
 
     def __init__(self, outlet: Outlet, ring: Ring, on_lost: Callable[[], None]) -> None:
@@ -74,6 +74,7 @@ class Reader:
             self.seen, frames = self._ring.after(self.seen, CHUNK)
             self._outlet.write(frames)
 
-    def send_past(self, frames: bytes) -> None:
-        """Send events that the ring no longer has."""
+    def send_past(self, upto: int, frames: bytes) -> None:
+        """Send the events from the next that it lacks to the one numbered `upto`, wherever they are from."""
         self._outlet.write(frames)
+        self.seen = upto

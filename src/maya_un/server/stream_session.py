@@ -168,7 +168,7 @@ class Session:
 
     async def _catch_up(self) -> None:
         try:
-            await catch_up(self._reader, self._hub, self._look_up, self._wire.writable.wait)
+            await catch_up(self._reader, self._hub, self._look_up, self._wire.writable.wait, self._bridge.past)
         except MayaError as error:
             self._reader.seen = None
             self._wire.write(error_frame(error, self._language))

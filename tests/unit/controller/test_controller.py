@@ -57,6 +57,8 @@ REFUSED: list[tuple[Act, type[MayaError]]] = [
     (wish("move", Joints(0.3, inf, 1.3)), InvalidValue),
     (wish("move", FAR, speed=0.0), InvalidValue),
     (wish("move", FAR, speed=-0.5), InvalidValue),
+    (wish("move", FAR, speed=1.2e-223), InvalidValue),
+    (wish("move", FAR, speed=0.00099), InvalidValue),
     (wish("move", FAR, speed=1.0001), InvalidValue),
     (wish("move", FAR, speed=nan), InvalidValue),
     (wish("follow", []), TrajectoryRefused),

@@ -178,6 +178,7 @@ async def test_what_nobody_foresaw_is_one_sentence(tmp_path: Any, monkeypatch: p
         ("/v1/jog", b'{"axis": "a", "distance": true}'),
         ("/v1/jog", b'{"axis": "a", "distance": "far"}'),
         ("/v1/jog", b'{"axis": "a", "distance": 1, "speed": 0}'),
+        ("/v1/jog", b'{"axis": "a", "distance": 1, "speed": 1e-99}'),
         ("/v1/jog", b'{"axis": "a", "distance": 1, "clip": 1}'),
         ("/v1/jog", b'{"axis": "a", "distance": 1e999}'),
         ("/v1/jog", b'{"axis": "a", "hold": true}'),

@@ -1,0 +1,56 @@
+"""Readers of the stream who want all of the past, again and again: a process of its own.
+
+`python -m tests.greedy PORT COUNT` prints "here" when the first of the past has come to every one of them, and goes on
+until it is ended.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import struct
+import sys
+
+WISH = json.dumps({"type": "subscribe", "events": {"since": 0}}).encode()
+FRAME = struct.pack("!BB4x", 0x81, 0x80 | len(WISH)) + WISH
+"""As a client sends it: masked, here with zeros (RFC 6455, 5.3)."""
+
+UPGRADE = (
+    b"GET /v1/stream HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+)
+AGAIN = 0.02
+"""How often each asks [s]."""
+
+
+async def greedy(port: int, fed: asyncio.Event) -> None:
+    """Ask for everything, read what comes, ask again."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    writer.write(UPGRADE)
+    await reader.readuntil(b"\r\n\r\n")
+
+    async def ask() -> None:
+        while True:
+            writer.write(FRAME)
+            await writer.drain()
+            await asyncio.sleep(AGAIN)
+
+    asking = asyncio.create_task(ask())
+    while piece := await reader.read(1 << 20):
+        if b'"event"' in piece:
+            fed.set()
+    asking.cancel()
+
+
+async def main(port: int, count: int) -> None:
+    """Be so many."""
+    fed = [asyncio.Event() for _ in range(count)]
+    readers = [asyncio.create_task(greedy(port, one)) for one in fed]
+    for one in fed:
+        await one.wait()
+    print("here", flush=True)
+    await asyncio.gather(*readers)
+
+
+if __name__ == "__main__":
+    asyncio.run(main(int(sys.argv[1]), int(sys.argv[2])))
