@@ -197,7 +197,7 @@ def _text(part: Any) -> str:
 
 def main(arguments: list[str]) -> int:
     """Open the dashboard and do as told until the input ends."""
-    app = QApplication(["dashboard", "-platform", "offscreen"])
+    app = QApplication(["dashboard"])
     app.setStyle("Fusion")
     if "--stand-in" in arguments:
         robot: Any = StandIn()

@@ -23,7 +23,7 @@ class Screen:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._log,
-            env={**os.environ, "QT_QPA_PLATFORM": "offscreen", "PYTHONDONTWRITEBYTECODE": "1", **env},
+            env={**os.environ, **({} if "DISPLAY" in os.environ else {"QT_QPA_PLATFORM": "offscreen"}), "PYTHONDONTWRITEBYTECODE": "1", **env},
             text=True,
         )
         assert self._answer() == "ready"

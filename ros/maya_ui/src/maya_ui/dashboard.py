@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from python_qt_binding import loadUi
-from python_qt_binding.QtCore import QObject, Qt, Signal
+from python_qt_binding.QtCore import QDir, QObject, Qt, Signal
 from python_qt_binding.QtGui import QKeySequence
 from python_qt_binding.QtWidgets import QShortcut, QWidget
 
@@ -23,6 +23,9 @@ from maya_ui.words import LANGUAGES, WORDS, sentence, word
 
 STOP_KEYS = ("Esc", "F12")
 """The keys that stop, wherever the focus is."""
+
+SPLIT = (3000, 1000)
+"""How the height is shared by what is asked for and the events."""
 
 CALM = frozenset({"2201", "2202"})
 """Codes of what a person ended: stopped, cancelled."""
@@ -45,6 +48,7 @@ class Dashboard(QWidget):
         loadUi(str(resource("MayaPlugin.ui")), self)
         self.setObjectName("MayaDashboard")
         self.setAttribute(Qt.WA_StyledBackground)
+        QDir.setSearchPaths("resource", [str(resource(""))])
         self.setStyleSheet(resource("dashboard.qss").read_text(encoding="utf-8"))
         self._robot = robot
         self.seen = Seen()
@@ -57,6 +61,8 @@ class Dashboard(QWidget):
         self._stop_by_key()
         self._offer_languages()
         self.speak(language)
+        self.stop.setFocus()
+        self.split.setSizes(list(SPLIT))
         self._ears = _Ears()
         self._ears.heard.connect(self._hear, Qt.QueuedConnection)
         robot.open(self._ears.heard.emit)
@@ -104,8 +110,9 @@ class Dashboard(QWidget):
         self.language_chosen.emit(self._desk.language)
 
     def _hear(self, fact: Fact) -> None:
+        known = self.seen.position is not None
         self.seen.take(fact)
-        if isinstance(fact, (Position, Joints)):
+        if isinstance(fact, (Position, Joints)) and known:
             self._state.place()
             self._teleop.teleop.positioned()
             return

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from python_qt_binding.QtCore import QTime
-from python_qt_binding.QtWidgets import QTreeWidgetItem
+from python_qt_binding.QtWidgets import QHeaderView, QTreeWidgetItem
 
 from maya_ui.panel import Desk
 from maya_ui.robot import Happened
@@ -21,6 +21,8 @@ class EventPanel:
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
         self._events: list[tuple[str, Happened]] = []
+        for column in (0, 1):
+            desk.ui.event_list.header().setSectionResizeMode(column, QHeaderView.ResizeToContents)
 
     def add(self, event: Happened) -> None:
         """Show an event that has just come."""

@@ -51,4 +51,4 @@ class Desk:
         name = self.word(f"task_{task.command}")
         if task.command == "home":
             return name
-        return f"{name}   " + "   ".join(f"{axis} {length * 1e3:.1f}" for axis, length in zip("xyz", task.target))
+        return f"{name}   {' · '.join(f'{length * 1e3:.6g}' for length in task.target)}"

@@ -52,8 +52,8 @@ WORDS: dict[str, tuple[str, str]] = {
         "Las teclas mueven el robot:  ← ↑ ↓ →   RePág AvPág   A D  W S.  Espacio detiene.",
     ),
     "keys_off": (
-        "Hold a button; or press here, then hold a key.",
-        "Mantenga un botón; o pulse aquí y mantenga una tecla.",
+        "Hold a button; or turn on the keys and hold one.",
+        "Mantenga un botón; o active las teclas y mantenga una.",
     ),
     "jog_x_plus": ("x +", "x +"),
     "jog_x_minus": ("x −", "x −"),
