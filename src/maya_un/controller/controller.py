@@ -34,6 +34,7 @@ from maya_un.errors import (
 )
 from maya_un.events import EventLog, Kind
 from maya_un.galil.driver import Driver
+from maya_un.galil.record import DataRecord
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
@@ -106,6 +107,11 @@ class GalilController:
     def state(self) -> State:
         """Latest state."""
         return self._monitor.state
+
+    @property
+    def record(self) -> DataRecord | None:
+        """The latest data record as the controller sent it, None before the first."""
+        return self._monitor.record
 
     def watch(self) -> AsyncIterator[State]:
         """Yield the state now and every newer one; a slow reader skips to the newest."""

@@ -1,0 +1,210 @@
+"""The controller floor on a graph: its actions, services and topics, one wish at a time."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import AsyncGenerator, Awaitable, Callable
+from contextlib import asynccontextmanager
+from dataclasses import asdict
+from typing import Protocol
+
+from maya_un.controller.protocol import Preview
+from maya_un.errors import MayaError
+from maya_un.graph import diagnostics
+from maya_un.graph.doors.acting import Course, Desk
+from maya_un.graph.doors.telling import Listened, Stands, Teller
+from maya_un.graph.doors.working import Clock, Tasks, clock_or_loop, diagnosed, every, tasks, trigger
+from maya_un.graph.outcome import trigger_failure
+from maya_un.graph.paths import from_message, joints_of, speed_for
+from maya_un.graph.protocol import Feedback, Graph, Held, Message
+from maya_un.graph.table import (
+    ABORT,
+    COMMAND,
+    EVENT,
+    FOLLOW,
+    GRIPPER,
+    HOME,
+    MOVE,
+    PAUSE,
+    RECOVER,
+    RESUME,
+    SPEED,
+    STOP,
+    Row,
+)
+from maya_un.motion.path import Route
+from maya_un.values import Joints, Progress, StopReport
+
+LOOK_RATE = 1.0
+"""So often it is looked whether something has changed that no event told of [Hz]."""
+
+
+class Floor(Stands, Protocol):
+    """What this door needs of a controller floor; a `GalilController` has it all."""
+
+    @property
+    def events(self) -> Listened:
+        """Where its events can be heard."""
+        ...
+
+    def progress(self) -> Progress | None:
+        """How far the motion under way has come, None at rest."""
+        ...
+
+    def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
+        """Check `path` and tell what the motion would be; sends nothing."""
+        ...
+
+    async def home(self) -> None:
+        """Find the switches."""
+        ...
+
+    async def move(self, target: Joints) -> None:
+        """Go to joints (rad, m, m)."""
+        ...
+
+    async def follow(self, path: Route, *, speed: float = 1.0) -> None:
+        """Go along a path that starts where the robot is."""
+        ...
+
+    async def gripper(self, open_: bool) -> None:
+        """Open or close the gripper."""
+        ...
+
+    async def stop(self) -> StopReport:
+        """Begin to brake at once, on the path."""
+        ...
+
+    async def abort(self) -> None:
+        """Stop without deceleration."""
+        ...
+
+    async def pause(self) -> StopReport:
+        """Brake on the path and hold all motion."""
+        ...
+
+    async def resume(self) -> None:
+        """Let motion go on after a pause."""
+        ...
+
+    async def recover(self) -> None:
+        """Clear a fault."""
+        ...
+
+    async def override(self, ratio: float) -> None:
+        """Scale the speed of all motion."""
+        ...
+
+
+class ControllerDoor:
+    """Offers a controller floor; `address` is shown in /diagnostics, `speed` is how fast the loop's clock runs.
+
+    `clock` tells the time that messages are stamped with [s], the loop's where there is none.
+    """
+
+    def __init__(self, floor: Floor, *, address: str = "", clock: Clock | None = None, speed: float = 1.0) -> None:
+        self._floor = floor
+        self._address = address
+        self._clock = clock_or_loop(clock)
+        self._speed = max(1.0, speed)
+        self._desk = Desk(floor.events)
+
+    @asynccontextmanager
+    async def open(self, graph: Graph) -> AsyncGenerator[None]:
+        """Offer it while the block runs; what was wished by this door is at rest when it is left."""
+        events = graph.advertise(EVENT.name, EVENT.type, latch=EVENT.latch, queue_size=EVENT.queue_size)
+        teller = Teller(self._floor, events)
+        async with tasks() as working:
+            with self._floor.events.listening(teller.hear):
+                held = [*self._actions(graph), *self._services(graph), *self._topics(graph, teller, working)]
+                working.begin(every(self._speed / LOOK_RATE, teller.look), "look at the controller floor")
+                working.begin(diagnosed(graph, self._statuses, self._clock, self._speed), "diagnostics")
+                try:
+                    yield
+                finally:
+                    for one in held:
+                        one.close()
+                    await working.settle()
+                    await self._desk.free()
+        events.close()
+
+    def _actions(self, graph: Graph) -> list[Held]:
+        floor, desk = self._floor, self._desk
+
+        async def home(_: Message, feedback: Feedback) -> Message:
+            return await desk.act("home", floor.home, Course(feedback, lambda phase: {"phase": phase}, ticks=False))
+
+        async def move(goal: Message, feedback: Feedback) -> Message:
+            return await desk.act("move", lambda: floor.move(joints_of(goal)), self._course(feedback))
+
+        async def follow(goal: Message, feedback: Feedback) -> Message:
+            return await desk.act("follow", lambda: self._follow(goal["trajectory"]), self._course(feedback))
+
+        rows = ((HOME, home), (MOVE, move), (FOLLOW, follow))
+        return [graph.act(row.name, row.type, act) for row, act in rows]
+
+    def _services(self, graph: Graph) -> list[Held]:
+        floor = self._floor
+
+        async def gripper(request: Message) -> Message:
+            try:
+                await floor.gripper(request["data"])
+            except MayaError as error:
+                return trigger_failure(error)
+            return {"success": True, "message": ""}
+
+        rows: tuple[tuple[Row, Callable[[], Awaitable[str]]], ...] = (
+            (STOP, lambda: _reported(floor.stop())),
+            (PAUSE, lambda: _reported(floor.pause())),
+            (RECOVER, lambda: _silent(floor.recover())),
+            (RESUME, lambda: _silent(floor.resume())),
+            (ABORT, lambda: _silent(floor.abort())),
+        )
+        served = [graph.serve(row.name, row.type, trigger(work)) for row, work in rows]
+        return [graph.serve(GRIPPER.name, GRIPPER.type, gripper), *served]
+
+    def _topics(self, graph: Graph, teller: Teller, working: Tasks) -> list[Held]:
+        async def told(wish: str, work: Awaitable[object]) -> None:
+            try:
+                await work
+            except MayaError as error:
+                teller.refused(wish, error)
+
+        def command(trajectory: Message) -> None:
+            work = self._desk.do("follow", lambda: self._follow(trajectory), self._course(lambda _: None))
+            working.begin(told(COMMAND.name, work), COMMAND.name)
+
+        def speed(ratio: Message) -> None:
+            working.begin(told(SPEED.name, self._floor.override(ratio["data"])), SPEED.name)
+
+        return [
+            graph.subscribe(row.name, row.type, heard, queue_size=row.queue_size)
+            for row, heard in ((COMMAND, command), (SPEED, speed))
+        ]
+
+    async def _follow(self, trajectory: Message) -> None:
+        path, least = from_message(trajectory)
+        await self._floor.follow(path, speed=speed_for(self._floor.preview, path, least))
+
+    def _course(self, feedback: Feedback) -> Course:
+        return Course(feedback, lambda _: self._now(), ticks=True, speed=self._speed)
+
+    def _now(self) -> Message:
+        """Return the feedback of a motion."""
+        progress, joints = self._floor.progress(), self._floor.state.joints
+        a, b, c = (0.0, 0.0, 0.0) if joints is None else joints
+        return {"a": a, "b": b, "c": c, "progress": 0.0 if progress is None else progress.fraction}
+
+    def _statuses(self) -> list[diagnostics.Status]:
+        state = self._floor.state
+        return [diagnostics.controller(state, self._address), diagnostics.axes(state)]
+
+
+async def _reported(work: Awaitable[StopReport]) -> str:
+    """Return what a stop answers, as the object of its message."""
+    return json.dumps(asdict(await work), separators=(",", ":"))
+
+
+async def _silent(work: Awaitable[None]) -> str:
+    await work
+    return ""

@@ -1,0 +1,100 @@
+"""The process floor on a graph: tasks to its queue, and the end of everything."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncGenerator, Awaitable, Callable, Sequence
+from contextlib import asynccontextmanager
+from typing import Protocol
+
+from maya_un.errors import InvalidJob, MayaError
+from maya_un.graph.diagnostics import Status
+from maya_un.graph.doors.working import Clock, Tasks, clock_or_loop, diagnosed, log, tasks, with_values
+from maya_un.graph.primitives import from_message
+from maya_un.graph.protocol import Graph, Held, Message
+from maya_un.graph.table import SEND_TASK, START_QUEUE, STOP_QUEUE, Row
+from maya_un.robot.primitives import Primitive
+
+
+class Floor(Protocol):
+    """What this door needs of a process floor."""
+
+    async def append(self, primitives: Sequence[Primitive]) -> None:
+        """Append one job of these primitives, at least one; it starts when its turn comes."""
+        ...
+
+    async def end_all(self) -> None:
+        """Cancel every movement, a homing and direct wishes included, and all that waits."""
+        ...
+
+    def status(self) -> Status:
+        """Return how the floor is."""
+        ...
+
+
+class ProcessDoor:
+    """Offers a process floor; `clock` stamps messages [s], `speed` is how fast the loop's clock runs."""
+
+    def __init__(self, floor: Floor, *, clock: Clock | None = None, speed: float = 1.0) -> None:
+        self._floor = floor
+        self._clock = clock_or_loop(clock)
+        self._speed = max(1.0, speed)
+        self._refused = ""
+        self._coming: asyncio.Queue[tuple[Row, Sequence[Message]]] = asyncio.Queue()
+        self._ends = 0
+
+    @asynccontextmanager
+    async def open(self, graph: Graph) -> AsyncGenerator[None]:
+        """Listen while the block runs."""
+        async with tasks() as working:
+            held = self._topics(graph, working)
+            working.begin(self._take(), "tasks from topics")
+            working.begin(diagnosed(graph, self._statuses, self._clock, self._speed), "diagnostics")
+            try:
+                yield
+            finally:
+                for one in held:
+                    one.close()
+
+    def _topics(self, graph: Graph, working: Tasks) -> list[Held]:
+        def send(message: Message) -> None:
+            self._coming.put_nowait((SEND_TASK, [message]))
+
+        def start(message: Message) -> None:
+            self._coming.put_nowait((START_QUEUE, message["tasks"]))
+
+        def stop(_: Message) -> None:
+            self._ends += 1
+            while not self._coming.empty():
+                self._coming.get_nowait()
+            working.begin(self._told(STOP_QUEUE, self._floor.end_all), STOP_QUEUE.name)
+
+        rows = ((SEND_TASK, send), (START_QUEUE, start), (STOP_QUEUE, stop))
+        return [graph.subscribe(row.name, row.type, heard, queue_size=row.queue_size) for row, heard in rows]
+
+    async def _take(self) -> None:
+        """Append what comes, in order. What was being appended when everything was to end, ends as well."""
+        while True:
+            row, messages = await self._coming.get()
+            ends = self._ends
+            await self._told(row, lambda messages=messages: self._append(messages))
+            if self._ends != ends:
+                await self._told(STOP_QUEUE, self._floor.end_all)
+
+    async def _append(self, messages: Sequence[Message]) -> None:
+        if not messages:
+            raise InvalidJob(key="tasks", reason="there is none")
+        await self._floor.append([from_message(message) for message in messages])
+
+    async def _told(self, row: Row, work: Callable[[], Awaitable[None]]) -> None:
+        """Do what a topic asks for; nobody waits for an answer, so a refusal is logged and told in /diagnostics."""
+        try:
+            await work()
+        except MayaError as error:
+            self._refused = f"{row.name}: {error.code} {error}"
+            log.warning("%s", self._refused)
+        else:
+            self._refused = ""
+
+    def _statuses(self) -> list[Status]:
+        return [with_values(self._floor.status(), {"last refused": self._refused})]

@@ -1,0 +1,145 @@
+"""/maya_event: one word, a space, and one JSON object that says how everything stands.
+
+    idle {"mode":"idle","homed":true,"moving":false,"gripper_closed":false,"override":1.0,
+          "strokes":[[-3.1,3.1],[0.6,2.2],[0.7,2.3]],"fault":null,"code":0,"detail":{}}
+
+So whoever comes late knows all of it from the last event, which is latched. `strokes` are the ranges of a, b, c (rad,
+m, m) that homing measured, null before it; `fault` is {"code", "message"} or null; `code` is that of the event's own
+error, 0 where it tells of none, and `detail` whatever it says besides.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from maya_un.errors import InvalidMessage
+from maya_un.events import Event, Kind
+from maya_un.kinematics.workspace import Workspace
+from maya_un.values import Mode, Notice, State
+
+Strokes = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
+"""Ranges of a, b, c (rad, m, m)."""
+
+REFUSED = "refused"
+"""The word for a wish on a topic that was refused: its code says why."""
+
+SAID = frozenset({
+    Kind.CONNECTED, Kind.DISCONNECTED, Kind.NOT_HOMED, Kind.HOMING, Kind.HOMED, Kind.MOVING, Kind.IDLE, Kind.STOPPED,
+    Kind.PAUSED, Kind.RESUMED, Kind.SPEED, Kind.ZONES, Kind.GRIPPER_OPEN, Kind.GRIPPER_CLOSED, Kind.LIMIT, Kind.FAULT,
+    Kind.ESTOP, Kind.RECOVERED,
+})  # fmt: skip
+"""Events that are told on the graph; phases, jobs, steps, the lease and what is kept are not."""
+
+WORDS = frozenset({*(kind.value for kind in SAID), REFUSED})
+"""Every word that /maya_event begins with."""
+
+_BY_MODE = {
+    Mode.DISCONNECTED: Kind.DISCONNECTED,
+    Mode.NOT_HOMED: Kind.NOT_HOMED,
+    Mode.HOMING: Kind.HOMING,
+    Mode.IDLE: Kind.IDLE,
+    Mode.MOVING: Kind.MOVING,
+    Mode.PAUSED: Kind.PAUSED,
+    Mode.STOPPING: Kind.MOVING,
+    Mode.FAULT: Kind.FAULT,
+}
+_BEGINS = {Kind.MOVING.value: Mode.MOVING, Kind.HOMING.value: Mode.HOMING}
+_AT_REST = frozenset({Mode.IDLE, Mode.NOT_HOMED})
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """How the controller floor stands; `strokes` is None before homing."""
+
+    mode: Mode
+    homed: bool
+    moving: bool
+    gripper_closed: bool
+    override: float = 1.0
+    strokes: Strokes | None = None
+    fault: Notice | None = None
+
+    @classmethod
+    def of(cls, state: State, workspace: Workspace) -> Standing:
+        """Return how it stands by a state, and the strokes of the workspace once homed."""
+        strokes = (workspace.boom, workspace.line_b, workspace.line_c) if state.homed else None
+        return cls(
+            state.mode, state.homed, state.moving, state.gripper_closed, state.override, strokes, state.fault
+        )  # fmt: skip
+
+    @property
+    def word(self) -> str:
+        """The word that says this by itself, without anything having happened."""
+        return _BY_MODE[self.mode].value
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """An event as the graph tells it: its word, how everything stands, its code and what it says besides."""
+
+    word: str
+    standing: Standing
+    code: int = 0
+    detail: Mapping[str, object] = field(default_factory=dict[str, object])
+
+    @classmethod
+    def of(cls, event: Event, standing: Standing) -> Told:
+        """Return what is told of an event.
+
+        When a motion begins, that is told before the axes move and the state shows it.
+        """
+        mode = _BEGINS.get(event.kind.value)
+        if mode is not None and standing.mode in _AT_REST:
+            standing = replace(standing, mode=mode, moving=True)
+        return cls(event.kind.value, standing, event.code, event.detail)
+
+    def text(self) -> str:
+        """Return it as it stands on the topic."""
+        standing = self.standing
+        data = {
+            "mode": standing.mode.value,
+            "homed": standing.homed,
+            "moving": standing.moving,
+            "gripper_closed": standing.gripper_closed,
+            "override": standing.override,
+            "strokes": standing.strokes,
+            "fault": None if standing.fault is None else _noticed(standing.fault),
+            "code": self.code,
+            "detail": dict(self.detail),
+        }
+        return f"{self.word} {json.dumps(data, separators=(',', ':'), ensure_ascii=False, default=str)}"
+
+
+def read(text: str) -> Told:
+    """Return what an event on the topic tells; raises `InvalidMessage` for what none of ours tells."""
+    word, _, rest = text.partition(" ")
+    if word not in WORDS:
+        raise InvalidMessage(name="/maya_event", reason=f"it begins with {word[:40]!r}, which is no word of it")
+    try:
+        data = json.loads(rest)
+        fault, strokes = data["fault"], data["strokes"]
+        standing = Standing(
+            Mode(data["mode"]),
+            bool(data["homed"]),
+            bool(data["moving"]),
+            bool(data["gripper_closed"]),
+            float(data["override"]),
+            None if strokes is None else _ranges(strokes),
+            None if fault is None else Notice(int(fault["code"]), str(fault["message"])),
+        )
+        return Told(word, standing, int(data["code"]), dict(data["detail"]))
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        raise InvalidMessage(name="/maya_event", reason=f"behind its word stands no such object ({error!r})") from None
+
+
+def _noticed(notice: Notice) -> dict[str, object]:
+    return {"code": notice.code, "message": notice.message}
+
+
+def _ranges(data: object) -> Strokes:
+    if not isinstance(data, list):
+        raise TypeError("strokes are a list")
+    a, b, c = ((float(low), float(high)) for low, high in data)
+    return a, b, c
