@@ -1,0 +1,109 @@
+"""How the floors tell how they are: levels, our codes, and the message that ROS tools take."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from maya_un.graph import types
+from maya_un.graph.diagnostics import STALE_AFTER, Level, Status, array, axes, bridge, controller, process, robot
+from maya_un.values import Joints, Mode, Notice, Progress, State
+from tests.fakes import state_of
+
+READY = replace(state_of(Joints(0.5, 2.0, 2.0)), motors_on=(True, True, True))
+
+
+def in_mode(mode: Mode) -> State:
+    return replace(READY, mode=mode, fault=Notice(2301, "Axis b met its limit.") if mode is Mode.FAULT else None)
+
+
+@pytest.mark.parametrize(
+    ("mode", "level"),
+    [
+        (Mode.IDLE, Level.OK),
+        (Mode.MOVING, Level.OK),
+        (Mode.HOMING, Level.OK),
+        (Mode.STOPPING, Level.OK),
+        (Mode.NOT_HOMED, Level.WARN),
+        (Mode.PAUSED, Level.WARN),
+        (Mode.FAULT, Level.ERROR),
+        (Mode.DISCONNECTED, Level.ERROR),
+    ],
+)
+def test_every_mode_has_a_level_and_a_sentence(mode: Mode, level: Level) -> None:
+    status = controller(in_mode(mode))
+    assert status.level is level
+    assert status.message
+
+
+def test_a_fault_is_told_by_code_and_sentence() -> None:
+    status = controller(in_mode(Mode.FAULT))
+    assert status.message == "2301 Axis b met its limit."
+    assert status.values["code"] == 2301
+
+
+def test_how_far_a_motion_has_come_is_told_while_there_is_one() -> None:
+    assert "progress" not in controller(READY).values
+    status = controller(replace(READY, mode=Mode.MOVING, progress=Progress("down", 1.0, 4.0)))
+    assert status.values["progress"] == "down 25%"
+
+
+def test_a_limit_switch_is_a_warning_unless_homing_looks_for_it() -> None:
+    on = replace(READY, reverse_limit=(False, True, False))
+    assert axes(on).level is Level.WARN
+    assert "b short end" in axes(on).message
+    assert axes(replace(on, mode=Mode.HOMING)).level is Level.OK
+
+
+def test_motors_that_are_off_are_named() -> None:
+    status = axes(replace(READY, motors_on=(True, False, False)))
+    assert (status.level, status.message) == (Level.WARN, "motors off: b, c")
+
+
+def test_without_a_connection_nothing_is_known_of_the_axes() -> None:
+    assert axes(in_mode(Mode.DISCONNECTED)).level is Level.STALE
+    assert axes(READY).level is Level.OK
+
+
+def test_a_source_that_is_silent_is_stale() -> None:
+    status = controller(READY)
+    assert status.aged(STALE_AFTER) is status
+    old = status.aged(7.2)
+    assert (old.level, old.message, old.values) == (Level.STALE, "nothing heard for 7 s", status.values)
+
+
+def test_the_robot_floor_is_ready_at_work_waiting_or_alone() -> None:
+    assert robot(controller_there=True, can_teleop=True).level is Level.OK
+    assert robot(controller_there=True, can_teleop=False, running="pick").message == "at pick"
+    assert robot(controller_there=True, can_teleop=False).level is Level.WARN
+    alone = robot(controller_there=False, can_teleop=False)
+    assert alone.level is Level.ERROR
+    assert alone.message.startswith("1011 ")
+
+
+def test_the_process_floor_tells_of_its_queue() -> None:
+    assert process(robot_there=True, paused=False).level is Level.OK
+    assert process(robot_there=True, paused=False, running="job 3", queued=2).message == "at job 3"
+    held = process(robot_there=True, paused=True, reason="a fault")
+    assert (held.level, held.message) == (Level.WARN, "the queue is paused: a fault")
+    assert process(robot_there=False, paused=False).level is Level.ERROR
+
+
+def test_a_bridge_tells_how_many_use_it() -> None:
+    assert bridge("rosbridge", there=True, clients=3) == Status(
+        "maya: rosbridge", Level.OK, "connected", {"clients": 3}
+    )
+    assert bridge("firebase_bridge", there=False).level is Level.WARN
+
+
+def test_the_message_is_one_that_ros_takes() -> None:
+    message = array([controller(READY), axes(READY)], 3.5)
+    checked = types.conform("diagnostic_msgs/DiagnosticArray", message)
+    assert types.serialize("diagnostic_msgs/DiagnosticArray", checked)
+    assert checked["header"]["stamp"] == {"secs": 3, "nsecs": 500_000_000}
+    first = checked["status"][0]
+    assert (first["level"], first["name"], first["hardware_id"]) == (0, "maya: controller", "maya")
+    values = {pair["key"]: pair["value"] for pair in first["values"]}
+    assert values["homed"] == "true"
+    assert values["speed override"] == "100%"
