@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import asyncio
+from collections.abc import AsyncGenerator, Callable, Mapping
+from contextlib import asynccontextmanager, suppress
 from typing import Any
 
 from maya_un.config import Config, load
 from maya_un.config.load import parse
+from maya_un.errors import MasterGone
 from maya_un.graph.protocol import Parameters
 
 CONFIG = "/maya/config"
 """The parameter with the configuration: first what a launch file gives of it, then all of it."""
 
+_LOOK = 0.2
 _GIVEN = "/maya/config_given"
 _SETTLED = "/maya/config_settled"
 
@@ -33,6 +37,17 @@ async def settle(parameters: Parameters) -> Config:
     return config
 
 
+@asynccontextmanager
+async def configured(parameters: Parameters) -> AsyncGenerator[Config]:
+    """Have the configuration settled while the block runs; raises as `settle` does."""
+    config = await settle(parameters)
+    try:
+        yield config
+    finally:
+        with suppress(MasterGone):
+            await unsettle(parameters)
+
+
 async def unsettle(parameters: Parameters) -> None:
     """Leave of the configuration what was given; whoever comes next reads the file again."""
     given = await parameters.get(_GIVEN, {})
@@ -40,6 +55,19 @@ async def unsettle(parameters: Parameters) -> None:
         await parameters.delete(name)
     if given:
         await parameters.set(CONFIG, given)
+
+
+async def awaited(parameters: Parameters, *, speed: float = 1.0, waiting: Callable[[], None] | None = None) -> Config:
+    """Return the configuration once the controller's node has settled it; `waiting` is called where it has not yet.
+
+    `speed` is how fast the loop's clock runs.
+    """
+    while (found := await settled(parameters)) is None:
+        if waiting is not None:
+            waiting()
+            waiting = None
+        await asyncio.sleep(_LOOK * speed)
+    return found
 
 
 async def settled(parameters: Parameters) -> Config | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from functools import cached_property
 
 import rospy
 
@@ -39,19 +38,21 @@ class RosGraph:
         self._loop = asyncio.get_running_loop()
         self._post = Post(self._loop)
         self._speed = speed
+        self._directory = RosDirectory()
+        self._parameters = RosParameters()
         self._calls = Calls()
         self._clients: dict[tuple[str, str], ActionClient] = {}
         self._actions: list[RosAction] = []
 
-    @cached_property
+    @property
     def directory(self) -> RosDirectory:
         """What there is in it."""
-        return RosDirectory()
+        return self._directory
 
-    @cached_property
+    @property
     def parameters(self) -> RosParameters:
         """Its parameters."""
-        return RosParameters()
+        return self._parameters
 
     def advertise(self, topic: str, kind: str, *, latch: bool = False, queue_size: int = 100) -> Publisher:
         """Take a topic to publish on."""

@@ -1,0 +1,56 @@
+"""What the two nodes of the controller floor have in common: its door, its log, and taking over a homing."""
+
+from __future__ import annotations
+
+import asyncio
+
+import rospy
+
+from maya_un.assembly import ControllerFloor
+from maya_un.config import Config
+from maya_un.errors import MayaError
+from maya_un.events import Event, Kind
+from maya_un.graph.doors.controller import ControllerDoor
+from maya_un.graph.table import POSITION
+from maya_un.ros.node import Node
+
+_QUIET = {Kind.PHASE, Kind.MOVING, Kind.IDLE}
+_GRAVE = {Kind.FAULT, Kind.ESTOP}
+_STRANGE = {Kind.DISCONNECTED, Kind.LIMIT}
+
+
+def ros_time() -> float:
+    """Return the time that messages are stamped with [s]."""
+    return rospy.Time.now().to_sec()
+
+
+def log_event(event: Event) -> None:
+    """Write an event to the log of this node."""
+    write = rospy.logdebug if event.kind in _QUIET else rospy.loginfo
+    if event.kind in _STRANGE:
+        write = rospy.logwarn
+    if event.kind in _GRAVE:
+        write = rospy.logerr
+    write("%s", f"{event} [{event.code}]" if event.code else event)
+
+
+def fast_enough(config: Config, speed: float) -> Config:
+    """Return the configuration with as many records as /maya_position needs while the clock runs at `speed`."""
+    rate = max(config.controller.stream_rate, POSITION.rate / max(1.0, speed))
+    return config.model_copy(update={"controller": config.controller.model_copy(update={"stream_rate": rate})})
+
+
+async def offered(node: Node, floor: ControllerFloor, *, skip_home: bool) -> None:
+    """Offer a controller floor to the graph until cancelled; with `skip_home` take over the homing that it bears.
+
+    Where that is refused the graph stays up, and motion is refused until a homing.
+    """
+    door = ControllerDoor(floor.controller, address=floor.address, clock=ros_time, speed=node.speed)
+    async with door.open(node.graph):
+        node.say(f"The controller at {floor.address} is offered to the graph.")
+        if skip_home:
+            try:
+                await floor.controller.skip_home()
+            except MayaError as refusal:
+                node.warn(f"skip_home: error {refusal.code}: {refusal}")
+        await asyncio.Event().wait()

@@ -1,0 +1,30 @@
+"""Node hardware_interface: the controller floor on the machine.
+
+Parameters, private or under /maya: address (real for the configured one, or HOST:PORT) and skip_home.
+"""
+
+from __future__ import annotations
+
+from maya_un.address import REAL, SIM
+from maya_un.assembly import controller_floor
+from maya_un.errors import InvalidValue
+from maya_un.ros.configuration import configured
+from maya_un.ros.controlling import log_event, offered
+from maya_un.ros.node import Node, run
+
+
+def main() -> int:
+    """Be the node; return the exit code."""
+    return run("hardware_interface", serve)
+
+
+async def serve(node: Node) -> None:
+    """Offer the machine until cancelled; raises what `assembly.controller_floor` raises."""
+    address = str(await node.parameter("address", REAL))
+    if address == SIM:
+        raise InvalidValue(key="address", value=address, reason="with sim_mode:=false it is that of a machine")
+    async with (
+        configured(node.graph.parameters) as config,
+        controller_floor(config, address, heard=lambda events: events.heard_by(log_event)) as floor,
+    ):
+        await offered(node, floor, skip_home=bool(await node.parameter("skip_home", default=False)))

@@ -1,0 +1,46 @@
+"""Node hw_simulator: the controller floor on the virtual twin, and what its sensors show.
+
+Parameters, private or under /maya: speed (the clock's factor), skip_home, address (sim, or HOST:PORT of a twin that is
+served elsewhere), seed (where the twin powers up), table (a job file whose parts stand on its table) and parts (others
+by name and place). Its service ~twin tells what the twin's mechanics know.
+"""
+
+from __future__ import annotations
+
+from maya_un.address import SIM
+from maya_un.assembly import controller_floor
+from maya_un.errors import SpeedOnRealMachine
+from maya_un.graph.doors.sensors import SensorsDoor
+from maya_un.ros.configuration import configured
+from maya_un.ros.controlling import fast_enough, log_event, offered, ros_time
+from maya_un.ros.node import Node, run
+from maya_un.ros.table import on_the_table
+from maya_un.ros.witness import Scenery, witness
+
+
+def main() -> int:
+    """Be the node; return the exit code."""
+    return run("hw_simulator", serve)
+
+
+async def serve(node: Node) -> None:
+    """Offer the twin until cancelled; raises what `assembly.controller_floor` raises."""
+    address = str(await node.parameter("address", SIM))
+    if address != SIM and node.speed != 1.0:
+        raise SpeedOnRealMachine(address=address)
+    async with configured(node.graph.parameters) as config:
+        job, named = str(await node.parameter("table", "")), await node.parameter("parts", {})
+        async with controller_floor(
+            fast_enough(config, node.speed),
+            address,
+            seed=int(await node.parameter("seed", 0)),
+            parts=on_the_table(config, job, named),
+            speed=node.speed,
+            heard=lambda events: events.heard_by(log_event),
+        ) as floor:
+            scene = None if floor.twin is None else Scenery(floor.twin)
+            if floor.twin is not None:
+                witness(node.graph, floor.twin)
+            sensors = SensorsDoor(floor.controller, config, scene=scene, clock=ros_time, speed=node.speed)
+            async with sensors.open(node.graph):
+                await offered(node, floor, skip_home=bool(await node.parameter("skip_home", default=False)))

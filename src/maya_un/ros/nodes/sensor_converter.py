@@ -1,0 +1,33 @@
+"""Node sensor_converter: what the machine's sensors show, by a connection of its own to the controller.
+
+It tells /hardware_sensor, hears it, and tells what that means: position, joints and what rviz draws. Parameters,
+private or under /maya: address (real for the configured one, or HOST:PORT).
+"""
+
+from __future__ import annotations
+
+from maya_un.address import REAL, SIM, meant
+from maya_un.errors import InvalidValue
+from maya_un.graph.doors.sensors import SensorsDoor
+from maya_un.ros.configuration import awaited
+from maya_un.ros.controlling import ros_time
+from maya_un.ros.node import Node, run
+from maya_un.ros.sensing import Heard, Probe
+
+
+def main() -> int:
+    """Be the node; return the exit code."""
+    return run("sensor_converter", serve)
+
+
+async def serve(node: Node) -> None:
+    """Tell what is measured until cancelled; raises what connecting raises."""
+    address = str(await node.parameter("address", REAL))
+    if address == SIM:
+        raise InvalidValue(key="address", value=address, reason="with sim_mode:=false it is that of a machine")
+    config = await awaited(node.graph.parameters, waiting=lambda: node.say("Waiting for the controller's node."))
+    heard = Heard(config)
+    door = SensorsDoor(heard, config, clock=ros_time, speed=node.speed)
+    probe = Probe(config, meant(address, config.controller.address), ros_time)
+    async with door.open(node.graph), heard.listening(node.graph):
+        await probe.tell(node.graph)
