@@ -31,8 +31,12 @@ OTHER = configuration(
 
 
 @cache
+def _trees() -> tuple[tuple[Config, Tree], ...]:
+    return tuple((config, Tree(describe(MACROS, config))) for config in (Config(), OTHER))
+
+
 def tree(config: Config) -> Tree:
-    return Tree(describe(MACROS, config))
+    return next(made for of, made in _trees() if of == config)
 
 
 def put(config: Config, joints: Joints, jaw: float = JAW_OPEN) -> dict[str, float]:

@@ -99,7 +99,7 @@ def test_a_line_is_the_redder_the_more_it_carries() -> None:
 
 def test_lines_that_are_straight_are_as_red_as_can_be() -> None:
     colours = line_marker(Joints(0.0, 0.9, 0.9), MECHANISM, 5.0)["colors"]
-    assert colours == [HEAVY._asdict()] * 4
+    assert all(colour == pytest.approx(HEAVY._asdict()) for colour in colours)
 
 
 @pytest.mark.parametrize(
