@@ -42,7 +42,8 @@ class Gate:
         """Return what `wish` answers; `detail` says in the audit log what it is about ("job 17").
 
         What drives ends with the lease: where another takes it meanwhile, or it expires, the wish is cancelled, and
-        what it moves stops on its path. Raises `NotAllowed`, `LeaseNeeded`, `LeaseHeld`, `LeaseLost`, and what `wish`
+        what it moves stops on its path. So it is where whoever asked is demoted or removed; of a job of his the step
+        under way is finished, then the queue pauses (`Process.owner_ended`). Raises `NotAllowed`, `LeaseNeeded`, `LeaseHeld`, `LeaseLost`, and what `wish`
         raises.
         """
         code = InternalError.code

@@ -12,6 +12,7 @@ from maya_un.address import SIM
 from maya_un.api.access.caller import LOCAL, Caller
 from maya_un.api.access.entrance import Entrance
 from maya_un.api.access.operations import Operation
+from maya_un.api.direct import Direct
 from maya_un.api.held import PATIENCE, HeldJogs
 from maya_un.api.history import History
 from maya_un.api.leasing import Leasing
@@ -77,12 +78,13 @@ class Service:
         self._address = address
         self._speed = speed
         self._held = HeldJogs(controller, PATIENCE * max(1.0, speed))
+        self.direct = Direct(process, robot, controller, self._held.halt)
         shared = Entrance.alone(controller.events, speed) if entrance is None else entrance
         self.entrance = shared
         self.queue = Queueing(process, shared.lease)
         self.lease = Leasing(shared, self._held.halt)
         self.recorder = Recordings(recorder)
-        self.users = People(shared, self.lease.rights_ended)
+        self.users = People(shared, self._rights_ended)
 
     async def submit(
         self,
@@ -125,6 +127,12 @@ class Service:
         """
         number = await self._process.wish(wish, self._asked(by, options, key))
         return await (self._process.result(number) if wait else self._process.shown.report(number))
+
+    def _rights_ended(self, token: str, name: str, why: str) -> None:
+        """End what somebody drives whose token ended, or without one, who may do less than before, and his queue."""
+        self.lease.rights_ended(token, name, why)
+        if not token and name != LOCAL.name:
+            self._process.owner_ended(name)
 
     def _asked(self, by: Caller, options: Options, key: str) -> Asked:
         return Asked(Owner(by.name, by.source), options, key, proposal=self.queue.proposes(by))
@@ -298,3 +306,4 @@ class Service:
     def _require_no_job(self) -> None:
         if self._process.running is not None:
             raise Busy(doing=f"job {self._process.running}")
+        self.direct.require_free()

@@ -111,6 +111,22 @@ class Editing:
         await self._ledger.write(propose)
         await self._submitting.hold_where_failed(item)
 
+    async def unapprove(self, owner: str) -> None:
+        """Have all that waits of somebody be proposals again, who may not queue any more; also where it is not written.
+
+        Raises `StorageFailed`.
+        """
+
+        def propose() -> list[Entry]:
+            rows = ((item, item.row) for item in self._items if item.row.owner.name == owner and not item.begun)
+            return [
+                self._changes.row(item, replace(row, state=TaskState.HELD, proposal=True, approved_by=""))
+                for item, row in rows
+                if row.state in _WAITING
+            ]
+
+        await self._ledger.write(propose)
+
     async def cancel(self, number: int, error: MayaError, unless: Callable[[], bool] = lambda: False) -> None:
         """End a job that is not under way, `unless` it has begun meanwhile; where it has ended, nothing happens.
 

@@ -167,6 +167,24 @@ class Process:
         await self._whole.do(self._editing.clear(Cancelled()))
         await self.turns.lift()
 
+    def end_running(self) -> None:
+        """Have the job under way end, braking on its path, and let none begin that waits."""
+        self.turns.halt(Cancelled())
+        if self.turns.running is not None:
+            self.turns.end(self.turns.running, Cancelled())
+
+    async def end_all(self) -> None:
+        """Cancel what is under way and all that wait, those that have begun too; an interrupted one still waits.
+
+        Returns when all have ended; raises `StorageFailed`.
+        """
+        self.end_running()
+        await self.clear()
+        for item in [item for item in self._items if not item.row.state.ended]:
+            if item.row.state is not TaskState.INTERRUPTED:
+                await self.cancel(item.number)
+        await self.turns.lift()
+
     async def hold(self, number: int) -> None:
         """Put a job aside; raises as `Editing.hold` does."""
         await self._whole.do(self._editing.hold(number))
@@ -189,6 +207,14 @@ class Process:
         """Change a job; raises as `Editing.change` does. What is not `approved` is a proposal after it."""
         await self._whole.do(self._editing.change(number, changes, approved=approved))
         self.turns.wake()
+
+    def owner_ended(self, owner: str) -> None:
+        """Let nothing begin of somebody who may not queue jobs any more: his job pauses after the step under way.
+
+        What waits of him becomes a proposal, which somebody approves or declines.
+        """
+        self.turns.driver_ended(owner)
+        self._whole.begin(self._editing.unapprove(owner))
 
     async def recover(self, choice: str, holding: bool | None, *, resume_queue: bool, by: str) -> None:
         """Do what a person chose for the interrupted job; raises as `Recovering.recover`, `NotConnected`, `Faulted`.

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 
 from maya_un.errors import (
     AnswerNeeded,
+    Busy,
     Cancelled,
     Faulted,
     MachineError,
@@ -50,6 +51,7 @@ class Turns:
         self._runner: asyncio.Task[None] | None = None
         self._steps_allowed = 0
         self._closed = False
+        self._aside = 0
         self.running: Item | None = None
         self.halts = 0
         shared.ledger.on_failure = lambda: shared.pausing.pause("storage")
@@ -115,6 +117,11 @@ class Turns:
             self.running.end_by = self.running.end_by or error
         self.pause_by_itself(reason)
 
+    def driver_ended(self, owner: str) -> None:
+        """Pause after the step under way, where that is of a job of somebody who may not drive any more."""
+        if self.running is not None and self.running.row.owner.name == owner:
+            self._pausing.pause("driver")
+
     def pause_by_itself(self, reason: str) -> None:
         """Pause where anything waits that would begin; wishes for now are over, and wait as any other job."""
         waited = self._items.no_longer_direct()
@@ -154,6 +161,18 @@ class Turns:
         if self.running is not None:
             await self._mark(self.running, TaskState.RUNNING)
 
+    @contextmanager
+    def aside(self) -> Iterator[None]:
+        """Begin no job while the block runs, which drives the robot past the queue; raises `Busy` while one does."""
+        if self.running is not None and not self.running.row.state.ended:
+            raise Busy(doing=f"job {self.running.number}")
+        self._aside += 1
+        try:
+            yield
+        finally:
+            self._aside -= 1
+            self.wake()
+
     def shut(self) -> None:
         """Begin nothing any more."""
         self._closed = True
@@ -180,7 +199,7 @@ class Turns:
 
     def _next(self) -> tuple[Item, int | None] | None:
         """Return whose turn it is, and how many steps he may do (None: all); None where nothing may begin."""
-        if self._closed:
+        if self._closed or self._aside:
             return None
         direct = self._items.next_direct(self._may_begin)
         if direct is not None:

@@ -16,7 +16,7 @@ from maya_un.process.journal.protocol import Filter
 from maya_un.process.journal.rows import Options
 from maya_un.process.states import TaskState
 from maya_un.process.view import QueueMode
-from tests.queues import Floor, Machine, job
+from tests.queues import PICK_AND_PLACE, Floor, Machine, job
 from tests.virtual_time import elapse
 
 ANA = Caller("ana", Role.STUDENT, "lab")
@@ -169,3 +169,42 @@ async def test_the_same_key_is_the_same_job_for_one_owner() -> None:
         one = await service.submit(HOME, key="k", by=EVA)
         assert await service.submit(HOME, key="k", by=EVA) == one
         assert (await service.submit(HOME, key="k", by=LOCAL)).id != one.id
+
+
+@pytest.mark.parametrize("way", ["demoted", "removed"])
+async def test_of_one_who_may_queue_no_more_the_step_is_finished_and_the_rest_waits_for_approval(way: str) -> None:
+    async with door() as (floor, service):
+        root = Caller("root", Role.ADMIN, "lab")
+        await service.users.add("root", "admin")
+        await service.users.add("eva", "operator")
+        for _ in range(2):
+            await service.submit(job(*PICK_AND_PLACE), by=EVA)
+        await service.submit(HOME, by=root)
+        await floor.until(1, 1)
+        if way == "demoted":
+            await service.users.change("eva", role="viewer", by=root)
+        else:
+            await service.users.remove("eva")
+        view = service.queue.view()
+        assert (view.mode, view.reason) == (QueueMode.PAUSING, "driver")
+        while service.queue.view().mode is QueueMode.PAUSING:
+            await elapse(0.1)
+        found = {line.id: line for line in await service.history.page(Filter())}
+        assert (found[1].state, found[1].done) == (TaskState.PAUSED, 1)
+        assert (found[2].state, found[2].proposal) == (TaskState.HELD, True)
+        assert (found[3].state, found[3].proposal) == (TaskState.QUEUED, False)
+        await service.queue.release(2, by=root)
+        await service.queue.resume(root)
+        assert [(await service.wait(number)).state for number in (1, 2, 3)] == [TaskState.DONE] * 3
+
+
+async def test_a_job_goes_on_whose_owners_token_is_revoked_or_who_is_promoted() -> None:
+    async with door() as (_, service):
+        root = Caller("root", Role.ADMIN, "lab")
+        await service.users.add("root", "admin")
+        made = await service.users.add("eva", "operator")
+        for _ in range(2):
+            await service.submit(job(*PICK_AND_PLACE), by=EVA)
+        await service.users.revoke(made.id, by=root)
+        await service.users.change("eva", role="admin", by=root)
+        assert [(await service.wait(number)).state for number in (1, 2)] == [TaskState.DONE] * 2
