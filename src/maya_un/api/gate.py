@@ -41,10 +41,10 @@ class Gate:
     ) -> T:
         """Return what `wish` answers; `detail` says in the audit log what it is about ("job 17").
 
-        What drives ends with the lease: where another takes it meanwhile, or it expires, the wish is cancelled, and
-        what it moves stops on its path. So it is where whoever asked is demoted or removed; of a job of his the step
-        under way is finished, then the queue pauses (`Process.owner_ended`). Raises `NotAllowed`, `LeaseNeeded`, `LeaseHeld`, `LeaseLost`, and what `wish`
-        raises.
+        What drives ends with the lease: where another takes it meanwhile, it expires, or whoever holds it is demoted or
+        removed, the wish is cancelled, and what it moves stops on its path. A job is no wish: of one whose owner is
+        demoted or removed the step under way is finished, then the queue pauses (`Process.owner_ended`). Raises
+        `NotAllowed`, `LeaseNeeded`, `LeaseHeld`, `LeaseLost`, and what `wish` raises.
         """
         code = InternalError.code
         try:
