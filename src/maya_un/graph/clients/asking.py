@@ -1,0 +1,68 @@
+"""Wishes over a graph: what goes wrong there is raised here, with the code and words of the floor that said it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Coroutine
+from typing import Any, TypeVar
+
+from maya_un.errors import NodeGone, ServiceFailed, UnknownInterface
+from maya_un.graph.outcome import error_of
+from maya_un.graph.protocol import Feedback, Graph, Message, Outcome
+from maya_un.graph.table import Row
+
+T = TypeVar("T")
+
+
+async def done(graph: Graph, row: Row, goal: Message, feedback: Feedback | None = None) -> Message:
+    """Have the goal of an action carried out and return its result.
+
+    Raises the error that its server tells of, and `NodeGone` where there is none, or none any more. Being cancelled
+    cancels the goal, and ends when the server says that it has ended.
+    """
+    ended = await _whole(graph.do(row.name, row.type, goal, feedback))
+    if not ended.result:
+        raise NodeGone(node=row.sources[0])
+    error = error_of(ended.result, row.name)
+    if error is not None:
+        raise error
+    if ended.outcome is not Outcome.SUCCEEDED:
+        raise ServiceFailed(service=row.name, reason=f"it ended as {ended.outcome.name.lower()}")
+    return ended.result
+
+
+async def called(graph: Graph, row: Row, request: Message) -> Message:
+    """Return the response of a service; raises the error that it tells of, and `NodeGone` where nobody answers.
+
+    Being cancelled cancels what is being answered, and ends when that is over.
+    """
+    try:
+        response = await _whole(graph.call(row.name, request, row.type))
+    except (ServiceFailed, UnknownInterface):
+        raise NodeGone(node=row.sources[0]) from None
+    error = error_of(response, row.name)
+    if error is not None:
+        raise error
+    return response
+
+
+async def _whole(work: Coroutine[Any, Any, T]) -> T:
+    """Return what `work` does; being cancelled, cancel it once and wait for its end: the robot is at rest then."""
+    task = asyncio.ensure_future(work)
+    try:
+        await asyncio.wait({task})
+    except asyncio.CancelledError:
+        task.cancel()
+        await _over(task)
+        raise
+    return task.result()
+
+
+async def _over(task: asyncio.Future[Any]) -> None:
+    while not task.done():
+        try:
+            await asyncio.wait({task})
+        except asyncio.CancelledError:
+            continue  # said before; a second word does not make the robot stop sooner
+    if not task.cancelled():
+        task.exception()

@@ -1,0 +1,190 @@
+"""What a controller floor tells over a graph, put together: its state, its events in order, whether it is there.
+
+The last event says how everything stands (`graph.events`), /joint_states where the axes are, /maya_position where the
+gripper is. Limit switches, motors and stop codes are not told: they count as in order while there is no fault.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import AsyncIterator, Callable
+from contextlib import suppress
+
+from maya_un.config import Config, Units
+from maya_un.errors import InvalidMessage, NodeGone
+from maya_un.events import EventLog, Kind
+from maya_un.graph.events import REFUSED, Standing, Strokes, Told, read
+from maya_un.graph.protocol import Graph, Message
+from maya_un.graph.table import EVENT, JOINTS, POSITION
+from maya_un.kinematics.mechanism import Mechanism
+from maya_un.kinematics.workspace import Workspace
+from maya_un.values import AXES, Joints, Mode, Point, Progress, State
+
+LOOK = 0.1
+"""How often it is looked whether the floor's node is still there [s, real time]."""
+
+SETTLES = 0.5
+"""Within this time what is told shows the end of a wish that has ended [s, real time]."""
+
+UNDER_WAY = frozenset({Mode.MOVING, Mode.HOMING, Mode.STOPPING})
+"""Modes that end by themselves."""
+
+_AWAY = Standing(Mode.DISCONNECTED, homed=False, moving=False, gripper_closed=False)
+_FRESH = 2
+"""So many messages later where the axes are was measured after now: one may have been on its way."""
+
+_BLANK = (False, False, False)
+
+log = logging.getLogger("maya_un.graph")
+
+
+class Watch:
+    """Listens to a controller floor on `graph`; `speed` is how fast the loop's clock runs.
+
+    `progress` is how far the motion under way has come, as whoever began it knows.
+    """
+
+    def __init__(self, graph: Graph, config: Config, speed: float) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._speed = max(1.0, speed)
+        self._units = Units.of(config)
+        self._config = config
+        self.mechanism = Mechanism.of(config)
+        self.workspace = Workspace.of(config)
+        self.events = EventLog(self._loop.time)
+        self.progress: Progress | None = None
+        self.node = EVENT.sources[0]
+        self._standing = _AWAY
+        self._strokes: Strokes | None = None
+        self._joints: Joints | None = None
+        self._velocity = (0.0, 0.0, 0.0)
+        self._point: Point | None = None
+        self._measured = 0
+        self._newer = asyncio.Event()
+        self.state = self._compose()
+        self._told = graph.subscribe(EVENT.name, EVENT.type, self._hear_event, queue_size=EVENT.queue_size)
+        self._held = (
+            graph.subscribe(JOINTS.name, JOINTS.type, self._hear_joints, queue_size=JOINTS.queue_size),
+            graph.subscribe(POSITION.name, POSITION.type, self._hear_point, queue_size=POSITION.queue_size),
+        )
+        self._looking = self._loop.create_task(self._keep_looking(), name="look at the controller's node")
+
+    async def close(self) -> None:
+        """Listen no more."""
+        for held in (self._told, *self._held):
+            held.close()
+        self._looking.cancel()
+        await asyncio.wait({self._looking})
+
+    @property
+    def there(self) -> bool:
+        """Whether the floor's node is there, and has told how it stands."""
+        return self._standing is not _AWAY
+
+    async def watch(self) -> AsyncIterator[State]:
+        """Yield the state now and every newer one; a slow reader skips to the newest."""
+        shown: State | None = None
+        while True:
+            if self.state is not shown:
+                shown = self.state
+                yield shown
+            else:
+                await self._newer.wait()
+
+    async def until(self, shown: Callable[[], bool], patience: float | None = None) -> bool:
+        """Wait until what is told shows something, for `patience` [s, real time] at most; tell whether it does."""
+        with suppress(TimeoutError):
+            async with asyncio.timeout(None if patience is None else patience * self._speed):
+                while not shown():
+                    await self._newer.wait()
+        return shown()
+
+    async def settled(self) -> None:
+        """Wait until what is told shows how a wish has ended that is over: at rest, and where."""
+        fresh = self._measured + _FRESH
+        await self.until(lambda: not self.there or (self._at_rest and self._measured >= fresh), SETTLES)
+
+    def renew(self) -> None:
+        """Put the state together again, and wake whoever watches."""
+        self.state = self._compose()
+        self._newer.set()
+        self._newer.clear()
+
+    @property
+    def _at_rest(self) -> bool:
+        return self._standing.mode not in UNDER_WAY
+
+    def _hear_event(self, message: Message) -> None:
+        try:
+            told = read(message["data"])
+        except InvalidMessage as error:
+            log.warning("%s", error)
+            return
+        new = not self.there
+        self._stand(told.standing)
+        self.node = next(iter(self._told.writers), self.node)
+        if new and told.word != Kind.CONNECTED:
+            self.events.emit(Kind.CONNECTED, address=self.node)
+        self._emit(told)
+
+    def _emit(self, told: Told) -> None:
+        if told.word != REFUSED:
+            detail = {key: value for key, value in told.detail.items() if key not in {"kind", "code"}}
+            self.events.emit(Kind(told.word), told.code, **detail)
+
+    def _stand(self, standing: Standing) -> None:
+        self._standing = standing
+        if standing.strokes is not None and standing.strokes != self._strokes:
+            self._strokes = standing.strokes
+            self.workspace = Workspace.of(self._config, standing.strokes).with_zones(self.workspace.zones)
+        self.renew()
+
+    def _hear_joints(self, message: Message) -> None:
+        places = dict(zip(message["name"], message["position"], strict=False))
+        if not all(axis in places for axis in AXES):
+            return  # somebody else's joints
+        rates = dict(zip(message["name"], message["velocity"], strict=False))
+        self._joints = Joints(*(places[axis] for axis in AXES))
+        a, b, c = (rates.get(axis, 0.0) for axis in AXES)
+        self._velocity = (a, b, c)
+        self._measured += 1
+        self.renew()
+
+    def _hear_point(self, message: Message) -> None:
+        self._point = Point(message["x"], message["y"], message["z"])
+
+    async def _keep_looking(self) -> None:
+        while True:
+            await asyncio.sleep(LOOK * self._speed)
+            if self.there and not self._told.writers:
+                self._lose()
+
+    def _lose(self) -> None:
+        """Say that the node is gone; what it told is worth nothing any more."""
+        gone = NodeGone(node=self.node)
+        self._joints = self._point = None
+        self._stand(_AWAY)
+        self.events.emit(Kind.DISCONNECTED, gone.code, message=str(gone))
+
+    def _compose(self) -> State:
+        standing = self._standing
+        joints, powered = self._joints if standing.homed else None, self.there and standing.fault is None
+        return State(
+            time=self._loop.time(),
+            mode=standing.mode,
+            homed=standing.homed,
+            counts=(0, 0, 0) if joints is None else self._units.to_counts(joints),
+            joints=joints,
+            point=None if joints is None else self._point,
+            velocity=self._velocity,
+            moving=standing.moving,
+            motors_on=(powered, powered, powered),
+            forward_limit=_BLANK,
+            reverse_limit=_BLANK,
+            stop_code=(0, 0, 0),
+            gripper_closed=standing.gripper_closed,
+            progress=self.progress,
+            fault=standing.fault,
+            override=standing.override,
+        )
