@@ -17,6 +17,7 @@ from maya_un.graph.markers import Drawing, View
 from maya_un.graph.protocol import Graph, Message, Publisher
 from maya_un.graph.stamps import header
 from maya_un.graph.table import JOINTS, MARKERS, POSITION, SENSORS, Row
+from maya_un.graph.ways import Ways
 from maya_un.values import Point, State
 
 DRAWING_RATE = 10.0
@@ -73,6 +74,7 @@ class SensorsDoor:
         self._clock = clock_or_loop(clock)
         self._speed = max(1.0, speed)
         self._drawing = Drawing()
+        self._ways: Ways | None = None
         self._drawn = 0.0
         self._readers = 0
 
@@ -81,11 +83,12 @@ class SensorsDoor:
         """Publish while the block runs."""
         rows = [POSITION, JOINTS, MARKERS, *([] if self._raw is None else [SENSORS])]
         publishers = {row.name: _advertised(graph, row) for row in rows}
+        ways = self._ways = Ways(graph, self._floor.workspace.mechanism, lambda: self._floor.state.joints)
         async with tasks() as working:
             working.begin(self._follow(publishers), "sensors")
             yield
-        for publisher in publishers.values():
-            publisher.close()
+        for held in (ways, *publishers.values()):
+            held.close()
 
     async def _follow(self, publishers: Mapping[str, Publisher]) -> None:
         """Publish every state, or as many as the rate allows, the newest always."""
@@ -120,7 +123,8 @@ class SensorsDoor:
         self._drawn = now
         workspace, scene = self._floor.workspace, self._scene
         parts, carried = ({}, None) if scene is None else (scene.parts, scene.carried)
-        news = self._drawing.update(View(state, workspace, workspace.zones, parts, carried), whole=come)
+        way = () if self._ways is None else self._ways.way
+        news = self._drawing.update(View(state, workspace, workspace.zones, parts, carried, way), whole=come)
         if news is not None:
             markers.publish(news)
 

@@ -1,0 +1,100 @@
+"""The path under way is what a goal says, from when it is sent until its result comes."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from maya_un.graph.bus import Bus
+from maya_un.graph.paths import to_message
+from maya_un.graph.protocol import Feedback, Message, Refused
+from maya_un.graph.ways import Ways
+from maya_un.motion import Path
+from maya_un.values import Point
+from tests.strategies import WORKSPACE
+
+MECHANISM = WORKSPACE.mechanism
+START, END = Point(0.5, 1.2, 0.4), Point(1.1, 0.6, 0.9)
+HERE, THERE = WORKSPACE.ik(START), WORKSPACE.ik(END)
+DONE: Message = {"success": True, "code": "", "message": ""}
+
+
+class Controller:
+    """Serves both actions: takes its time, and refuses what comes in the meantime."""
+
+    def __init__(self, bus: Bus) -> None:
+        self.node = bus.node("hw_simulator")
+        self._busy = False
+        self.node.act("/controller/follow", "maya_controller/Follow", self._act)
+        self.node.act("/move", "maya_controller/Move", self._act)
+
+    async def _act(self, _: Message, __: Feedback) -> Message:
+        if self._busy:
+            raise Refused({**DONE, "success": False, "code": "2104"})
+        self._busy = True
+        await asyncio.sleep(10.0)
+        self._busy = False
+        return DONE
+
+
+def follow(path: Path) -> Message:
+    return {"trajectory": to_message(path)}
+
+
+async def test_the_way_of_a_goal_is_known_until_its_result_comes() -> None:
+    bus = Bus()
+    Controller(bus)
+    ways = Ways(bus.node("sensors"), MECHANISM, lambda: HERE)
+    assert ways.way == ()
+    line = Path.line(START, END)
+    going = asyncio.ensure_future(bus.node("robot").do("/controller/follow", "maya_controller/Follow", follow(line)))
+    await asyncio.sleep(1.0)
+    assert ways.way[0] == pytest.approx(START)
+    assert ways.way[-1] == pytest.approx(END)
+    await going
+    assert ways.way == ()
+
+
+async def test_a_move_goes_from_where_the_robot_is() -> None:
+    bus = Bus()
+    Controller(bus)
+    ways = Ways(bus.node("sensors"), MECHANISM, lambda: HERE)
+    going = asyncio.ensure_future(bus.node("robot").do("/move", "maya_controller/Move", THERE._asdict()))
+    await asyncio.sleep(1.0)
+    assert ways.way[0] == pytest.approx(START)
+    assert ways.way[-1] == pytest.approx(END)
+    ways.close()
+    assert ways.way == ()
+    await going
+
+
+async def test_a_goal_that_is_refused_leaves_the_way_of_the_other() -> None:
+    bus = Bus()
+    Controller(bus)
+    ways = Ways(bus.node("sensors"), MECHANISM, lambda: HERE)
+    robot = bus.node("robot")
+    first = asyncio.ensure_future(
+        robot.do("/controller/follow", "maya_controller/Follow", follow(Path.line(START, END)))
+    )
+    await asyncio.sleep(1.0)
+    await robot.do("/controller/follow", "maya_controller/Follow", follow(Path.line(END, START)))
+    assert ways.way[-1] == pytest.approx(END)
+    await first
+    assert ways.way == ()
+
+
+async def test_what_is_no_path_and_a_move_from_nowhere_have_no_way() -> None:
+    bus = Bus()
+    Controller(bus)
+    ways = Ways(bus.node("sensors"), MECHANISM, lambda: None)
+    robot = bus.node("robot")
+    short = {"trajectory": {**to_message(Path.line(START, END)), "joint_names": ["x", "y"]}}
+    for action, kind, goal in (
+        ("/controller/follow", "maya_controller/Follow", short),
+        ("/move", "maya_controller/Move", THERE._asdict()),
+    ):
+        going = asyncio.ensure_future(robot.do(action, kind, goal))
+        await asyncio.sleep(1.0)
+        assert ways.way == ()
+        await going
