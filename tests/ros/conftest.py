@@ -1,0 +1,42 @@
+"""A ROS for tests that need one; where there is none they are left out, and say why."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.ros import workspace as workspaces
+from tests.ros.driven import Driver
+from tests.ros.harness import Ros
+from tests.ros.workspace import Workspace
+
+
+@pytest.hookimpl
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Leave out what needs a ROS where there is none; what lies here needs one."""
+    reason = workspaces.missing()
+    here = Path(__file__).parent
+    for item in items:
+        if reason is not None and here in item.path.parents:
+            item.add_marker(pytest.mark.skip(reason=f"no ROS: {reason}"))
+
+
+@pytest.fixture(scope="session")
+def workspace() -> Workspace:
+    """Return the packages, built."""
+    return workspaces.provide()
+
+
+@pytest.fixture
+def ros(tmp_path: Path, workspace: Workspace) -> Iterator[Ros]:
+    """Return a ROS of the test's own."""
+    with Ros(tmp_path, workspace) as own:
+        yield own
+
+
+@pytest.fixture
+def driver(ros: Ros) -> Driver:
+    """Return a node that does what the test says."""
+    return ros.driver()

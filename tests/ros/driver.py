@@ -1,0 +1,173 @@
+"""A ROS node that does what it is told: JSON lines in, JSON lines out. `driven.Driver` is the other side.
+
+It runs under the Python of nodes and uses nothing of this project, so that what it sees is what ROS sees.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from threading import Condition, Lock, Thread
+from typing import Any
+
+import actionlib
+import genpy
+import roslib.message
+import rospy
+import rosservice
+import rostopic
+from actionlib import ActionClient
+from actionlib_msgs.msg import GoalStatus
+
+PATIENCE = 30.0
+"""Longest wait for a service, an action's server or a topic's reader [s]."""
+
+_telling = Lock()
+_publishers: dict[str, _Publisher] = {}
+_subscribers: list[Any] = []
+_clients: dict[str, ActionClient] = {}
+_goals: dict[str, Any] = {}
+
+
+def main() -> None:
+    """Do what standard input says until it closes."""
+    rospy.init_node("driver", anonymous=True, disable_signals=True)
+    _tell({"ready": rospy.get_name()})
+    for line in sys.stdin:
+        Thread(target=_serve, args=(json.loads(line),), daemon=True).start()
+    rospy.signal_shutdown("nothing more to do")
+
+
+def _serve(wish: dict[str, Any]) -> None:
+    number = wish.pop("id")
+    try:
+        _tell({"id": number, "value": OPERATIONS[wish.pop("op")](**wish)})
+    except Exception as error:  # noqa: BLE001 - whatever it is, the test is told
+        _tell({"id": number, "error": f"{type(error).__name__}: {error}"})
+
+
+def _tell(what: dict[str, Any]) -> None:
+    with _telling:
+        print(json.dumps(what), flush=True)
+
+
+def subscribe(topic: str, type: str) -> None:  # noqa: A002 - the word of the lines
+    """Listen to a topic."""
+    kind = _topic_class(topic, type)
+    _subscribers.append(
+        rospy.Subscriber(topic, kind, lambda message: _tell({"topic": topic, "message": plain(message)}))
+    )
+
+
+def _topic_class(topic: str, name: str) -> Any:
+    kind = _message_class(name) if name else rostopic.get_topic_class(topic, blocking=True)[0]
+    if kind is None:
+        raise LookupError(f"no type for {topic}")
+    return kind
+
+
+class _Publisher(rospy.SubscribeListener):
+    """A topic to publish on, that knows how many listen."""
+
+    def __init__(self, topic: str, kind: Any, latch: bool) -> None:
+        self._kind = kind
+        self._news = Condition()
+        self._readers = 0
+        self._publisher = rospy.Publisher(topic, kind, self, queue_size=100, latch=latch)
+
+    def peer_subscribe(self, topic_name: str, topic_publish: object, peer_publish: object) -> None:
+        """Count one more."""
+        with self._news:
+            self._readers += 1
+            self._news.notify_all()
+
+    def publish(self, message: dict[str, Any], readers: int) -> None:
+        """Publish when so many listen."""
+        with self._news:
+            if not self._news.wait_for(lambda: self._readers >= readers, PATIENCE):
+                raise LookupError(f"{self._readers} listen to {self._publisher.name}, not {readers}")
+        self._publisher.publish(_filled(self._kind(), message))
+
+
+def publish(topic: str, type: str, message: dict[str, Any], readers: int, latch: bool) -> None:  # noqa: A002
+    """Publish a message."""
+    if topic not in _publishers:
+        _publishers[topic] = _Publisher(topic, _message_class(type), latch)
+    _publishers[topic].publish(message, readers)
+
+
+def call(service: str, request: dict[str, Any]) -> dict[str, Any]:
+    """Call a service."""
+    rospy.wait_for_service(service, PATIENCE)
+    kind = rosservice.get_service_class_by_name(service)
+    return plain(rospy.ServiceProxy(service, kind)(_filled(kind._request_class(), request)))
+
+
+def goal(goal: str, action: str, type: str, message: dict[str, Any]) -> None:  # noqa: A002
+    """Send a goal to an action."""
+    if action not in _clients:
+        _clients[action] = ActionClient(action, _message_class(f"{type}Action"))
+    client = _clients[action]
+    if not client.wait_for_server(rospy.Duration.from_sec(PATIENCE)):
+        raise LookupError(f"nobody serves {action}")
+    wish = _filled(_message_class(f"{type}Goal")(), message)
+    _goals[goal] = client.send_goal(wish, _when_it_changes(goal), _when_it_goes_on(goal))
+
+
+def _when_it_goes_on(name: str) -> Callable[[Any, Any], None]:
+    return lambda _, feedback: _tell({"goal": name, "what": "feedback", "message": plain(feedback)})
+
+
+def _when_it_changes(name: str) -> Callable[[Any], None]:
+    def changed(handle: Any) -> None:
+        state, text = handle.get_goal_status(), handle.get_goal_status_text()
+        _tell({"goal": name, "what": "status", "message": {"state": state, "text": text}})
+        if handle.get_comm_state() == actionlib.CommState.DONE:
+            result = handle.get_result()
+            told = {} if result is None else plain(result)
+            outcome = GoalStatus.LOST if result is None else handle.get_terminal_state()
+            _tell({"goal": name, "what": "ended", "outcome": outcome, "result": told})
+
+    return changed
+
+
+def cancel(goal: str) -> None:
+    """Ask for the end of a goal."""
+    _goals[goal].cancel()
+
+
+def set_param(name: str, value: Any) -> None:
+    """Set a parameter."""
+    rospy.set_param(name, value)
+
+
+def _message_class(name: str) -> Any:
+    kind = roslib.message.get_message_class(name)
+    if kind is None:
+        raise LookupError(f"no type {name}")
+    return kind
+
+
+def _filled(message: Any, fields: dict[str, Any]) -> Any:
+    genpy.message.fill_message_args(message, [fields] if fields else [])
+    return message
+
+
+def plain(value: Any) -> Any:
+    """Return a message as plain data."""
+    if isinstance(value, genpy.Message):
+        return {name: plain(getattr(value, name)) for name in value.__slots__}
+    if isinstance(value, genpy.Time | genpy.Duration):
+        return {"secs": value.secs, "nsecs": value.nsecs}
+    if isinstance(value, bytes):
+        return list(value)
+    return [plain(item) for item in value] if isinstance(value, list | tuple) else value
+
+
+OPERATIONS: dict[str, Callable[..., Any]] = {
+    "subscribe": subscribe, "publish": publish, "call": call, "goal": goal, "cancel": cancel, "set_param": set_param,
+}  # fmt: skip
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,150 @@
+"""A ROS of a test's own: a roscore on a free port, and whatever is launched on it, all on the loopback."""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from threading import Event
+from time import monotonic
+from types import TracebackType
+from typing import Any
+from xmlrpc.client import ServerProxy
+
+from tests.ros.driven import Driver
+from tests.ros.programs import Program
+from tests.ros.workspace import Workspace, python
+
+HERE = Path(__file__).resolve().parent
+SPEED = 20
+"""How much faster than real time the twin runs in tests that do not say otherwise."""
+
+
+class Ros:
+    """A roscore, and everything that is started on it, until it is closed."""
+
+    def __init__(self, folder: Path, workspace: Workspace, *, space: str = "devel") -> None:
+        self.folder = folder
+        self.port = free_port()
+        self.rosbridge_port = free_port()
+        self.uri = f"http://127.0.0.1:{self.port}"
+        self.environment = {**workspace.environment(space), **_places(folder), "ROS_MASTER_URI": self.uri}
+        self._programs: list[Program] = []
+        self._core = self.start("roscore", "-p", str(self.port))
+
+    def __enter__(self) -> Ros:
+        try:
+            self._core.until("started core service [/rosout]")
+            self.set_param("/rosbridge/port", self.rosbridge_port)
+        except BaseException:
+            self.close()
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def start(self, *command: str, environment: Mapping[str, str] | None = None) -> Program:
+        """Start a program on this graph; `environment` is laid over its environment."""
+        program = Program(command, {**self.environment, **(environment or {})})
+        self._programs.append(program)
+        return program
+
+    def launch(
+        self, package: str, file: str, environment: Mapping[str, str] | None = None, **arguments: Any
+    ) -> Program:
+        """Start a launch file, at `SPEED` and without a dashboard unless told otherwise; True is written true."""
+        told: dict[str, Any] = {"speed": SPEED, "core_debug": True, **arguments}
+        if file == "process.launch":
+            told = {"custom_gui": False, "skip_firebase": True, **told}
+        words = [f"{name}:={str(value).lower() if isinstance(value, bool) else value}" for name, value in told.items()]
+        return self.start("roslaunch", package, file, *words, environment=environment)
+
+    def tool(self, *command: str, within: float = 40.0) -> str:
+        """Run a program to its end and return what it says; fails where it fails, or takes longer [s]."""
+        done = subprocess.run(
+            command, env=self.environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+            text=True, timeout=within, check=False,
+        )  # fmt: skip
+        assert done.returncode == 0, f"{' '.join(command)} ended with {done.returncode}:\n{done.stdout}"
+        return done.stdout
+
+    def driver(self) -> Driver:
+        """Return a node that does what the test says."""
+        return Driver(self.start(str(python()), str(HERE / "driver.py")))
+
+    def ask_master(self, method: str, *arguments: Any) -> Any:
+        """Call a method of the master's XML-RPC interface and return its value; fails where the master refuses."""
+        with ServerProxy(self.uri, allow_none=True) as master:
+            code, words, value = getattr(master, method)("/test", *arguments)
+        assert code == 1, words
+        return value
+
+    def nodes(self) -> set[str]:
+        """Return the names of the nodes that publish, subscribe or serve something."""
+        return {node for kind in self.ask_master("getSystemState") for _, nodes in kind for node in nodes}
+
+    def topics(self) -> dict[str, str]:
+        """Return the type of every topic."""
+        return dict(self.ask_master("getTopicTypes"))
+
+    def services(self) -> set[str]:
+        """Return the names of all services."""
+        return {name for name, _ in self.ask_master("getSystemState")[2]}
+
+    def param(self, name: str) -> Any:
+        """Return a parameter; fails where there is none."""
+        return self.ask_master("getParam", name)
+
+    def set_param(self, name: str, value: Any) -> None:
+        """Set a parameter."""
+        self.ask_master("setParam", name, value)
+
+    def until(self, fact: Callable[[], object], what: str, within: float = 40.0) -> None:
+        """Return as soon as something of the graph is so; fails where that takes longer [s]."""
+        eventually(fact, what, within, lambda: "\n".join(program.said for program in self._programs))
+
+    def until_nodes(self, *names: str, within: float = 40.0) -> None:
+        """Return when these nodes take part in the graph."""
+        self.until(lambda: set(names) <= self.nodes(), f"nodes {names}", within)
+
+    def close(self) -> None:
+        """End everything, the latest first."""
+        while self._programs:
+            self._programs.pop().close()
+
+
+def _places(folder: Path) -> dict[str, str]:
+    """Return the environment of programs that keep everything in a folder of the test, and use the loopback only."""
+    named = {
+        "HOME": "home", "ROS_HOME": "ros", "ROS_LOG_DIR": "log", "MAYA_STATE_DIR": "state", "MAYA_RUNTIME_DIR": "run",
+        "XDG_CONFIG_HOME": "config", "XDG_STATE_HOME": "state", "XDG_RUNTIME_DIR": "xdg",
+    }  # fmt: skip
+    for place in set(named.values()):
+        (folder / place).mkdir(parents=True, exist_ok=True, mode=0o700)
+    return {
+        **{name: str(folder / place) for name, place in named.items()},
+        "ROS_IP": "127.0.0.1",
+        "ROS_PYTHON_LOG_CONFIG_FILE": "",
+        "PYTHONUNBUFFERED": "1",
+        "PYTHONDONTWRITEBYTECODE": "1",
+    }
+
+
+def eventually(fact: Callable[[], object], what: str, within: float, told: Callable[[], str] = str) -> None:
+    """Return as soon as something is so, looking again and again; fails where that takes longer [s]."""
+    end = monotonic() + within
+    pause = Event()
+    while not fact():
+        assert monotonic() < end, f"never came: {what}\n{told()}"
+        pause.wait(0.05)
+
+
+def free_port() -> int:
+    """Return a TCP port of the loopback that nobody has."""
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return int(listener.getsockname()[1])

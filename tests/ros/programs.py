@@ -1,0 +1,136 @@
+"""Programs as processes of their own: started, waited for by what they say, ended with all that they started."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from threading import Condition, Thread
+from time import monotonic
+
+
+class Program:
+    """A program that runs in a session of its own; what it says is kept line by line."""
+
+    def __init__(self, command: Sequence[str], environment: Mapping[str, str]) -> None:
+        self.command = " ".join(command)
+        self.lines: list[str] = []
+        self._news = Condition()
+        self._closed = False
+        self._popen = subprocess.Popen(
+            command, env=dict(environment), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+            text=True, bufsize=1, errors="replace", start_new_session=True,
+        )  # fmt: skip
+        self._reader = Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    @property
+    def pid(self) -> int:
+        """Its process."""
+        return self._popen.pid
+
+    @property
+    def said(self) -> str:
+        """Everything it has said so far."""
+        return "\n".join(self.lines)
+
+    @property
+    def runs(self) -> bool:
+        """Whether it has not ended."""
+        return self._popen.poll() is None
+
+    def until(self, text: str, within: float = 40.0) -> str:
+        """Return the first line that holds `text`; fails where the program ends before, or is silent for so long [s]."""
+        end = monotonic() + within
+        looked = 0
+        with self._news:
+            while True:
+                for line in self.lines[looked:]:
+                    if text in line:
+                        return line
+                looked = len(self.lines)
+                if self._closed or not self._news.wait(end - monotonic()):
+                    raise AssertionError(f"{self.command} never said {text!r}, but:\n{self.said}")
+
+    def follow(self) -> Iterator[str]:
+        """Yield every line, those already said included, until the program ends."""
+        looked = 0
+        while True:
+            with self._news:
+                self._news.wait_for(lambda: len(self.lines) > looked or self._closed)
+                new = self.lines[looked:]
+            if not new:
+                return
+            looked += len(new)
+            yield from new
+
+    def write(self, line: str) -> None:
+        """Write one line to its standard input."""
+        assert self._popen.stdin is not None
+        self._popen.stdin.write(f"{line}\n")
+        self._popen.stdin.flush()
+
+    def send(self, kind: signal.Signals) -> None:
+        """Send a signal to the program alone."""
+        self._popen.send_signal(kind)
+
+    def wait(self, within: float = 40.0) -> int:
+        """Return its exit code; it may take so long [s] to end by itself."""
+        try:
+            code = self._popen.wait(within)
+        except subprocess.TimeoutExpired:
+            raise AssertionError(f"{self.command} does not end:\n{self.said}") from None
+        self._reader.join(within)
+        return code
+
+    def end(self, kind: signal.Signals = signal.SIGINT, within: float = 40.0) -> int:
+        """Send a signal and return the exit code."""
+        self.send(kind)
+        return self.wait(within)
+
+    def close(self, within: float = 15.0) -> None:
+        """End it gently if it can be, and everything it started in any case."""
+        if self.runs:
+            self.send(signal.SIGINT)
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self._popen.wait(within)
+        self.kill()
+
+    def kill(self) -> None:
+        """End it and everything it started, whatever they do."""
+        for process in _session(self._popen.pid):
+            _kill(process)
+        self._popen.wait()
+        self._reader.join()
+        for pipe in (self._popen.stdin, self._popen.stdout):
+            assert pipe is not None
+            pipe.close()
+
+    def _read(self) -> None:
+        assert self._popen.stdout is not None
+        for line in self._popen.stdout:
+            with self._news:
+                self.lines.append(line.rstrip("\n"))
+                self._news.notify_all()
+        with self._news:
+            self._closed = True
+            self._news.notify_all()
+
+
+def _session(leader: int) -> list[int]:
+    """Return the processes of a session: roslaunch gives every node a group of its own, but no session."""
+    found: list[int] = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            fields = stat.read_text(errors="replace").rpartition(")")[2].split()
+            if int(fields[3]) == leader:
+                found.append(int(stat.parent.name))
+    return found
+
+
+def _kill(process: int) -> None:
+    with contextlib.suppress(ProcessLookupError):
+        os.kill(process, signal.SIGKILL)

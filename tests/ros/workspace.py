@@ -1,0 +1,121 @@
+"""A catkin workspace of this checkout's packages, built once and kept while what it is built from stays as it is."""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ROOT / "ros"
+PLACE = ROOT / "build" / "ros"
+KEPT = 3
+"""How many workspaces are kept; the oldest goes."""
+USED_AS_IT_IS = {"launch", "urdf", "rviz", "resource", "rqt_config", "maya_ui"}
+"""Folders that the devel space reads from the checkout, so that their changes need no new build."""
+SYSTEM_PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
+
+
+def python() -> Path:
+    """Return the Python of nodes: $MAYA_PYTHON, else that of .venv-ros."""
+    return Path(os.environ.get("MAYA_PYTHON") or ROOT / ".venv-ros" / "bin" / "python")
+
+
+def missing() -> str | None:
+    """Return why there is no ROS here, or None where there is one."""
+    told = os.environ.get("MAYA_NO_ROS")
+    if told:
+        return told
+    if not python().exists():
+        return f"there is no {python()}; scripts/ros makes one"
+    return None if shutil.which("roscore", path=SYSTEM_PATH) else "roscore is not installed; scripts/ros installs it"
+
+
+def clean_environment() -> dict[str, str]:
+    """Return an environment as a fresh login has it, with nothing of ROS and no other Python in it."""
+    kept = {name: os.environ[name] for name in ("LANG", "TMPDIR", "USER") if name in os.environ}
+    return {**kept, "PATH": SYSTEM_PATH, "HOME": str(Path.home()), "MAYA_PYTHON": str(python())}
+
+
+@dataclass(frozen=True, slots=True)
+class Workspace:
+    """A workspace that is built."""
+
+    place: Path
+
+    def environment(self, space: str = "devel") -> dict[str, str]:
+        """Return what sourcing setup.sh of `space` makes of a clean environment."""
+        return sourced(self.place / space / "setup.sh")
+
+
+def sourced(setup: Path) -> dict[str, str]:
+    """Return what sourcing a setup file makes of a clean environment."""
+    told = subprocess.run(
+        ["/bin/sh", "-c", '. "$0" && env -0', setup],
+        env=clean_environment(),
+        stdout=subprocess.PIPE,
+        text=True,
+        check=True,
+    )
+    pairs = (entry.split("=", 1) for entry in told.stdout.split("\0") if entry)
+    return {name: value for name, value in pairs if name not in {"_", "PWD", "OLDPWD", "SHLVL"}}
+
+
+def provide() -> Workspace:
+    """Return the workspace for the packages as they are now, built if it is not yet."""
+    PLACE.mkdir(parents=True, exist_ok=True)
+    workspace = PLACE / fingerprint()
+    with (PLACE / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (workspace / "built").exists():
+            shutil.rmtree(workspace, ignore_errors=True)
+            _forget_old_ones()
+            make(workspace)
+            (workspace / "built").touch()
+    return Workspace(workspace)
+
+
+def make(workspace: Path, *command: str) -> None:
+    """Build the packages in a folder of their own, by catkin_make unless another command is given."""
+    link_packages(workspace)
+    done = subprocess.run(
+        command or ("catkin_make", "--no-color"), cwd=workspace, env=clean_environment(),
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
+    )  # fmt: skip
+    if done.returncode:
+        raise AssertionError(f"the packages do not build:\n{done.stdout}")
+
+
+def link_packages(workspace: Path) -> None:
+    """Put the packages into a workspace as the README says."""
+    source = workspace / "src"
+    source.mkdir(parents=True)
+    (source / "maya").symlink_to(PACKAGES)
+
+
+def fingerprint() -> str:
+    """Return a hash of everything that a build reads."""
+    parts = hashlib.sha256(f"{ROOT} {python()}".encode())
+    for path in sorted(_sources()):
+        parts.update(f"\n{path.relative_to(PACKAGES)} ".encode() + path.read_bytes())
+    return parts.hexdigest()[:16]
+
+
+def _sources() -> Iterator[Path]:
+    for path in PACKAGES.rglob("*"):
+        parts = path.relative_to(PACKAGES).parts
+        steers = path.name in {"package.xml", "CMakeLists.txt", "setup.py"}
+        read = not USED_AS_IT_IS & set(parts) and "__pycache__" not in parts
+        if path.is_file() and (steers or read):
+            yield path
+
+
+def _forget_old_ones() -> None:
+    places = sorted((path for path in PLACE.iterdir() if path.is_dir()), key=lambda path: path.stat().st_mtime)
+    for old in places[: -KEPT + 1]:
+        shutil.rmtree(old, ignore_errors=True)
