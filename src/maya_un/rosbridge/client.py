@@ -1,0 +1,88 @@
+"""What every concern of a session shares: the graph, the way out, who is told what."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Coroutine, Mapping
+from enum import IntEnum
+from typing import Any
+
+from maya_un.errors import MayaError, UnknownInterface
+from maya_un.graph.protocol import Graph
+from maya_un.graph.table import TABLE, Form, Row
+from maya_un.rosbridge import forms
+from maya_un.rosbridge.outgoing import Press, shaped
+from maya_un.rosbridge.sending import Sender
+from maya_un.server.crash import written_down
+
+Id = str | int | None
+
+ROWS: Mapping[str, Row] = {row.name: row for row in TABLE}
+
+
+class Level(IntEnum):
+    """What a client is told by status messages: these and all graver ones."""
+
+    none = 0
+    error = 1
+    warning = 2
+    info = 3
+
+
+class Client:
+    """One client of the endpoint, as the concerns of its session see it. `language` is that of its sentences."""
+
+    def __init__(self, graph: Graph, sender: Sender, press: Press, language: str = "en") -> None:
+        self.graph = graph
+        self.sender = sender
+        self.press = press
+        self.level = Level.error
+        self._language = language
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    def say(self, message: Mapping[str, Any], compression: str = "none", fragment: int = 0, name: Id = None) -> None:
+        """Send a message, as a picture and in pieces where that is wanted."""
+        self.sender.answer(shaped(forms.text_of(message), compression, fragment, name))
+
+    def tell(self, level: Level, text: str, name: Id = None, **more: object) -> None:
+        """Tell a status that belongs to the message that the client calls `name`, if it wants such ones."""
+        if level <= self.level:
+            named = {} if name is None else {"id": name}
+            self.say({"op": "status", **named, "level": level.name, "msg": text, **more})
+
+    def words(self, error: MayaError) -> str:
+        """Return what a client is told of an error: code and sentence."""
+        return f"{error.code}: {error.text(self._language)}"
+
+    def refuse(self, error: MayaError, name: Id = None) -> None:
+        """Tell that a message was refused."""
+        self.tell(Level.error, self.words(error), name, code=error.code)
+
+    def spawn(self, work: Coroutine[Any, Any, None], name: str) -> asyncio.Task[None]:
+        """Have something done beside what else the client says; it ends with the session."""
+        task = asyncio.get_running_loop().create_task(work, name=name)
+        self._tasks.add(task)
+        task.add_done_callback(self._ended)
+        return task
+
+    def _ended(self, task: asyncio.Task[None]) -> None:
+        self._tasks.discard(task)
+        if not task.cancelled() and (defect := task.exception()) is not None:
+            self.refuse(defect if isinstance(defect, MayaError) else written_down(defect))
+
+    async def close(self) -> None:
+        """End what is being done; returns when it has ended."""
+        tasks = tuple(self._tasks)
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def type_of(self, topic: str) -> str:
+        """Return the type that a topic has; raises `UnknownInterface` where nobody knows."""
+        row = ROWS.get(topic)
+        if row is not None and row.form is Form.TOPIC:
+            return row.type
+        found = (await self.graph.directory.topics()).get(topic)
+        if not found:
+            raise UnknownInterface(form="topic", name=topic)
+        return found

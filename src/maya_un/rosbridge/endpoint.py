@@ -1,0 +1,90 @@
+"""The endpoint: who is let in, one session for each, and the end of all of them."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections.abc import AsyncIterator, Callable
+from contextlib import AbstractContextManager, ExitStack, asynccontextmanager
+
+from starlette.datastructures import Headers
+
+from maya_un.errors import InvalidRequest, MayaError
+from maya_un.graph.protocol import Graph
+from maya_un.rosbridge.client import Client
+from maya_un.rosbridge.limits import CLIENTS
+from maya_un.rosbridge.outgoing import Press
+from maya_un.rosbridge.rosapi import Rosapi
+from maya_un.rosbridge.sending import Sender
+from maya_un.rosbridge.session import Session
+from maya_un.rosbridge.wire import GOING, Wire
+from maya_un.server.edge import Edge
+
+PORT = 9090
+"""The usual port of rosbridge."""
+
+NODE = "rosbridge"
+"""The name under which clients take part in the graph."""
+
+Seat = Callable[[], AbstractContextManager[Graph]]
+"""Gives a client its place in a graph, for as long as the client is there."""
+
+
+class Endpoint:
+    """Serves clients, each with a seat of its own. `now` tells the date [s since the epoch], `edge` whom to let in."""
+
+    def __init__(self, seat: Seat, now: Callable[[], float], edge: Edge | None = None, most: int = CLIENTS) -> None:
+        self._seat = seat
+        self._edge = edge or Edge()
+        self._most = most
+        self._press = Press(now)
+        self._sessions: dict[Wire, tuple[Session, ExitStack]] = {}
+        self._ending: set[asyncio.Task[None]] = set()
+
+    @property
+    def clients(self) -> int:
+        """How many there are."""
+        return len(self._sessions)
+
+    @asynccontextmanager
+    async def serving(self, door: socket.socket) -> AsyncIterator[None]:
+        """Serve at `door` while the block runs; whoever is there at its end is told that the service ends."""
+        loop = asyncio.get_running_loop()
+        server = await loop.create_server(lambda: Wire(self), sock=door)
+        try:
+            yield
+        finally:
+            server.close()
+            for wire in tuple(self._sessions):
+                wire.end(GOING, "the service ends")
+                self.leave(wire)
+            await asyncio.gather(*self._ending)
+
+    def refusal(self, headers: Headers, *, local: bool) -> MayaError | None:
+        """Return why a client is not let in."""
+        refusal = self._edge.refusal(headers, local=local)
+        if refusal is None and len(self._sessions) >= self._most:
+            return InvalidRequest(key="connection", reason=f"at most {self._most} clients are served at once")
+        return refusal
+
+    def enter(self, wire: Wire, language: str) -> Session:
+        """Begin a session."""
+        with ExitStack() as stack:
+            graph = stack.enter_context(self._seat())
+            client = Client(graph, Sender(wire), self._press, language)
+            session = Session(client, Rosapi(graph, self._press.now))
+            self._sessions[wire] = (session, stack.pop_all())
+        return session
+
+    def leave(self, wire: Wire) -> None:
+        """End a session: what it began is ended."""
+        found = self._sessions.pop(wire, None)
+        if found is not None:
+            task = asyncio.get_running_loop().create_task(_ended(*found), name="end of a rosbridge session")
+            self._ending.add(task)
+            task.add_done_callback(self._ending.discard)
+
+
+async def _ended(session: Session, stack: ExitStack) -> None:
+    with stack:
+        await session.close()

@@ -1,0 +1,124 @@
+"""Topics that a client publishes on, and the goals that it sends as plain topics of ROS 1."""
+
+from __future__ import annotations
+
+import itertools
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+from maya_un.errors import InvalidRequest
+from maya_un.graph import types
+from maya_un.graph.protocol import Message, Publisher
+from maya_un.rosbridge.client import Client, Id, Level
+from maya_un.rosbridge.fields import Fields
+from maya_un.rosbridge.limits import TOPICS, UNDER_WAY
+
+_GOAL = "/goal"
+_goals = itertools.count(1)
+
+
+class _Writing:
+    """One topic that a client publishes on, as often as it said so."""
+
+    def __init__(self, kind: str, publisher: Publisher) -> None:
+        self.kind = kind
+        self.publisher = publisher
+        self.names: set[Id] = set()
+        self.action = types.action_of(kind)
+        self.goals: deque[str] = deque(maxlen=UNDER_WAY)
+
+
+class Publishing:
+    """What one client publishes. `hears` tells whether it subscribes to a topic."""
+
+    def __init__(self, client: Client, hears: Callable[[str], bool]) -> None:
+        self._client = client
+        self._hears = hears
+        self._writings: dict[str, _Writing] = {}
+        self.ops = {"advertise": self.advertise, "unadvertise": self.unadvertise, "publish": self.publish}
+
+    def advertise(self, fields: Fields) -> None:
+        """Carry out `advertise`."""
+        said, topic = fields.name("topic")
+        kind, latch = fields.kind(), fields.flag("latch", default=False)
+        queue_size, name = fields.whole("queue_size", 100, 0, 1000) or 1, fields.id
+        writing = self._writings.get(topic)
+        if writing is None:
+            writing = self._begin(topic, kind, latch=latch, queue_size=queue_size)
+        elif writing.kind != kind:
+            raise InvalidRequest(key="type", reason=f"{said} is a {writing.kind}")
+        writing.names.add(name)
+        self._client.tell(Level.info, f"advertised {said}", name)
+
+    def unadvertise(self, fields: Fields) -> None:
+        """Carry out `unadvertise`."""
+        said, topic = fields.name("topic")
+        writing = self._writings.get(topic)
+        if writing is None:
+            self._client.tell(Level.warning, f"{said} is not advertised", fields.id)
+            return
+        writing.names.discard(fields.id)
+        if fields.id is None or not writing.names:
+            del self._writings[topic]
+            writing.publisher.close()
+        self._client.tell(Level.info, f"unadvertised {said}", fields.id)
+
+    def publish(self, fields: Fields) -> Any:
+        """Carry out `publish`; on a topic that the client did not advertise too, where its type is known."""
+        _, topic = fields.name("topic")
+        writing = self._writings.get(topic)
+        if writing is None:
+            return self._publish_on_new(topic, fields)
+        self._publish(writing, fields)
+        return None
+
+    async def _publish_on_new(self, topic: str, fields: Fields) -> None:
+        kind = await self._client.type_of(topic)
+        writing = self._begin(topic, kind, latch=fields.flag("latch", default=False))
+        writing.names.add(None)
+        self._publish(writing, fields)
+
+    def _begin(self, topic: str, kind: str, *, latch: bool = False, queue_size: int = 100) -> _Writing:
+        if len(self._writings) >= TOPICS:
+            raise InvalidRequest(key="topic", reason=f"a client publishes on at most {TOPICS}")
+        publisher = self._client.graph.advertise(topic, kind, latch=latch, queue_size=queue_size)
+        writing = self._writings[topic] = _Writing(kind, publisher)
+        return writing
+
+    def _publish(self, writing: _Writing, fields: Fields) -> None:
+        message = fields.record("msg")
+        if writing.action:
+            message = _named(message)
+        writing.publisher.publish(message)
+        if writing.action:
+            writing.goals.append(_id_of(message))
+
+    def close(self) -> None:
+        """Publish nothing any more, and cancel goals whose ends this client would have heard of.
+
+        A goal whose client is gone is not to be carried on; cancelling one that has ended changes nothing.
+        """
+        for topic, writing in self._writings.items():
+            if writing.goals and self._hears(topic.removesuffix(_GOAL) + "/result"):
+                self._cancel(topic.removesuffix(_GOAL), writing.goals)
+            writing.publisher.close()
+        self._writings.clear()
+
+    def _cancel(self, action: str, goals: deque[str]) -> None:
+        canceller = self._client.graph.advertise(f"{action}/cancel", "actionlib_msgs/GoalID")
+        for goal in goals:
+            canceller.publish({"stamp": {"secs": 0, "nsecs": 0}, "id": goal})
+        canceller.close()
+
+
+def _named(goal: Message) -> Message:
+    """Return a goal with an id, so that it can be cancelled; one that is not to be understood is left as it is."""
+    name = goal.get("goal_id") or {}
+    if not isinstance(name, dict) or name.get("id"):
+        return goal
+    return {**goal, "goal_id": {**name, "id": f"/rosbridge/goal-{next(_goals)}"}}
+
+
+def _id_of(goal: Message) -> str:
+    return str(goal["goal_id"]["id"])

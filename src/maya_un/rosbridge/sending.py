@@ -1,0 +1,122 @@
+"""What goes out to one client: answers always, messages of topics as fast as it takes them and the newest of them."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import Protocol
+
+from maya_un.errors import StreamLagging
+from maya_un.rosbridge.limits import ANSWERS_OWED, OWED
+
+
+class Outlet(Protocol):
+    """What a sender needs of a wire: `full` while the other side is behind, `on_room` called when it is no more."""
+
+    on_room: Callable[[], None] | None
+
+    @property
+    def full(self) -> bool:
+        """Whether nothing more should be written now."""
+        ...
+
+    def write(self, frames: bytes) -> None:
+        """Send whole frames without waiting."""
+        ...
+
+    def end(self, code: int, reason: str) -> None:
+        """Close the connection."""
+        ...
+
+
+class Backlog:
+    """What waits of one topic for a client that is behind: the newest `most` messages."""
+
+    def __init__(self, most: int) -> None:
+        self.most = most
+        self.size = 0
+        self._frames: deque[bytes] = deque()
+
+    def __len__(self) -> int:
+        return len(self._frames)
+
+    def add(self, frames: bytes) -> int:
+        """Add a message, and return by how many bytes there is more (or less) now."""
+        before = self.size
+        self._frames.append(frames)
+        self.size += len(frames)
+        while len(self._frames) > self.most:
+            self.pop()
+        return self.size - before
+
+    def pop(self) -> bytes:
+        """Take the oldest."""
+        frames = self._frames.popleft()
+        self.size -= len(frames)
+        return frames
+
+
+class Sender:
+    """The way out to one client. Nothing here waits for it."""
+
+    def __init__(self, outlet: Outlet) -> None:
+        self._outlet = outlet
+        self._answers: deque[bytes] = deque()
+        self._answers_size = 0
+        self._behind: dict[Backlog, None] = {}
+        self._owed = 0
+        outlet.on_room = self._go_on
+
+    @property
+    def owed(self) -> int:
+        """How much of topics waits for this client [bytes]."""
+        return self._owed
+
+    def answer(self, frames: bytes) -> None:
+        """Send what the client waits for; one that takes no answers is disconnected."""
+        if not self._outlet.full:
+            self._outlet.write(frames)
+            return
+        self._answers.append(frames)
+        self._answers_size += len(frames)
+        if self._answers_size > ANSWERS_OWED:
+            self._answers.clear()
+            self._answers_size = 0
+            self._outlet.end(StreamLagging.code, "answers are not read")
+
+    def send(self, backlog: Backlog, frames: bytes) -> None:
+        """Send a message of a topic now, or keep it until the client takes it and nothing newer has displaced it."""
+        if not self._outlet.full and not backlog:
+            self._outlet.write(frames)
+            return
+        self._owed += backlog.add(frames)
+        self._behind[backlog] = None
+        while self._owed > OWED:
+            self._drop()
+
+    def forget(self, backlog: Backlog) -> None:
+        """Send nothing any more of what waits."""
+        if backlog in self._behind:
+            del self._behind[backlog]
+            self._owed -= backlog.size
+
+    def _drop(self) -> None:
+        fullest = max(self._behind, key=lambda one: one.size)
+        self._owed -= len(fullest.pop())
+        if not fullest:
+            del self._behind[fullest]
+
+    def _go_on(self) -> None:
+        """Send what waits, answers first, then the topics in turn."""
+        while self._answers and not self._outlet.full:
+            frames = self._answers.popleft()
+            self._answers_size -= len(frames)
+            self._outlet.write(frames)
+        while self._behind and not self._outlet.full:
+            backlog = next(iter(self._behind))
+            del self._behind[backlog]
+            frames = backlog.pop()
+            self._owed -= len(frames)
+            if backlog:
+                self._behind[backlog] = None
+            self._outlet.write(frames)

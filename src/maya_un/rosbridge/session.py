@@ -1,0 +1,145 @@
+"""One client of the endpoint: what it says is carried out in order, and whatever fails is told as a status."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+from maya_un.errors import InvalidRequest, MayaError
+from maya_un.rosbridge import png
+from maya_un.rosbridge.acting import Acting
+from maya_un.rosbridge.calling import Calling
+from maya_un.rosbridge.client import Client, Id, Level
+from maya_un.rosbridge.decoding import decoded
+from maya_un.rosbridge.fields import Fields
+from maya_un.rosbridge.fragments import Gathering
+from maya_un.rosbridge.goals import SendingGoals
+from maya_un.rosbridge.limits import AT_ONCE, LONGEST_MESSAGE, NESTED
+from maya_un.rosbridge.publishing import Publishing
+from maya_un.rosbridge.rosapi import Rosapi
+from maya_un.rosbridge.serving import Serving
+from maya_un.rosbridge.subscribing import Subscribing
+from maya_un.server.crash import written_down
+
+Operation = Callable[[Fields], Awaitable[None] | None]
+"""Carries out a message at once, or returns what is to be awaited before the next one."""
+
+_LEVELS = tuple(Level.__members__)
+
+
+class Session:
+    """Carries out what one client says. `on_calm` is called when it is ready to hear more.
+
+    Nothing that a client says raises anything here. Whoever hands on more while it is `busy` makes it grow.
+    """
+
+    def __init__(self, client: Client, rosapi: Rosapi) -> None:
+        self._client = client
+        self._subscribing = Subscribing(client)
+        self._publishing = Publishing(client, self._subscribing.hears)
+        self._calling = Calling(client, rosapi)
+        self._serving = Serving(client)
+        self._goals = SendingGoals(client)
+        self._acting = Acting(client)
+        self._gathering = Gathering()
+        self._inbox: deque[str | bytes] = deque()
+        self._loop = asyncio.get_running_loop()
+        self._closed = False
+        self.busy = False
+        self.on_calm: Callable[[], None] | None = None
+        self._ops: dict[str, Operation] = {
+            **self._subscribing.ops, **self._publishing.ops, **self._calling.ops, **self._serving.ops,
+            **self._goals.ops, **self._acting.ops, "set_level": self._set_level, "auth": self._auth,
+        }  # fmt: skip
+
+    def take(self, text: str | bytes) -> None:
+        """Carry out one message, now or when those before it have been."""
+        self._inbox.append(text)
+        if not self.busy:
+            self._work()
+
+    def _work(self) -> None:
+        """Carry out some of what was said; others have their turn before the rest."""
+        self.busy = True
+        for _ in range(AT_ONCE):
+            if not self._inbox or self._closed:
+                self.busy = False
+                if self.on_calm is not None:
+                    self.on_calm()
+                return
+            step = self._carry_out(self._inbox.popleft())
+            if step is not None:
+                self._client.spawn(self._after(step), "a message")
+                return
+        self._loop.call_soon(self._work)
+
+    async def _after(self, step: Awaitable[None]) -> None:
+        await step
+        self._work()
+
+    def _carry_out(self, text: str | bytes) -> Awaitable[None] | None:
+        """Carry out a message; return what is to be awaited for that."""
+        name: Id = None
+        try:
+            message = self._unwrapped(text)
+            if message is None:
+                return None
+            fields = Fields(message)
+            name = fields.id
+            step = self._operation(fields)(fields)
+        except Exception as error:  # noqa: BLE001 - a client gets one sentence, the log the rest
+            self._refuse(error, name)
+            return None
+        return None if step is None else self._watched(step, name)
+
+    async def _watched(self, step: Awaitable[None], name: Id) -> None:
+        try:
+            await step
+        except Exception as error:  # noqa: BLE001 - as above
+            self._refuse(error, name)
+
+    def _refuse(self, error: Exception, name: Id) -> None:
+        self._client.refuse(error if isinstance(error, MayaError) else written_down(error), name)
+
+    def _operation(self, fields: Fields) -> Operation:
+        op = fields.get("op")
+        found = self._ops.get(op) if isinstance(op, str) else None
+        if found is None:
+            raise InvalidRequest(key="op", reason=f"it is one of {', '.join(sorted([*self._ops, 'fragment', 'png']))}")
+        return found
+
+    def _unwrapped(self, text: str | bytes) -> dict[str, Any] | None:
+        """Return the message in a text, in its fragments or in a picture; None where more fragments are to come."""
+        for _ in range(NESTED):
+            message = decoded(text)
+            op = message.get("op")
+            if op is None:
+                raise InvalidRequest(key="op", reason="every message has one")
+            if op not in ("fragment", "png"):
+                return message
+            fields = Fields(message)
+            pieces = op == "fragment" or fields.get("num") is not None
+            found = self._gathering.add(fields, op, self._loop.time()) if pieces else fields.text("data")
+            if found is None:
+                return None
+            text = png.decoded(found, LONGEST_MESSAGE) if op == "png" else found
+        raise InvalidRequest(key="op", reason=f"a message is wrapped at most {NESTED} times")
+
+    def _set_level(self, fields: Fields) -> None:
+        self._client.level = Level[fields.one_of("level", _LEVELS, "")]
+
+    def _auth(self, _: Fields) -> None:
+        raise InvalidRequest(key="op", reason="nobody signs in here with a MAC; this endpoint is for its own machine")
+
+    async def close(self) -> None:
+        """End everything that this client began; returns when it has ended."""
+        self._closed = True
+        self._inbox.clear()
+        self._client.level = Level.none
+        self._publishing.close()
+        self._subscribing.close()
+        self._serving.close()
+        self._acting.close()
+        await self._client.close()
