@@ -52,7 +52,7 @@ def _tell(what: dict[str, Any]) -> None:
         print(json.dumps(what), flush=True)
 
 
-def subscribe(topic: str, type: str) -> None:  # noqa: A002 - the word of the lines
+def subscribe(topic: str, type: str) -> None:
     """Listen to a topic."""
     kind = _topic_class(topic, type)
     _subscribers.append(
@@ -90,7 +90,7 @@ class _Publisher(rospy.SubscribeListener):
         self._publisher.publish(_filled(self._kind(), message))
 
 
-def publish(topic: str, type: str, message: dict[str, Any], readers: int, latch: bool) -> None:  # noqa: A002
+def publish(topic: str, type: str, message: dict[str, Any], readers: int, latch: bool) -> None:
     """Publish a message."""
     if topic not in _publishers:
         _publishers[topic] = _Publisher(topic, _message_class(type), latch)
@@ -104,7 +104,7 @@ def call(service: str, request: dict[str, Any]) -> dict[str, Any]:
     return plain(rospy.ServiceProxy(service, kind)(_filled(kind._request_class(), request)))
 
 
-def goal(goal: str, action: str, type: str, message: dict[str, Any]) -> None:  # noqa: A002
+def goal(goal: str, action: str, type: str, message: dict[str, Any]) -> None:
     """Send a goal to an action."""
     if action not in _clients:
         _clients[action] = ActionClient(action, _message_class(f"{type}Action"))

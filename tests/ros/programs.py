@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import os
 import signal
 import subprocess
@@ -43,7 +44,7 @@ class Program:
         return self._popen.poll() is None
 
     def until(self, text: str, within: float = 40.0) -> str:
-        """Return the first line that holds `text`; fails where the program ends before, or is silent for so long [s]."""
+        """Return the first line that holds `text`; fails where the program ends before, or takes longer [s]."""
         end = monotonic() + within
         looked = 0
         with self._news:
@@ -57,15 +58,13 @@ class Program:
 
     def follow(self) -> Iterator[str]:
         """Yield every line, those already said included, until the program ends."""
-        looked = 0
-        while True:
+        for number in itertools.count():
             with self._news:
-                self._news.wait_for(lambda: len(self.lines) > looked or self._closed)
-                new = self.lines[looked:]
-            if not new:
-                return
-            looked += len(new)
-            yield from new
+                while number >= len(self.lines) and not self._closed:
+                    self._news.wait()
+                if number >= len(self.lines):
+                    return
+            yield self.lines[number]
 
     def write(self, line: str) -> None:
         """Write one line to its standard input."""

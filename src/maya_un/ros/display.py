@@ -21,7 +21,7 @@ def main() -> int:
     if reason is not None:
         print(f"{program} is left out: {reason}. Everything else runs.", flush=True)
         return 0
-    os.execvp(program, [program, *arguments])
+    return os.execvp(program, [program, *arguments])
 
 
 def no_display(environment: Mapping[str, str]) -> str | None:
