@@ -1,0 +1,201 @@
+"""Wishes past the queue, on the twin in virtual time: who waits, who is refused, and what stops them."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager, suppress
+
+import pytest
+
+from maya_un.api.access.caller import ROS
+from maya_un.api.access.operations import Operation
+from maya_un.api.service import Service
+from maya_un.assembly import Stack, stack
+from maya_un.config import Config
+from maya_un.controller.homing import homed_pose
+from maya_un.errors import Busy, Cancelled, LeaseHeld, LeaseLost, Stopped
+from maya_un.events import Kind
+from maya_un.process.states import TaskState
+from maya_un.robot.home import Home
+from maya_un.robot.pick import Pick
+from maya_un.values import Mode, Point
+from tests.campaign import Campaign
+from tests.virtual_time import elapse
+
+CUBE = Point(0.5, 1.1, 0.4)
+AWAY = homed_pose(Config())._replace(a=1.0)
+
+Wish = Callable[[Service], Awaitable[object]]
+
+WISHES: dict[str, Wish] = {
+    "home": lambda service: service.direct.home(),
+    "move": lambda service: service.direct.move(AWAY),
+    "follow": lambda service: service.direct.follow([homed_pose(Config()), AWAY]),
+    "primitive": lambda service: service.direct.primitive(Pick(CUBE)),
+}
+
+
+@asynccontextmanager
+async def robot(*, homed: bool = True) -> AsyncIterator[Stack]:
+    async with stack(Config(), live=False, parts={"cube": CUBE}) as floors:
+        if homed:
+            await floors.service.direct.home()
+        yield floors
+
+
+async def begun(floors: Stack, wish: Wish) -> asyncio.Task[object]:
+    """Begin a wish as the ROS graph does, and return once the robot moves for it."""
+
+    async def gated() -> object:
+        return await floors.gate.call(ROS, Operation.WISH, wish)
+
+    task = asyncio.ensure_future(gated())
+    while floors.controller.state.mode not in (Mode.MOVING, Mode.HOMING) and not task.done():
+        await elapse(0.01)
+    return task
+
+
+async def test_each_is_done_at_once() -> None:
+    async with robot(homed=False) as floors:
+        direct = floors.service.direct
+        await direct.primitive(Home())
+        await direct.move(AWAY)
+        assert floors.controller.state.joints == pytest.approx(AWAY, abs=1e-3)
+        await direct.gripper(open_=True)
+        assert not floors.controller.state.gripper_closed
+        await direct.primitive(Pick(CUBE))
+        assert floors.robot.holding
+        assert direct.doing == ""
+
+
+async def test_of_two_that_race_the_first_goes_on_unharmed() -> None:
+    async with robot() as floors:
+        direct = floors.service.direct
+        first = asyncio.ensure_future(direct.primitive(Pick(CUBE)))
+        second = asyncio.ensure_future(direct.move(AWAY))
+        with pytest.raises(Busy):
+            await second
+        while not first.done():  # between the legs of a primitive no other wish gets in either
+            with pytest.raises(Busy):
+                await direct.move(AWAY)
+            await elapse(0.05)
+        first.result()
+        assert floors.robot.holding
+
+
+async def test_a_direct_wish_is_refused_while_a_job_runs() -> None:
+    async with robot() as floors:
+        job = await floors.service.wish(Pick(CUBE), wait=False)
+        with pytest.raises(Busy, match=f"job {job.id}"):
+            await floors.service.direct.move(AWAY)
+        assert (await floors.service.wait(job.id)).state is TaskState.DONE
+
+
+async def test_a_due_job_waits_for_a_direct_wish_and_then_begins() -> None:
+    async with robot() as floors:
+        task = await begun(floors, WISHES["move"])
+        job = await floors.service.wish(Pick(CUBE), wait=False)
+        await elapse(0.2)
+        assert not task.done()
+        assert (await floors.service.job(job.id)).state is TaskState.QUEUED
+        await task
+        assert (await floors.service.wait(job.id)).state is TaskState.DONE
+
+
+async def test_jogs_and_zones_wait_for_nobody_and_are_refused_meanwhile() -> None:
+    async with robot() as floors:
+        task = await begun(floors, WISHES["primitive"])
+        with pytest.raises(Busy, match="pick"):
+            await floors.service.jog("z", 0.05)
+        with pytest.raises(Busy, match="pick"):
+            await floors.service.remove_zone("wall")
+        await task
+
+
+async def test_one_that_somebody_else_drives_is_refused_with_the_code_of_the_lease() -> None:
+    async with robot() as floors:
+        floors.lease.take("ana", "http")
+        with pytest.raises(LeaseHeld):
+            await floors.gate.call(ROS, Operation.WISH, WISHES["move"])
+        assert floors.controller.state.joints == pytest.approx(homed_pose(Config()), abs=1e-3)
+
+
+async def test_where_the_lease_is_broken_it_stops_on_its_path() -> None:
+    async with robot() as floors:
+        task = await begun(floors, WISHES["move"])
+        floors.lease.take("ana", "http", force=True)
+        with pytest.raises(LeaseLost):
+            await task
+        assert floors.controller.state.mode is Mode.IDLE
+        assert floors.service.direct.doing == ""
+
+
+@pytest.mark.parametrize("name", WISHES)
+async def test_a_stop_goes_past_it(name: str) -> None:
+    async with robot() as floors:
+        task = await begun(floors, WISHES[name])
+        await elapse(0.3)
+        await floors.service.stop()
+        with pytest.raises(Stopped):
+            await task
+        await still_and_able(floors)
+
+
+@pytest.mark.parametrize("name", WISHES)
+async def test_who_leaves_stops_it_and_leaves_when_all_is_at_rest(name: str) -> None:
+    async with robot() as floors:
+        task = await begun(floors, WISHES[name])
+        await elapse(0.3)
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+        assert not floors.controller.state.moving
+        await still_and_able(floors)
+
+
+@pytest.mark.parametrize("name", WISHES)
+async def test_the_end_of_everything_cancels_it_whenever_it_comes(name: str, campaign: Campaign) -> None:
+    for case in range(campaign.size(ci=2, long=100)):
+        async with robot() as floors:
+            task = await begun(floors, WISHES[name])
+            job = await floors.service.wish(Pick(CUBE), wait=False)
+            await elapse(campaign.rng(case).uniform(0.0, 6.0))
+            await floors.service.direct.end_all()
+            assert not floors.controller.state.moving
+            with suppress(Cancelled, Stopped):
+                await task  # it may have ended before
+            assert (await floors.service.job(job.id)).state is TaskState.CANCELLED
+            assert floors.service.queue.view().mode.value == "running"
+            await still_and_able(floors)
+
+
+async def test_the_end_of_everything_ends_the_job_under_way_and_those_that_wait() -> None:
+    async with robot() as floors:
+        jobs = [await floors.service.wish(Pick(CUBE), wait=False) for _ in range(3)]
+        await elapse(1.0)
+        assert floors.controller.state.mode is Mode.MOVING
+        await floors.service.direct.end_all()
+        assert [(await floors.service.job(job.id)).state for job in jobs] == [TaskState.CANCELLED] * 3
+        assert not floors.controller.state.moving
+        await still_and_able(floors)
+
+
+async def test_the_end_of_everything_where_nothing_runs_does_nothing() -> None:
+    async with robot() as floors:
+        before = len(floors.controller.events)
+        await floors.service.direct.end_all()
+        kinds = [event.kind for event in floors.controller.events.since(before)]
+        assert Kind.FAULT not in kinds
+        await floors.service.direct.move(AWAY)
+
+
+async def still_and_able(floors: Stack) -> None:
+    """See that nothing moves by itself any more, and that the robot does what it is told next."""
+    await elapse(2.0)
+    await floors.controller._monitor.look()
+    assert not floors.controller.state.moving
+    if not floors.controller.state.homed:
+        await floors.service.direct.home()
+    await floors.service.direct.gripper(open_=True)
+    await floors.service.direct.move(AWAY)
