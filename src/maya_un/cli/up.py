@@ -30,13 +30,10 @@ from maya_un.server import dates, log
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
 from maya_un.server.crash import keep_quiet
-from maya_un.server.doors import Door, bound_socket
+from maya_un.server.doors import PORT, Door, bound_socket
 from maya_un.server.metrics import Metrics
 from maya_un.server.thread import served
 from maya_un.values import Point
-
-PORT = 4133
-"""The usual port of the HTTP door on loopback."""
 
 MEMORY = "memory"
 """The journal that ends with the process."""

@@ -12,6 +12,9 @@ from maya_un.errors import AddressInUse, FileUnreadable, InvalidValue
 
 LOOPBACK = "127.0.0.1"
 
+PORT = 4133
+"""The usual port of the HTTP door on loopback."""
+
 NEAR_CONNECTIONS = 512
 """Connections of this machine's own clients at a time."""
 

@@ -20,7 +20,7 @@ async def done(graph: Graph, row: Row, goal: Message, feedback: Feedback | None 
     Raises the error that its server tells of, and `NodeGone` where there is none, or none any more. Being cancelled
     cancels the goal, and ends when the server says that it has ended.
     """
-    ended = await _whole(graph.do(row.name, row.type, goal, feedback))
+    ended = await whole(graph.do(row.name, row.type, goal, feedback))
     if not ended.result:
         raise NodeGone(node=row.sources[0])
     error = error_of(ended.result, row.name)
@@ -37,7 +37,7 @@ async def called(graph: Graph, row: Row, request: Message) -> Message:
     Being cancelled cancels what is being answered, and ends when that is over.
     """
     try:
-        response = await _whole(graph.call(row.name, request, row.type))
+        response = await whole(graph.call(row.name, request, row.type))
     except (ServiceFailed, UnknownInterface):
         raise NodeGone(node=row.sources[0]) from None
     error = error_of(response, row.name)
@@ -46,7 +46,7 @@ async def called(graph: Graph, row: Row, request: Message) -> Message:
     return response
 
 
-async def _whole(work: Coroutine[Any, Any, T]) -> T:
+async def whole(work: Coroutine[Any, Any, T]) -> T:
     """Return what `work` does; being cancelled, cancel it once and wait for its end: the robot is at rest then."""
     task = asyncio.ensure_future(work)
     try:

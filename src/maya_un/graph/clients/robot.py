@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -21,16 +22,22 @@ from maya_un.robot.primitives import Primitive
 from maya_un.robot.protocol import OnPhase
 from maya_un.robot.robot import MayaRobot
 
+AGAIN = 0.2
+"""While somebody else's wish is under way it is tried again so often [s, real time]."""
+
 
 class GraphRobot:
     """Runs primitives by the robot floor of a graph; see `robot.protocol.Robot`.
 
     What a primitive would be is worked out here, by the planning of the floor itself, from where `controller` says
     that the robot is; to do it is the affair of the floor. Where that is not there any more, `NodeGone` is raised.
+    A primitive that is refused because somebody else's is under way waits for it; `speed` is how fast the loop's clock
+    runs.
     """
 
-    def __init__(self, graph: Graph, controller: GraphController, config: Config) -> None:
+    def __init__(self, graph: Graph, controller: GraphController, config: Config, *, speed: float = 1.0) -> None:
         self._graph = graph
+        self._again = AGAIN * max(1.0, speed)
         self._controller = controller
         self._planning = MayaRobot(controller, config)
         self._memory = JawsMemory(controller.events)
@@ -99,7 +106,15 @@ class GraphRobot:
                 phase = feedback["phase"]
                 self._enter(name or phase, primitive, on_phase)
 
-        await done(self._graph, TASK, {"task": to_message(part)}, heard)
+        while True:
+            try:
+                await done(self._graph, TASK, {"task": to_message(part)}, heard)
+            except Busy:
+                if phase:
+                    raise  # in the middle of it
+                await asyncio.sleep(self._again)
+            else:
+                return
 
     def _enter(self, phase: str, primitive: Primitive, on_phase: OnPhase | None) -> None:
         if phase == "close":

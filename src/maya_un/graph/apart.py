@@ -1,0 +1,94 @@
+"""The floors above the controller as nodes of their own: each a client of the one below, open to the one above.
+
+robot_floor        node robot_controller    /maya_command, /maya_move, and the task that decides who may move
+tasks_handed_on    node primitive_server    /task, handed on to that
+"""
+
+from __future__ import annotations
+
+from collections.abc import AsyncGenerator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+
+from maya_un.config import Config
+from maya_un.controller.protocol import Controller
+from maya_un.errors import NodeGone
+from maya_un.graph.clients.asking import whole
+from maya_un.graph.clients.controller import GraphController
+from maya_un.graph.doors.robot import RobotDoor
+from maya_un.graph.doors.working import Clock
+from maya_un.graph.outcome import error_of
+from maya_un.graph.protocol import Feedback, Graph, Message, Outcome, Refused
+from maya_un.graph.table import TASK
+from maya_un.robot.primitives import Primitive
+from maya_un.robot.protocol import OnPhase, Robot
+from maya_un.robot.robot import MayaRobot
+from maya_un.values import Progress, State
+
+INNER = "/robot_controller/task"
+"""The action by which primitive_server has primitives done, so that one node decides who may move the robot."""
+
+_DECIDES = "robot_controller"
+
+
+@dataclass(frozen=True, slots=True)
+class Both:
+    """A robot floor and what is below it, as a door looks at them."""
+
+    robot: Robot
+    controller: Controller
+
+    @property
+    def state(self) -> State:
+        """Latest state."""
+        return self.controller.state
+
+    @property
+    def can_teleop(self) -> bool:
+        """Whether the robot can take a wish."""
+        return self.robot.can_teleop
+
+    def progress(self) -> Progress | None:
+        """How far the motion under way has come, None at rest."""
+        return self.controller.progress()
+
+    async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
+        """Do a primitive."""
+        await self.robot.run(primitive, on_phase)
+
+
+@asynccontextmanager
+async def robot_floor(
+    graph: Graph, config: Config, *, clock: Clock | None = None, speed: float = 1.0
+) -> AsyncGenerator[GraphController]:
+    """Offer the robot floor, on the controller floor of the same graph, while the block runs.
+
+    It is offered from the beginning: as long as the controller floor is not there, wishes are refused. What is under
+    way is at rest when the block is left.
+    """
+    async with GraphController.on(graph, config, speed=speed) as controller:
+        door = RobotDoor(Both(MayaRobot(controller, config), controller), clock=clock, speed=speed)
+        async with door.commands(graph), door.task(graph, INNER):
+            yield controller
+
+
+@asynccontextmanager
+async def tasks_handed_on(graph: Graph) -> AsyncGenerator[None]:
+    """Offer /task while the block runs, each goal carried out by the robot floor."""
+
+    async def act(goal: Message, feedback: Feedback) -> Message:
+        ended = await whole(graph.do(INNER, TASK.type, goal, feedback))
+        if not ended.result:
+            raise NodeGone(node=_DECIDES)
+        if ended.outcome is Outcome.REJECTED:
+            raise Refused(ended.result)
+        error = error_of(ended.result, INNER)
+        if error is not None:
+            raise error
+        return ended.result
+
+    served = graph.act(TASK.name, TASK.type, act)
+    try:
+        yield
+    finally:
+        served.close()

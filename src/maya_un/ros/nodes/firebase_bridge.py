@@ -1,0 +1,31 @@
+"""Node firebase_bridge: steps of a process that comes from elsewhere, from /step_command to /step_result.
+
+It is a client of /task and needs no other node of the process floor. What was carried out is kept in the state folder.
+"""
+
+from __future__ import annotations
+
+import asyncio
+
+from maya_un.config.state import state_folder
+from maya_un.graph.doors.bridge import BridgeDoor
+from maya_un.graph.step_store import NAME, StepStore
+from maya_un.ros.controlling import ros_time
+from maya_un.ros.node import Node, run
+from maya_un.server import dates
+
+
+def main() -> int:
+    """Be the node; return the exit code."""
+    return run("firebase_bridge", serve)
+
+
+async def serve(node: Node) -> None:
+    """Carry out steps until cancelled; raises `StorageInUse`, `StorageDamaged`, `FileUnwritable` and their kin."""
+    store = await StepStore.open(state_folder() / NAME)
+    try:
+        async with BridgeDoor(store, dates.now, clock=ros_time, speed=node.speed).open(node.graph):
+            node.say(f"Steps from /step_command are done by /task; {state_folder() / NAME} keeps which were.")
+            await asyncio.Event().wait()
+    finally:
+        await store.close()

@@ -1,0 +1,118 @@
+"""Node process_controller: the durable queue, for /send_task, /start_queue and /stop_queue, and for the HTTP door.
+
+It is found as `maya up` is, by its runtime file: `maya status`, `maya queue`, `maya stop` and the others ask it.
+Parameters, private or under /maya: http_port (the usual one, or any free one where that is taken).
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import socket
+from collections.abc import AsyncGenerator, AsyncIterator
+from contextlib import asynccontextmanager, suppress
+
+from maya_un import runtime
+from maya_un.address import REAL, SIM, meant
+from maya_un.assembly import ProcessFloor, keep_events, process_floor, storage
+from maya_un.config import Config, default_path
+from maya_un.config.state import state_folder
+from maya_un.errors import AddressInUse
+from maya_un.events import EventLog
+from maya_un.graph.clients.controller import GraphController
+from maya_un.graph.clients.robot import GraphRobot
+from maya_un.graph.doors.process import ProcessDoor
+from maya_un.graph.queue import Queue, status_of
+from maya_un.process.journal.file import NAME
+from maya_un.ros.configuration import awaited
+from maya_un.ros.controlling import log_event, ros_time
+from maya_un.ros.node import Node, run
+from maya_un.server import dates, log
+from maya_un.server.app import create_app
+from maya_un.server.bridge import Bridge
+from maya_un.server.doors import PORT, bound_socket
+from maya_un.server.metrics import Metrics
+from maya_un.server.thread import served
+
+
+def main() -> int:
+    """Be the node; return the exit code."""
+    return run("process_controller", serve)
+
+
+async def serve(node: Node) -> None:
+    """Work the queue until cancelled; raises `AlreadyRunning`, `AddressInUse`, `StorageInUse` and their kin."""
+    waiting = "Waiting for the controller floor (hw_simulator or hardware_interface)."
+    with runtime.claimed(), log.kept(people=False), await _door(node) as near:
+        config = await awaited(node.graph.parameters, speed=node.speed, waiting=lambda: node.say(waiting))
+        metrics = Metrics()
+        async with _floor(node, config, metrics) as (floor, controller):
+            app = create_app(_bridge(floor), None, metrics)
+            queue = Queue(floor.gate.call, lambda: status_of(floor.service.queue.view(), controller))
+            door = ProcessDoor(queue, clock=ros_time, speed=node.speed)
+            async with served(app, near) as url, _timed(metrics, node.speed), door.open(node.graph):
+                runtime.publish(runtime.Running(url, os.getpid(), None))
+                node.say(f"The queue is worked; {url} and the `maya` commands find it.")
+                try:
+                    await asyncio.Event().wait()
+                finally:
+                    await floor.process.close()
+
+
+async def _door(node: Node) -> socket.socket:
+    """Return where HTTP is served: the port that was named, else the usual one, else any."""
+    named = await node.parameter("http_port", None)
+    if named is not None:
+        return bound_socket(int(named))
+    with suppress(AddressInUse):
+        return bound_socket(PORT)
+    node.warn(f"Port {PORT} is taken; HTTP is served at another one.")
+    return bound_socket(0)
+
+
+@asynccontextmanager
+async def _floor(node: Node, config: Config, metrics: Metrics) -> AsyncIterator[tuple[ProcessFloor, GraphController]]:
+    """Wire the process floor on the floors of the graph, and what it keeps."""
+    simulated = await node.parameter("sim_mode", default=True)
+    address = SIM if simulated else meant(str(await node.parameter("address", REAL)), config.controller.address)
+    async with (
+        storage(state_folder() / NAME, config.storage) as kept,
+        GraphController.on(node.graph, config, speed=node.speed) as controller,
+    ):
+        assert kept.journal is not None
+        keep_events(controller.events, kept.journal, dates)
+        _listened(controller.events, metrics)
+        await controller.connected()
+        async with process_floor(
+            GraphRobot(node.graph, controller, config, speed=node.speed),
+            controller,
+            config,
+            address=address,
+            speed=node.speed,
+            places=default_path().with_name("poses.toml"),
+            journal=kept.journal,
+            calendar=dates,
+            users=kept.users,
+        ) as floor:
+            yield floor, controller
+
+
+def _listened(events: EventLog, metrics: Metrics) -> None:
+    for listener in (metrics.happened, log.note_event, log_event):
+        events.heard_by(listener)
+
+
+def _bridge(floor: ProcessFloor) -> Bridge:
+    loop = asyncio.get_running_loop()
+    return Bridge(loop, floor.service, gate=floor.gate, callers=floor.entrance.callers, journal=floor.journal)
+
+
+@asynccontextmanager
+async def _timed(metrics: Metrics, speed: float) -> AsyncGenerator[None]:
+    """Watch how late the loop is while the block runs."""
+    watching = asyncio.create_task(metrics.watch_loop(speed))
+    try:
+        yield
+    finally:
+        watching.cancel()
+        await asyncio.gather(watching, return_exceptions=True)

@@ -1,0 +1,28 @@
+"""Node robot_controller: the robot floor, on the controller floor of the graph.
+
+It serves /maya_command, hears /maya_move, and carries out what primitive_server hands on.
+"""
+
+from __future__ import annotations
+
+import asyncio
+
+from maya_un.graph.apart import robot_floor
+from maya_un.ros.configuration import awaited
+from maya_un.ros.controlling import ros_time
+from maya_un.ros.node import Node, run
+
+
+def main() -> int:
+    """Be the node; return the exit code."""
+    return run("robot_controller", serve)
+
+
+async def serve(node: Node) -> None:
+    """Offer the robot floor until cancelled."""
+    waiting = "Waiting for the controller floor (hw_simulator or hardware_interface)."
+    config = await awaited(node.graph.parameters, speed=node.speed, waiting=lambda: node.say(waiting))
+    async with robot_floor(node.graph, config, clock=ros_time, speed=node.speed) as controller:
+        await controller.connected()
+        node.say("The robot floor is offered to the graph.")
+        await asyncio.Event().wait()
