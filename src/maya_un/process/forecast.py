@@ -11,8 +11,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from maya_un.errors import MayaError
+from maya_un.process.homing_time import HomingTime
 from maya_un.process.items import Item, Items
 from maya_un.process.preview import Course, walk
+from maya_un.process.states import TaskState
 from maya_un.process.tasks import Task
 from maya_un.process.written import Body, expanded
 from maya_un.robot.plan import Pose
@@ -23,6 +25,13 @@ AHEAD = 50
 
 _LONG = 200
 """A job of more steps is expanded in a thread: that would hold the loop."""
+
+
+class Etas(NamedTuple):
+    """When which jobs will have ended [s from now], and whether homings among them make that an estimate."""
+
+    at: dict[int, float]
+    estimated: bool
 
 
 class _Known(NamedTuple):
@@ -37,14 +46,23 @@ class _Known(NamedTuple):
 class Forecast:
     """Predicts the first jobs that wait; `under_way` tells which job runs.
 
-    A homing counts as nothing: how long it takes nobody knows before.
+    What is held does not count, nor what waits for it: nobody knows when it begins. How long a homing takes is
+    estimated (`homing`).
     """
 
-    def __init__(self, robot: Robot, items: Items, grasp_height: float, under_way: Callable[[], Item | None]) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        items: Items,
+        grasp_height: float,
+        under_way: Callable[[], Item | None],
+        homing: HomingTime,
+    ) -> None:
         self._robot = robot
         self._items = items
         self._grasp_height = grasp_height
         self._under_way = under_way
+        self._homing = homing
         self._known: dict[int, _Known] = {}
         self._task: asyncio.Task[None] | None = None
         self._stale = False
@@ -57,31 +75,56 @@ class Forecast:
             self._task = asyncio.get_running_loop().create_task(self._work(), name="forecast")
 
     def predicted(self, item: Item) -> float | None:
-        """Return how long a job will take [s], None where that is not worked out, or it would be refused."""
+        """Return how long a job will take [s], homings apart; None where it is not worked out, or would be refused."""
         known = self._known.get(item.number)
         if known is None or known.body is not item.row.body or known.course.preview.refusal is not None:
             return None
         return known.course.preview.duration
 
-    def etas(self, now: float) -> dict[int, float]:
+    def etas(self, now: float) -> Etas:
         """Return when jobs will have ended, from loop time `now` [s] on, at full speed; those that can be told."""
-        passed = 0.0
+        passed, homings = 0.0, 0
         found: dict[int, float] = {}
         running = self._under_way()
         if running is not None:
-            left = _left(running, now)
+            left = self._left(running, now)
             if left is None:
-                return found
+                return Etas(found, estimated=False)
             found[running.number] = passed = left
-        for item in self._items.waiting(AHEAD):
-            if item is running:
-                continue
+            homings = _homings_left(running)
+        for item in self._in_turn(running):
             duration = self.predicted(item)
             if duration is None:
-                return found
-            passed += duration
+                break
+            known = sum(step.duration is None for step in self._known[item.number].course.preview.steps)
+            passed += duration + known * self._homing.seconds
+            homings += known
             found[item.number] = passed
-        return found
+        return Etas(found, estimated=homings > 0)
+
+    def _in_turn(self, running: Item | None) -> list[Item]:
+        """Return the jobs that will begin without anybody's word, in that order: what is held does not."""
+        ahead = [item for item in self._items.waiting(AHEAD) if item is not running]
+        ahead = [item for item in ahead if item.row.state is not TaskState.HELD]
+        over = set[int]() if running is None else {running.number}
+        turns: list[Item] = []
+        while (item := next((one for one in ahead if one.waits_for <= over), None)) is not None:
+            turns.append(item)
+            over.add(item.number)
+            ahead.remove(item)
+        return turns
+
+    def _left(self, item: Item, now: float) -> float | None:
+        """Return how long the job under way will still take [s], None before it has been checked."""
+        record = item.record
+        if record is None or record.preview is None:
+            return None
+        takes = {
+            step.row.index: self._homing.seconds if step.row.predicted is None else step.row.predicted
+            for step in record.remaining
+        }
+        current = takes.get(record.current, 0.0)
+        return max(0.0, sum(takes.values()) - min(now - record.current_since, current))
 
     async def close(self) -> None:
         """Work out nothing more."""
@@ -105,11 +148,15 @@ class Forecast:
         pose = self._robot.pose if end is None else end
         waiting = [item for item in self._items.waiting(AHEAD) if item is not running]
         self._known = {item.number: self._known[item.number] for item in waiting if item.number in self._known}
-        for item in waiting:
+        turns = self._in_turn(running)
+        for item in turns:
             course = await self._course(item, pose)
             if self._stale or course is None:
                 return
             pose = course.end
+        for item in waiting:
+            if item not in turns and (self._stale or await self._course(item, pose) is None):
+                return
 
     async def _course(self, item: Item, start: Pose) -> Course | None:
         """Return what a job comes to from `start`, None where that cannot be told."""
@@ -134,12 +181,6 @@ class Forecast:
         return list(expansion.tasks)
 
 
-def _left(item: Item, now: float) -> float | None:
-    """Return how long the job under way will still take [s], None before it has been checked."""
-    record = item.record
-    if record is None or record.preview is None:
-        return None
-    ahead = sum(step.row.predicted or 0.0 for step in record.remaining)
-    current = next((step for step in record.remaining if step.row.index == record.current), None)
-    done = 0.0 if current is None else min(now - record.current_since, current.row.predicted or 0.0)
-    return max(0.0, ahead - done)
+def _homings_left(item: Item) -> int:
+    """Return how many homings are ahead of the job under way, the one that goes on included."""
+    return 0 if item.record is None else sum(step.row.predicted is None for step in item.record.remaining)

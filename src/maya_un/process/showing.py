@@ -8,7 +8,8 @@ from dataclasses import replace
 from types import MappingProxyType
 
 from maya_un.errors import NotFound
-from maya_un.process.forecast import AHEAD, Forecast
+from maya_un.process.forecast import AHEAD, Etas, Forecast
+from maya_un.process.homing_time import HomingTime
 from maya_un.process.items import Item, Items
 from maya_un.process.journal.protocol import Journal
 from maya_un.process.journal.rows import JobRow, StepRow
@@ -42,7 +43,8 @@ class Showing:
         self._turns = turns
         self._recovering = recovering
         self._speed = speed
-        self._forecast = Forecast(shared.robot, items, shared.grasp_height, lambda: turns.running)
+        homing = HomingTime(shared.robot.config, shared.controller.events)
+        self._forecast = Forecast(shared.robot, items, shared.grasp_height, lambda: turns.running, homing)
         items.on_change = self._forecast.renew
 
     @property
@@ -82,13 +84,14 @@ class Showing:
 
     def first_lines(self) -> tuple[JobLine, ...]:
         """Return the job under way and the first that wait."""
-        etas, running = self._etas(), self._turns.running
+        etas, running = self._etas().at, self._turns.running
         under_way = () if running is None else (self._line(running, etas),)
         return (*under_way, *self._waiting(etas))
 
     def view(self) -> QueueView:
         """Return the queue now."""
-        row, running, etas = self._shared.pausing.row, self._turns.running, self._etas()
+        row, running = self._shared.pausing.row, self._turns.running
+        etas, estimated = self._etas()
         return QueueView(
             mode=self.mode,
             reason=row.reason,
@@ -99,6 +102,7 @@ class Showing:
             counts=self._items.counts,
             finish_at=self._shared.dates(max(etas.values()) / self._speed) if etas else None,
             recovery=self._recovering.view(),
+            estimated=estimated,
         )
 
     async def found(self, number: int) -> tuple[JobRow, tuple[StepRow, ...]]:
@@ -135,13 +139,13 @@ class Showing:
         running = self._turns.running
         return tuple(self._line(item, etas) for item in self._items.waiting(SHOWN) if item is not running)
 
-    def _etas(self) -> Mapping[int, float]:
+    def _etas(self) -> Etas:
         """Return when jobs will have ended [s, loop time from now], none while the queue is paused."""
         if self._shared.pausing.paused:
-            return _NO_ETAS
+            return Etas({}, estimated=False)
         ratio = self._shared.controller.state.override
         etas = self._forecast.etas(asyncio.get_running_loop().time())
-        return {number: eta / ratio for number, eta in etas.items()}
+        return Etas({number: eta / ratio for number, eta in etas.at.items()}, etas.estimated)
 
     def _line(self, item: Item, etas: Mapping[int, float] = _NO_ETAS) -> JobLine:
         done = None if item.record is None else item.record.done

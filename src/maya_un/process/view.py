@@ -88,7 +88,8 @@ class QueueView:
     """The queue now: its mode, with who paused it, why and since when; what is under way, the first that wait.
 
     `reason` is asked, step, stop, fault, restart, driver, storage or failure, "" while it runs. `counts` has the number
-    of jobs that have not ended, by state. `finish_at` is the date when all of them that are predicted will have ended.
+    of jobs that have not ended, by state. `finish_at` is the date when all of them that are predicted will have ended;
+    what is held does not count. It is `estimated` where a homing is among them, whose time nobody knows before.
     """
 
     mode: QueueMode
@@ -100,3 +101,4 @@ class QueueView:
     counts: dict[str, int]
     finish_at: str | None
     recovery: Recovery | None
+    estimated: bool = False

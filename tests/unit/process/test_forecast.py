@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from maya_un.events import Kind
 from maya_un.process.view import JobLine
 from tests.queues import Floor, Machine, asked, job
 from tests.virtual_time import elapse
@@ -83,3 +84,58 @@ async def test_a_slower_robot_is_later() -> None:
         half = floor.process.shown.view().waiting[0].eta
         assert full is not None
         assert half == pytest.approx(2.0 * full)
+
+
+async def test_what_is_held_does_not_count_nor_what_waits_for_it() -> None:
+    async with Machine().running() as floor:
+        await floor.process.submit(MOVE)
+        await floor.process.submit(BACK, asked(held=True))
+        await floor.process.submit(MOVE, asked(depends_on=(2,)))
+        await floor.process.submit(BACK)
+        await elapse(1.0)
+        view = floor.process.shown.view()
+        assert view.running is not None
+        lines = {line.id: line for line in view.waiting}
+        assert [lines[number].eta is None for number in (2, 3, 4)] == [True, True, False]
+        assert lines[4].eta == pytest.approx((view.running.eta or 0.0) + (lines[4].predicted or 0.0))
+        assert None not in {lines[2].predicted, lines[4].predicted}
+        await floor.process.release(2, "ana")
+        await elapse(1.0)
+        etas = {line.id: line.eta or 0.0 for line in floor.process.shown.view().waiting}
+        assert 0.0 < etas[2] < etas[3] < etas[4]
+
+
+async def test_who_waits_for_a_later_job_comes_after_it() -> None:
+    async with Machine().running() as floor:
+        await floor.process.submit(MOVE)
+        await floor.process.submit(BACK)
+        await floor.process.submit(MOVE)
+        await floor.process.change(2, {"depends_on": [3]})
+        await elapse(1.0)
+        etas = {line.id: line.eta or 0.0 for line in floor.process.shown.view().waiting}
+        assert 0.0 < etas[3] < etas[2]
+
+
+async def test_a_homing_is_estimated_by_a_bound_and_then_by_the_last_one_and_that_is_said() -> None:
+    async with Machine().running() as floor:
+        await floor.process.submit(MOVE)
+        await elapse(1.0)
+        assert not floor.process.shown.view().estimated
+        bound = await with_homing(floor)
+        assert 200.0 < bound < 400.0
+        floor.controller.events.emit(Kind.HOMING)
+        await elapse(7.0)
+        floor.controller.events.emit(Kind.HOMED)
+        assert await with_homing(floor) == pytest.approx(7.0)
+
+
+async def with_homing(floor: Floor) -> float:
+    """Return what a homing that is queued now is estimated at [s]."""
+    number = await floor.process.submit(job("home"))
+    await elapse(0.5)
+    view = floor.process.shown.view()
+    assert view.estimated
+    etas = {line.id: line.eta or 0.0 for line in view.waiting}
+    await floor.process.cancel(number)
+    assert view.running is not None
+    return etas[number] - (view.running.eta or 0.0)

@@ -46,6 +46,8 @@ def _closing(view: Mapping[str, Any], status: Mapping[str, Any], shown: int, lan
     if view["finish_at"]:
         held = view["counts"].get("held", 0) > 0
         clock = times.clock(view["finish_at"])
+        if view.get("estimated"):
+            clock = word("estimated", language, clock=clock)
         yield word("finish_at_released" if held else "finish_at", language, clock=clock)
 
 
@@ -88,7 +90,7 @@ def _queued(job: Line, speed: float, language: str) -> tuple[str, ...]:
 def past(jobs: Sequence[Line], language: str) -> str:
     """Return jobs of the history, one a line, with what they were to take and took [the robot's time].
 
-    A homing is predicted as nothing, for nobody knows how long it takes; that is shown as not known.
+    A homing is predicted as nothing, for no plan tells how long it takes; that is shown as not known.
     """
     head = tuple(
         word(key, language)

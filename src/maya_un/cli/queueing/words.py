@@ -22,9 +22,10 @@ _WORDS: dict[str, tuple[str, str]] = {
     "more_wait": ("{count} more wait.", "{count} más esperan."),
     "finish_at": ("All of it will have ended at {clock}.", "Todo habrá terminado a las {clock}."),
     "finish_at_released": (
-        "If what is held were released now, all of it would have ended at {clock}.",
-        "Si lo retenido se liberara ahora, todo habría terminado a las {clock}.",
+        "All but what is held will have ended at {clock}.",
+        "Todo menos lo retenido habrá terminado a las {clock}.",
     ),
+    "estimated": ("about {clock} (a homing is estimated)", "{clock} aproximadamente (con un homing estimado)"),
     "number": ("job", "trabajo"),
     "name": ("name", "nombre"),
     "state": ("state", "estado"),

@@ -60,7 +60,7 @@ def test_a_paused_queue_says_why_and_how_it_goes_on(serve: Serve, capsys: pytest
     ("counts", "said"),
     [
         ({"queued": 1}, "All of it will have ended at "),
-        ({"queued": 1, "held": 1}, "If what is held were released now, all of it would have ended at "),
+        ({"queued": 1, "held": 1}, "All but what is held will have ended at "),
     ],
 )
 def test_what_is_held_does_not_end_by_itself(
@@ -210,3 +210,11 @@ def test_where_nothing_was_interrupted_nothing_is_asked(serve: Serve, capsys: py
 
 def test_without_a_service_it_says_so(capsys: pytest.CaptureFixture[str]) -> None:
     assert printed(["queue"], capsys, 1).startswith("maya: error 1020")
+
+
+def test_a_finish_with_a_homing_in_it_is_said_to_be_an_estimate(
+    serve: Serve, capsys: pytest.CaptureFixture[str]
+) -> None:
+    view = {**VIEW, "counts": {"queued": 1}, "finish_at": "2026-03-01T10:00:00+00:00", "estimated": True}
+    serve(**{"/v1/queue": view})
+    assert "ended at about 2026-03-01 10:00 (a homing is estimated)." in printed(["queue"], capsys)
