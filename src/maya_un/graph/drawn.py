@@ -13,8 +13,11 @@ line is drawn, the hook that keeps the gripper upright, the second jaw.
 
 from __future__ import annotations
 
-from math import atan2, sqrt
+from collections.abc import Iterator
+from math import atan2, ceil, sqrt
+from typing import NamedTuple
 
+from maya_un.config import AxisConfig
 from maya_un.graph.protocol import Message
 from maya_un.graph.stamps import header
 from maya_un.kinematics.mechanism import Mechanism
@@ -37,6 +40,32 @@ JAW_CLOSED = 0.004
 
 PART_RADIUS = 0.02
 """Half of what the jaws hold between them [m]; parts are drawn as thick as that."""
+
+_SPARE = 1.05
+_MOST_PIECES = 12
+
+
+class Pieces(NamedTuple):
+    """Of how many pieces a line is drawn, and how long each of them is [m].
+
+    They slide into each other, evenly, so that together they are always as long as the line.
+    """
+
+    number: int
+    length: float
+
+    @classmethod
+    def of(cls, line: AxisConfig) -> Pieces:
+        """Return pieces that are shorter than the shortest line, and together longer than the longest."""
+        longest = _SPARE * line.maximum
+        length = max(line.minimum / _SPARE, longest / _MOST_PIECES)
+        return cls(ceil(longest / length), length)
+
+    def frames(self, name: str) -> Iterator[tuple[str, float]]:
+        """Yield the frame of each piece of line `name`, and where on its x the middle of the piece is [m]."""
+        yield f"line_{name}", 0.5 * self.length
+        yield from ((f"{name}_piece_{index}", 0.5 * self.length) for index in range(1, self.number - 1))
+        yield f"{name}_end", -0.5 * self.length
 
 
 def positions(mechanism: Mechanism, joints: Joints, jaw: float = JAW_OPEN) -> tuple[float, ...]:

@@ -1,9 +1,9 @@
 """/maya_markers: what rviz shows beside the model, as visualization_msgs/MarkerArray.
 
 The lines coloured by their tension, the parts where they are known, the path under way, the workspace, the zones, and a
-word where the robot is not simply ready. Markers carry no time, so whoever draws them takes the newest frames; a part
-in the gripper is tied to the gripper's frame and moves without a message. So of all this only the lines are told while
-they move.
+word where the robot is not simply ready. Nothing of this is told while it moves: a part in the gripper is tied to the
+gripper's frame, the lines to those of their pieces, and markers carry no time, so that whoever draws them takes the
+newest frames.
 """
 
 from __future__ import annotations
@@ -11,15 +11,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-
+from maya_un.config import Config
+from maya_un.graph.drawn import Pieces
 from maya_un.graph.protocol import Message
-from maya_un.graph.shapes import Colour, Shape, blended, marker, removed
+from maya_un.graph.shapes import Colour, Shape, blended, facing, marker, removed
 from maya_un.graph.surroundings import part_markers, way_markers, workspace_markers, zone_markers
-from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.statics import tension
 from maya_un.kinematics.workspace import Workspace
-from maya_un.kinematics.zones import Zone, corners
+from maya_un.kinematics.zones import Zone
 from maya_un.values import Joints, Mode, Point, State
 
 LIGHT = Colour(0.15, 0.65, 0.35)
@@ -29,7 +28,9 @@ HEAVY = Colour(0.90, 0.10, 0.10)
 """A line that carries as much as it may."""
 
 _WORD = Colour(0.85, 0.25, 0.10)
-_WIDTH = 0.016
+_THICK = 0.012
+_ALONG = facing((1.0, 0.0, 0.0))
+_TINTS = 20
 _QUIET = (Mode.IDLE, Mode.MOVING, Mode.STOPPING)
 
 
@@ -52,7 +53,8 @@ class View:
 class Drawing:
     """Remembers what is drawn, so that only what is new has to be told."""
 
-    def __init__(self) -> None:
+    def __init__(self, config: Config) -> None:
+        self._config = config
         self._drawn: dict[tuple[str, int], Message] = {}
         self._around: tuple[Workspace, tuple[Zone, ...], list[Message]] | None = None
         self._carried: str | None = None
@@ -73,7 +75,7 @@ class Drawing:
         yield from self._surroundings(view)
         yield from part_markers(view.parts, view.carried, self._lifted(view))
         yield from way_markers(view.way)
-        yield from state_markers(view.state, view.workspace)
+        yield from state_markers(view.state, view.workspace, self._config)
 
     def _surroundings(self, view: View) -> list[Message]:
         """Return workspace and zones, made anew only where one of them is another."""
@@ -93,10 +95,10 @@ class Drawing:
         return self._lift
 
 
-def state_markers(state: State, workspace: Workspace) -> Iterator[Message]:
+def state_markers(state: State, workspace: Workspace, config: Config) -> Iterator[Message]:
     """Yield the lines, once homed, and a word above the mast where the robot is not simply ready or on its way."""
     if state.joints is not None:
-        yield line_marker(state.joints, workspace.mechanism, workspace.tension_limit)
+        yield from line_markers(state.joints, workspace, config)
     if state.mode not in _QUIET:
         code = "" if state.fault is None else f" {state.fault.code}"
         place = Point(0.0, 0.0, workspace.mechanism.height + 0.45)
@@ -104,11 +106,17 @@ def state_markers(state: State, workspace: Workspace) -> Iterator[Message]:
         yield marker("word", Shape.TEXT, _WORD, (0.0, 0.0, 0.14), place=place, text=words)
 
 
-def line_marker(joints: Joints, mechanism: Mechanism, tension_limit: float) -> Message:
-    """Return both lines from their anchors to where they meet, each coloured by its share of `tension_limit`."""
-    _, meeting, inner, outer = corners(mechanism, np.array([joints]))[:, :, 0].T
-    u, square = mechanism.section(joints)
-    pulls = tension(u, max(square, 0.0) ** 0.5, mechanism.width)
-    tints = [blended(LIGHT, HEAVY, pull / tension_limit) for pull in pulls]
-    points, colours = (inner, meeting, outer, meeting), (tints[0], tints[0], tints[1], tints[1])
-    return marker("lines", Shape.LINE_LIST, LIGHT, (_WIDTH, 0.0, 0.0), points=points, colours=colours)
+def line_markers(joints: Joints, workspace: Workspace, config: Config) -> Iterator[Message]:
+    """Yield the pieces of both lines, coloured in steps by what share of the tension limit their line carries."""
+    u, square = workspace.mechanism.section(joints)
+    pulls = tension(u, max(square, 0.0) ** 0.5, workspace.mechanism.width)
+    number = 0
+    for name, axis, pull in zip("bc", (config.axes.b, config.axes.c), pulls, strict=True):
+        share = min(max(pull / workspace.tension_limit, 0.0), 1.0)
+        colour = blended(LIGHT, HEAVY, round(_TINTS * share) / _TINTS)
+        pieces = Pieces.of(axis)
+        size = (_THICK, _THICK, pieces.length)
+        for frame, middle in pieces.frames(name):
+            place = Point(middle, 0.0, 0.0)
+            yield marker("lines", Shape.CYLINDER, colour, size, number=number, place=place, turned=_ALONG, frame=frame)
+            number += 1

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
+import numpy as np
 import pytest
 
+from maya_un.config import Config
 from maya_un.graph import types
-from maya_un.graph.markers import HEAVY, LIGHT, Drawing, View, line_marker, state_markers
+from maya_un.graph.description import describe
+from maya_un.graph.drawn import NAMES, Pieces, positions
+from maya_un.graph.markers import HEAVY, LIGHT, Drawing, View, line_markers, state_markers
 from maya_un.graph.protocol import Message
 from maya_un.kinematics.zones import Box
 from maya_un.values import Joints, Mode, Notice, Point, State
+from tests.description import MACROS, Tree
 from tests.fakes import state_of
 from tests.strategies import WORKSPACE
 
 MECHANISM = WORKSPACE.mechanism
+CONFIG = Config()
 HERE = WORKSPACE.ik(Point(0.5, 1.2, 0.5))
 DELETE = 2
 
@@ -30,24 +37,26 @@ def names(array: Message | None) -> list[str]:
 
 
 def test_everything_is_told_once_and_then_nothing_until_something_changes() -> None:
-    drawing, view = Drawing(), View(standing(), WORKSPACE, parts={"bolt": Point(0.3, 1.0, 0.4)})
+    drawing, view = Drawing(CONFIG), View(standing(), WORKSPACE, parts={"bolt": Point(0.3, 1.0, 0.4)})
     assert names(drawing.update(view)) == ["lines", "parts", "stands", "workspace"]
     assert drawing.update(view) is None
     assert names(drawing.update(view, whole=True)) == ["lines", "parts", "stands", "workspace"]
 
 
-def test_while_the_robot_moves_only_the_lines_are_told() -> None:
-    drawing, view = Drawing(), View(standing(), WORKSPACE, parts={"bolt": Point(0.3, 1.0, 0.4)})
+def test_while_the_robot_moves_nothing_is_told_but_other_colours_of_the_lines() -> None:
+    drawing, view = Drawing(CONFIG), View(standing(), WORKSPACE, parts={"bolt": Point(0.3, 1.0, 0.4)})
     drawing.update(view)
-    moved = replace(view, state=standing(HERE._replace(b=HERE.b + 0.001)))
-    array = drawing.update(moved)
-    assert names(array) == ["lines"]
-    assert array is not None
-    assert len(array["markers"]) == 1
+    told = [
+        drawing.update(replace(view, state=standing(WORKSPACE.ik(Point(0.5, 1.2, 0.5 + 0.001 * step)))))
+        for step in range(1001)
+    ]
+    spoken = [array for array in told if array is not None]
+    assert all(names(array) == ["lines"] for array in spoken)
+    assert 0 < len(spoken) < 20
 
 
 def test_a_path_that_has_been_gone_is_taken_away() -> None:
-    drawing, view = Drawing(), View(standing(), WORKSPACE, way=(Point(0.5, 1.2, 0.5), Point(0.6, 1.2, 0.5)))
+    drawing, view = Drawing(CONFIG), View(standing(), WORKSPACE, way=(Point(0.5, 1.2, 0.5), Point(0.6, 1.2, 0.5)))
     assert "path" in names(drawing.update(view))
     array = drawing.update(replace(view, way=()))
     assert array is not None
@@ -58,7 +67,7 @@ def test_a_path_that_has_been_gone_is_taken_away() -> None:
 
 
 def test_other_zones_or_strokes_draw_the_surroundings_anew() -> None:
-    drawing, view = Drawing(), View(standing(), WORKSPACE)
+    drawing, view = Drawing(CONFIG), View(standing(), WORKSPACE)
     drawing.update(view)
     fenced = replace(view, zones=(Box("box", Point(0.1, 0.2, 0.0), Point(0.5, 1.0, 0.6)),))
     assert names(drawing.update(fenced)) == ["zones"]
@@ -67,7 +76,7 @@ def test_other_zones_or_strokes_draw_the_surroundings_anew() -> None:
 
 
 def test_a_part_that_is_carried_is_told_when_it_is_taken_and_when_it_is_put_down() -> None:
-    drawing = Drawing()
+    drawing = Drawing(CONFIG)
     at = Point(0.5, 1.2, 0.52)
     view = View(standing(), WORKSPACE, parts={"bolt": at})
     drawing.update(view)
@@ -76,30 +85,39 @@ def test_a_part_that_is_carried_is_told_when_it_is_taken_and_when_it_is_put_down
     assert part["header"]["frame_id"] == "gripper"
     assert part["pose"]["position"]["z"] == pytest.approx(0.02)
     higher = replace(taken, state=standing(WORKSPACE.ik(Point(0.5, 1.2, 0.6))), parts={"bolt": Point(0.5, 1.2, 0.6)})
-    assert {one["ns"] for one in _told(drawing.update(higher))} == {"lines"}
+    assert drawing.update(higher) is None
     down = replace(higher, carried=None)
     (part,) = (one for one in _told(drawing.update(down)) if one["ns"] == "parts")
     assert part["header"]["frame_id"] == "base"
 
 
-def test_lines_run_from_the_anchors_to_where_they_meet() -> None:
-    inner, meeting, outer, again = line_marker(Joints(0.0, 2.0, 2.0), MECHANISM, 5.0)["points"]
-    assert meeting == again
-    assert inner == pytest.approx({"x": 0.0, "y": 0.3, "z": 2.35})
-    assert outer == pytest.approx({"x": 0.0, "y": 2.3, "z": 2.35})
-    assert meeting == pytest.approx({"x": 0.0, "y": 1.3, "z": 2.35 - 3.0**0.5})
+def test_lines_lie_on_the_pieces_of_the_description() -> None:
+    description = Tree(describe(MACROS, CONFIG))
+    there: dict[str, float] = dict(zip(NAMES, positions(MECHANISM, HERE), strict=True))
+    b, c = (Pieces.of(axis) for axis in (CONFIG.axes.b, CONFIG.axes.c))
+    markers = list(line_markers(HERE, WORKSPACE, CONFIG))
+    assert len(markers) == b.number + c.number
+    ends = np.array([_ends(description, there, marker) for marker in markers])
+    meeting = description.frame("hook", there)[:3, 3]
+    anchors = [description.frame(f"line_{name}", there)[:3, 3] for name in "bc"]
+    for anchor, own in zip(anchors, (ends[: b.number], ends[b.number :]), strict=True):
+        assert own[0][0] == pytest.approx(anchor, abs=1e-6)
+        assert own[-1][1] == pytest.approx(meeting, abs=1e-6)
+        reached = np.linalg.norm(own - anchor, axis=2)
+        assert np.all(np.diff(reached, axis=0) >= 0.0)
+        assert np.all(reached[1:, 0] <= reached[:-1, 1] + 1e-9)
 
 
 def test_a_line_is_the_redder_the_more_it_carries() -> None:
     def red(point: Point) -> float:
-        return line_marker(WORKSPACE.ik(point), MECHANISM, 5.0)["colors"][0]["r"]
+        return next(line_markers(WORKSPACE.ik(point), WORKSPACE, CONFIG))["color"]["r"]
 
     assert LIGHT.r < red(Point(0.5, 1.2, 0.3)) < red(Point(0.5, 1.2, 1.5)) < red(Point(0.5, 1.2, 1.9)) < HEAVY.r
 
 
 def test_lines_that_are_straight_are_as_red_as_can_be() -> None:
-    colours = line_marker(Joints(0.0, 0.9, 0.9), MECHANISM, 5.0)["colors"]
-    assert all(colour == pytest.approx(HEAVY._asdict()) for colour in colours)
+    straight = list(line_markers(Joints(0.0, 0.9, 0.9), WORKSPACE, CONFIG))
+    assert all(one["color"] == pytest.approx(HEAVY._asdict()) for one in straight)
 
 
 @pytest.mark.parametrize(
@@ -113,16 +131,25 @@ def test_lines_that_are_straight_are_as_red_as_can_be() -> None:
     ],
 )
 def test_a_word_stands_above_a_robot_that_is_not_simply_ready(mode: Mode, fault: Notice | None, words: str) -> None:
-    (word,) = state_markers(replace(standing(None), mode=mode, fault=fault), WORKSPACE)
+    (word,) = state_markers(replace(standing(None), mode=mode, fault=fault), WORKSPACE, CONFIG)
     assert word["text"] == words
     assert word["pose"]["position"]["z"] > 2.35
 
 
 def test_no_word_stands_above_one_that_is() -> None:
     for mode in (Mode.IDLE, Mode.MOVING):
-        assert [one["ns"] for one in state_markers(replace(standing(), mode=mode), WORKSPACE)] == ["lines"]
+        assert {one["ns"] for one in state_markers(replace(standing(), mode=mode), WORKSPACE, CONFIG)} == {"lines"}
 
 
 def _told(array: Message | None) -> list[Message]:
     assert array is not None
     return array["markers"]
+
+
+def _ends(description: Tree, there: dict[str, float], cylinder: Message) -> Any:
+    """Return both ends of a cylinder that lies along x of its frame, in the base frame [m]."""
+    turned = [cylinder["pose"]["orientation"][part] for part in "xyzw"]
+    assert turned == pytest.approx([0.0, 0.5**0.5, 0.0, 0.5**0.5])
+    middle, half = cylinder["pose"]["position"]["x"], 0.5 * cylinder["scale"]["z"]
+    frame = description.frame(cylinder["header"]["frame_id"], there)
+    return [(frame @ np.array((middle + side * half, 0.0, 0.0, 1.0)))[:3] for side in (-1.0, 1.0)]

@@ -73,7 +73,7 @@ class SensorsDoor:
         self._scene = scene
         self._clock = clock_or_loop(clock)
         self._speed = max(1.0, speed)
-        self._drawing = Drawing()
+        self._drawing = Drawing(config)
         self._ways: Ways | None = None
         self._drawn = 0.0
         self._readers = 0
