@@ -1,4 +1,4 @@
-"""Showing motion while it happens: bars on a terminal, lines elsewhere, nothing for --json."""
+"""Showing motion while it happens: bars on a terminal, lines elsewhere, for --json only what is waited for."""
 
 from __future__ import annotations
 
@@ -32,6 +32,10 @@ class Display:
     def note(self, text: str) -> None:
         """Show one fact."""
 
+    def wait(self, why: str) -> None:
+        """Show what is waited for, also to whoever wants nothing but the result on the output."""
+        print(why, file=sys.stderr, flush=True)
+
     def motion(self, phase: str, elapsed: float, duration: float) -> None:
         """Show how far a motion has come [s]."""
 
@@ -45,6 +49,10 @@ class Lines(Display):
     def note(self, text: str) -> None:
         """Print one fact."""
         output.say(text)
+
+    def wait(self, why: str) -> None:
+        """Print what is waited for."""
+        self.note(why)
 
 
 class Bars(Display):
@@ -73,6 +81,10 @@ class Bars(Display):
     def note(self, text: str) -> None:
         """Print one fact above the bar."""
         self._progress.console.print(text, markup=False, highlight=False)
+
+    def wait(self, why: str) -> None:
+        """Print what is waited for."""
+        self.note(why)
 
     def motion(self, phase: str, elapsed: float, duration: float) -> None:
         """Set the bar; where the duration is not known (0, in a homing) one that pulses and counts the time up."""

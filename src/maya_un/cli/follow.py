@@ -14,6 +14,9 @@ from maya_un.cli.words import word
 PATIENCE = 0.2
 """How long the service keeps a question for news before it answers that there are none [s]."""
 
+LOOKS = 3
+"""What a job waits for is said when it was seen so often, or twice with nothing between: most begin at once."""
+
 _ENDED = {"done", "failed", "cancelled"}
 
 
@@ -32,13 +35,17 @@ def follow(client: Client, job: int, since: int, display: Display, settings: Set
 
 def _to_the_end(client: Client, job: int, since: int, display: Display, language: str) -> dict[str, Any]:
     report: dict[str, Any] = client.get(f"/v1/jobs/{job}")
-    said = ""
+    said, same, looks, quiet = "", "", 0, False
     while report["state"] not in _ENDED:
         why = waiting.reason(client, report, language)
-        if why and why != said:
-            display.note(why)
-        said = why
+        looks = looks + 1 if why == same else 1
+        same = why
+        if why != said and (not why or looks >= LOOKS or (looks > 1 and quiet)):
+            said = why
+            if why:
+                display.wait(why)
         events = client.get(f"/v1/events?since={since}&wait={PATIENCE}")
+        quiet = not events
         for event in events:
             since = event["seq"]
             tell(event, display)

@@ -16,13 +16,13 @@ AT_REST = 120.0
 
 
 def show(settings: Settings) -> int:
-    """Print the queue: its mode, what is under way with its end, what waits, what is offered after a restart."""
+    """Print the queue: its mode, who drives, what is under way, what waits, what is offered after a restart."""
     client = Client.find()
     view = client.get("/v1/queue")
     if settings.json:
         output.emit(view)
     else:
-        output.say(text.queue(view, client.get("/v1/status"), settings.language))
+        output.say(text.queue(view, client.get("/v1/status"), client.get("/v1/lease"), settings.language))
     return output.DONE
 
 

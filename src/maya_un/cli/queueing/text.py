@@ -20,11 +20,16 @@ _COLOURS = {
 }  # fmt: skip
 
 
-def queue(view: Mapping[str, Any], status: Mapping[str, Any], language: str) -> str:
-    """Return the queue as QueueView and Status tell of it: its mode, what is under way, what waits, what is offered."""
+def queue(view: Mapping[str, Any], status: Mapping[str, Any], lease: Mapping[str, Any], language: str) -> str:
+    """Return the queue as QueueView, Status and LeaseView tell of it.
+
+    Its mode, who drives, what is under way, what waits, what is offered.
+    """
     under_way = [] if view["running"] is None else [view["running"]]
     jobs = [*under_way, *view["waiting"]]
     blocks = [mode(view, language)]
+    if lease["holder"] and not lease["implicit"]:
+        blocks.append(word("you_drive" if lease["yours"] else "driver", language, **lease))
     if view["recovery"] is not None:
         blocks.append(recovery(view["recovery"], language))
     if jobs:

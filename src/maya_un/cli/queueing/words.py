@@ -16,6 +16,8 @@ _WORDS: dict[str, tuple[str, str]] = {
         "The queue is paused since {since} ({reason}).",
         "La cola está en pausa desde las {since} ({reason}).",
     ),
+    "driver": ("{holder} drives: jobs of others wait.", "{holder} conduce: los trabajos de otros esperan."),
+    "you_drive": ("You drive: jobs of others wait.", "Usted conduce: los trabajos de otros esperan."),
     "nothing_waits": ("Nothing waits.", "Nada espera."),
     "under_way": ("under way: {phase}, {percent:.0f} %", "en curso: {phase}, {percent:.0f} %"),
     "counted": ("{count} {state}", "{count} {state}"),

@@ -218,3 +218,20 @@ def test_a_finish_with_a_homing_in_it_is_said_to_be_an_estimate(
     view = {**VIEW, "counts": {"queued": 1}, "finish_at": "2026-03-01T10:00:00+00:00", "estimated": True}
     serve(**{"/v1/queue": view})
     assert "ended at about 2026-03-01 10:00 (a homing is estimated)." in printed(["queue"], capsys)
+
+
+@pytest.mark.parametrize(
+    ("lease", "said"),
+    [
+        ({"holder": "eva", "implicit": False, "yours": False}, "eva drives: jobs of others wait."),
+        ({"holder": "eva", "implicit": False, "yours": True}, "You drive: jobs of others wait."),
+        ({"holder": "eva", "implicit": True, "yours": False}, ""),
+    ],
+)
+def test_who_drives_is_said(
+    serve: Serve, capsys: pytest.CaptureFixture[str], lease: dict[str, object], said: str
+) -> None:
+    serve(**{"/v1/lease": lease})
+    shown = printed(["queue"], capsys)
+    assert said in shown
+    assert bool(said) == ("drive" in shown)

@@ -1,0 +1,47 @@
+"""A job is followed to its end; what it waits for is said, also to whoever wants JSON, but not what is over at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pytest
+
+from maya_un.cli.client import Client
+from maya_un.cli.display import Display, Lines
+from maya_un.cli.follow import follow
+from maya_un.cli.settings import Settings
+from tests.unit.cli.queueing.answers import LINE, VIEW, Service, Several, running
+
+PAUSED = {**VIEW, "mode": "paused", "reason": "asked", "by": "ana", "waiting": [LINE]}
+REPORT = {"id": 7, "name": "two cubes", "code": 0, "message": "", "steps": []}
+WAITS = "Job 7 waits: the queue is paused (ana asked for it). `maya queue resume` lets it go on."
+
+
+def followed(states: Sequence[str], display: Display, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Follow a job that is seen in these states, in a queue that is paused; return the last."""
+    reports = [Several({**REPORT, "state": state}) for state in states]
+    told = {"seq": 41, "time": 0.0, "kind": "idle", "code": 0, "detail": {}}
+    answers = {"/v1/queue": PAUSED, "/v1/jobs/7": reports, "/v1/events": [told]}
+    with running(Service(**answers), monkeypatch):
+        report, interrupted = follow(Client.find(), 7, 40, display, Settings())
+    assert not interrupted
+    state: str = report["state"]
+    return state
+
+
+@pytest.mark.parametrize("json", [False, True])
+def test_what_it_waits_for_is_said_once_and_never_among_the_results(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *, json: bool
+) -> None:
+    states = ["queued"] * 6 + ["running", "done"]
+    assert followed(states, Display() if json else Lines(), monkeypatch) == "done"
+    out, err = capsys.readouterr()
+    assert (err if json else out).count(WAITS) == 1
+    assert not (out if json else err)
+
+
+def test_one_that_begins_at_once_is_not_said_to_wait(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert followed(["queued", "queued", "running", "done"], Lines(), monkeypatch) == "done"
+    assert "waits" not in "".join(capsys.readouterr())
