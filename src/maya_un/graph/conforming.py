@@ -147,9 +147,15 @@ def _bool(value: Any) -> bool:
 
 
 def _string(value: Any) -> str:
-    if isinstance(value, str):
-        return value
-    raise Misfit(f"it must be text, not {repr(value)}")
+    """Return a text; half a pair of surrogates, which JSON can say, is none."""
+    if not isinstance(value, str):
+        raise Misfit(f"it must be text, not {repr(value)}")
+    if not value.isascii():
+        try:
+            value.encode()
+        except UnicodeEncodeError:
+            raise Misfit("it must be text that can be encoded") from None
+    return value
 
 
 def _integer(least: int, greatest: int) -> Converter:

@@ -1,0 +1,401 @@
+"""Goals by the topics of ROS 1, as roslib's ActionClient speaks them, in virtual time."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+import pytest
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
+
+from maya_un.errors import MayaError, NotHomed, Stopped
+from maya_un.graph.bus import Bus, BusNode
+from maya_un.graph.goals import KEPT, PERIOD
+from maya_un.graph.outcome import ENDED, failure
+from maya_un.graph.protocol import Feedback, Held, Message, Outcome, Refused
+from maya_un.loops import JumpingLoop
+from tests.virtual_time import elapse
+
+MOVE = "maya_controller/Move"
+DONE = {"success": True, "code": "", "message": ""}
+
+
+@dataclass
+class Acts:
+    """A server whose goals end when the test says so: by the `a` of the goal."""
+
+    ways: dict[float, asyncio.Future[Message]] = field(default_factory=dict[float, asyncio.Future[Message]])
+    feedbacks: dict[float, Feedback] = field(default_factory=dict[float, Feedback])
+    rest: float = 0.0
+
+    async def __call__(self, goal: Message, feedback: Feedback) -> Message:
+        self.feedbacks[goal["a"]] = feedback
+        self.ways[goal["a"]] = asyncio.get_running_loop().create_future()
+        try:
+            return await self.ways[goal["a"]]
+        except asyncio.CancelledError:
+            await asyncio.sleep(self.rest)
+            raise
+
+
+@dataclass
+class Line:
+    """A client that speaks the five topics."""
+
+    bus: Bus
+    acts: Acts
+    server: Held
+    results: list[Message] = field(default_factory=list[Message])
+    statuses: list[list[Message]] = field(default_factory=list[list[Message]])
+    feedbacks: list[Message] = field(default_factory=list[Message])
+    client: BusNode = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.client = self.bus.node("web")
+        self._goals = self.client.advertise("/move/goal", f"{MOVE}ActionGoal")
+        self._cancels = self.client.advertise("/move/cancel", "actionlib_msgs/GoalID")
+        listen = self.client.subscribe
+        listen("/move/result", f"{MOVE}ActionResult", self.results.append)
+        listen("/move/feedback", f"{MOVE}ActionFeedback", self.feedbacks.append)
+        listen("/move/status", "", lambda message: self.statuses.append(message["status_list"]))
+
+    def send(self, id_: str, a: float = 1.0, secs: int = 0) -> None:
+        self._goals.publish({"goal_id": {"id": id_, "stamp": {"secs": secs, "nsecs": 0}}, "goal": {"a": a}})
+
+    def cancel(self, id_: str = "", secs: int = 0) -> None:
+        self._cancels.publish({"id": id_, "stamp": {"secs": secs, "nsecs": 0}})
+
+    def outcomes(self) -> dict[str, Outcome]:
+        return {status["goal_id"]["id"]: Outcome(status["status"]) for status in self.statuses[-1]}
+
+    def course(self, id_: str) -> list[Outcome]:
+        """Return through which states a goal has gone, each once."""
+        seen: list[Outcome] = []
+        for statuses in self.statuses:
+            for status in statuses:
+                if status["goal_id"]["id"] == id_ and (not seen or seen[-1] != status["status"]):
+                    seen.append(Outcome(status["status"]))
+        return seen
+
+
+@asynccontextmanager
+async def line(rest: float = 0.0) -> AsyncIterator[Line]:
+    bus, acts = Bus(), Acts(rest=rest)
+    server = bus.node("server").act("/move", MOVE, acts)
+    yield Line(bus, acts, server)
+    server.close()
+    await elapse(5.0)
+
+
+async def test_a_goal_is_pending_until_it_begins_and_succeeds() -> None:
+    async with line() as link:
+        link.send("one", 2.0)
+        await elapse(0.01)
+        assert link.outcomes() == {"one": Outcome.PENDING}
+        link.acts.feedbacks[2.0]({"a": 0.5, "progress": 0.25})
+        await elapse(0.01)
+        assert link.outcomes() == {"one": Outcome.ACTIVE}
+        link.acts.ways[2.0].set_result(DONE)
+        await elapse(0.01)
+        assert [result["result"] for result in link.results] == [DONE]
+        assert link.results[0]["status"] == {
+            "goal_id": {"id": "one", "stamp": link.results[0]["status"]["goal_id"]["stamp"]},
+            "status": Outcome.SUCCEEDED,
+            "text": "",
+        }
+        assert link.feedbacks[0]["feedback"] == {"a": 0.5, "b": 0.0, "c": 0.0, "progress": 0.25}
+        assert link.feedbacks[0]["status"]["status"] == Outcome.ACTIVE
+
+
+async def test_one_that_ends_without_a_word_was_active_all_the_same() -> None:
+    async with line() as link:
+        link.send("one")
+        await elapse(0.01)
+        link.acts.ways[1.0].set_result(DONE)
+        await elapse(0.01)
+        assert link.course("one") == [Outcome.PENDING, Outcome.ACTIVE, Outcome.SUCCEEDED]
+
+
+@pytest.mark.parametrize(
+    ("begun", "error", "course"),
+    [
+        (False, Refused(failure(NotHomed())), [Outcome.PENDING, Outcome.REJECTED]),
+        (True, Refused(failure(NotHomed())), [Outcome.PENDING, Outcome.ACTIVE, Outcome.ABORTED]),
+        (False, NotHomed(), [Outcome.PENDING, Outcome.ACTIVE, Outcome.ABORTED]),
+        (True, NotHomed(), [Outcome.PENDING, Outcome.ACTIVE, Outcome.ABORTED]),
+        (True, Stopped(), [Outcome.PENDING, Outcome.ACTIVE, Outcome.PREEMPTED]),
+        (False, Stopped(), [Outcome.PENDING, Outcome.RECALLED]),
+    ],
+)
+async def test_how_it_ends_by_what_went_wrong(begun: bool, error: Exception, course: list[Outcome]) -> None:
+    async with line() as link:
+        link.send("one")
+        await elapse(0.01)
+        if begun:
+            link.acts.feedbacks[1.0]({})
+            await elapse(0.01)
+        link.acts.ways[1.0].set_exception(error)
+        await elapse(0.01)
+        assert link.course("one") == course
+        code = str(error.code) if isinstance(error, MayaError) else "2103"
+        assert link.results[0]["result"]["code"] == code
+        assert link.results[0]["status"]["text"] == link.results[0]["result"]["message"] != ""
+
+
+async def test_a_cancel_by_its_id_preempts_it_once_all_is_at_rest() -> None:
+    async with line(rest=3.0) as link:
+        link.send("one", 1.0)
+        link.send("two", 2.0)
+        await elapse(0.01)
+        link.acts.feedbacks[1.0]({})
+        link.cancel("one")
+        await elapse(1.0)
+        assert link.outcomes() == {"one": Outcome.PREEMPTING, "two": Outcome.PENDING}
+        link.cancel("one")  # once more must not cut the braking short
+        link.cancel()  # nor all of them
+        await elapse(1.0)
+        assert link.outcomes() == {"one": Outcome.PREEMPTING, "two": Outcome.RECALLING}
+        await elapse(3.0)
+        assert link.outcomes() == {"one": Outcome.PREEMPTED, "two": Outcome.RECALLED}
+        assert [result["result"]["code"] for result in link.results] == ["2202", "2202"]
+
+
+async def test_a_goal_that_is_cancelled_in_the_same_breath_never_begins() -> None:
+    async with line() as link:
+        link.send("one")
+        link.cancel("one")
+        await elapse(0.01)
+        assert link.outcomes() == {"one": Outcome.RECALLED}
+        assert link.acts.ways == {}
+
+
+async def test_a_cancel_that_comes_before_its_goal_is_kept_for_it() -> None:
+    async with line() as link:
+        link.cancel("one")
+        await elapse(0.01)
+        assert link.outcomes() == {"one": Outcome.RECALLING}
+        link.send("one")
+        await elapse(0.01)
+        assert link.outcomes() == {"one": Outcome.RECALLED}
+        assert link.results[0]["status"]["status"] == Outcome.RECALLED
+        assert link.acts.ways == {}
+
+
+async def test_a_cancel_by_time_ends_what_came_until_then_and_what_comes_late() -> None:
+    async with line() as link:
+        link.send("old", 1.0, secs=100)
+        link.send("new", 2.0, secs=200)
+        await elapse(0.01)
+        link.cancel(secs=150)
+        await elapse(0.01)
+        assert link.outcomes() == {"old": Outcome.RECALLED, "new": Outcome.PENDING}
+        link.send("late", 3.0, secs=150)
+        link.send("later", 4.0, secs=151)
+        await elapse(0.01)
+        assert link.outcomes()["late"] is Outcome.RECALLED
+        assert link.outcomes()["later"] is Outcome.PENDING
+        assert 3.0 not in link.acts.ways
+
+
+async def test_a_goal_that_comes_twice_is_done_once() -> None:
+    async with line() as link:
+        link.send("one")
+        link.send("one")
+        await elapse(0.01)
+        link.acts.ways[1.0].set_result(DONE)
+        await elapse(0.01)
+        link.send("one")
+        await elapse(0.01)
+        assert len(link.results) == 1
+
+
+async def test_a_goal_without_a_name_gets_one() -> None:
+    async with line() as link:
+        link.send("")
+        await elapse(0.01)
+        (name,) = link.outcomes()
+        assert name
+        link.cancel(name)
+        await elapse(0.01)
+        assert link.outcomes() == {name: Outcome.RECALLED}
+
+
+async def test_what_has_ended_is_told_for_five_seconds_five_times_a_second_and_then_nothing() -> None:
+    async with line() as link:
+        link.send("one")
+        await elapse(0.01)
+        link.acts.ways[1.0].set_result(DONE)
+        await elapse(0.01)
+        before = len(link.statuses)
+        await elapse(KEPT - 0.1)
+        assert link.outcomes() == {"one": Outcome.SUCCEEDED}
+        assert len(link.statuses) - before == pytest.approx(KEPT / PERIOD, abs=2)
+        await elapse(0.2)
+        assert link.outcomes() == {}
+        await elapse(1.0)
+        told = len(link.statuses)
+        await elapse(60.0)
+        assert len(link.statuses) == told
+
+
+async def test_whoever_comes_later_hears_how_all_stands() -> None:
+    async with line() as link:
+        heard: list[Message] = []
+        link.bus.node("late").subscribe("/move/status", "", heard.append)
+        await elapse(0.01)
+        assert [message["status_list"] for message in heard] == [[]]
+
+
+async def test_feedback_after_the_end_is_nobodys() -> None:
+    async with line() as link:
+        link.send("one")
+        await elapse(0.01)
+        link.acts.ways[1.0].set_result(DONE)
+        await elapse(0.01)
+        link.acts.feedbacks[1.0]({})
+        await elapse(0.01)
+        assert link.feedbacks == []
+
+
+async def test_a_server_that_closes_cancels_and_still_tells_how_it_ended() -> None:
+    async with line(rest=2.0) as link:
+        link.send("one")
+        await elapse(0.01)
+        link.acts.feedbacks[1.0]({})
+        link.server.close()
+        link.server.close()
+        link.send("two", 2.0)
+        await elapse(3.0)
+        assert [result["status"]["status"] for result in link.results] == [Outcome.PREEMPTED]
+        assert 2.0 not in link.acts.ways
+
+
+async def test_a_defect_of_the_server_is_told_as_one() -> None:
+    async with line() as link:
+        told: list[dict[str, Any]] = []
+        asyncio.get_running_loop().set_exception_handler(lambda _, context: told.append(context))
+        link.send("one")
+        await elapse(0.01)
+        link.acts.ways[1.0].set_exception(ZeroDivisionError())
+        await elapse(0.01)
+        assert link.results[0]["result"]["code"] == "5999"
+        assert isinstance(told[0]["exception"], ZeroDivisionError)
+
+
+async def test_the_goals_of_a_client_that_vanished_are_cancelled_and_nobody_elses() -> None:
+    async with line() as link:
+        other = link.bus.node("other")
+        goals = other.advertise("/move/goal", f"{MOVE}ActionGoal")
+        goals.publish({"goal_id": {"id": "deaf"}, "goal": {"a": 2.0}})  # it never listened, so nobody misses it
+        link.send("one")
+        await elapse(0.01)
+        link.client.close()
+        other.close()
+        await elapse(0.01)
+        assert link.acts.ways[1.0].cancelled()
+        assert not link.acts.ways[2.0].done()
+
+
+class GoalsMachine(RuleBasedStateMachine):
+    """Goals and cancels in any order: no goal leaves its graph of states, each ends once, none is acted on twice."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.loop = JumpingLoop()
+        self.sent: set[str] = set()
+        self.begun: set[str] = set()
+        self.told: dict[str, Outcome] = {}
+
+    @initialize()
+    def begin(self) -> None:
+        async def made() -> Line:
+            bus, acts = Bus(), Acts(rest=0.5)
+            return Line(bus, acts, bus.node("server").act("/move", MOVE, acts))
+
+        self.line = self.loop.run_until_complete(made())
+
+    def teardown(self) -> None:
+        async def over() -> None:
+            self.line.server.close()
+            await asyncio.sleep(1.0)
+
+        if hasattr(self, "line"):
+            self.loop.run_until_complete(over())
+        self.loop.close()
+
+    def do(self, work: Any) -> None:
+        async def done() -> None:
+            work()
+
+        self.loop.run_until_complete(done())
+
+    @rule(number=st.integers(0, 5), secs=st.integers(0, 3))
+    def send(self, number: int, secs: int) -> None:
+        self.sent.add(f"goal {number}")
+        self.do(lambda: self.line.send(f"goal {number}", float(number), secs))
+
+    @rule(number=st.integers(0, 5))
+    def cancel(self, number: int) -> None:
+        self.do(lambda: self.line.cancel(f"goal {number}"))
+
+    @rule(secs=st.integers(0, 3))
+    def cancel_until(self, secs: int) -> None:
+        self.do(lambda: self.line.cancel(secs=secs))
+
+    @rule(time=st.sampled_from([0.0, 0.1, 1.0]))
+    def wait(self, time: float) -> None:
+        self.loop.run_until_complete(asyncio.sleep(time))
+
+    @precondition(lambda self: self.line.acts.ways)
+    @rule(data=st.data(), end=st.sampled_from(["feedback", "done", "refused", "failed"]))
+    def go_on(self, data: st.DataObject, end: str) -> None:
+        a = data.draw(st.sampled_from(sorted(self.line.acts.ways)))
+        way = self.line.acts.ways[a]
+        if way.done():
+            return
+        match end:
+            case "feedback":
+                self.begun.add(f"goal {a:.0f}")
+                self.do(lambda: self.line.acts.feedbacks[a]({}))
+            case "done":
+                self.do(lambda: way.set_result(DONE))
+            case "refused":
+                self.do(lambda: way.set_exception(Refused(failure(NotHomed()))))
+            case _:
+                self.do(lambda: way.set_exception(NotHomed()))
+
+    @invariant()
+    def states_follow_one_another_as_in_actionlib(self) -> None:
+        self.loop.run_until_complete(asyncio.sleep(0))
+        for statuses in self.line.statuses:
+            for status in statuses:
+                name, outcome = status["goal_id"]["id"], Outcome(status["status"])
+                before = self.told.get(name)
+                if before is not None and before is not outcome and before not in ENDED:
+                    assert outcome in FOLLOW[before], (name, before, outcome)
+                self.told[name] = outcome
+        self.line.statuses.clear()
+
+    @invariant()
+    def each_ends_once_and_only_what_was_sent(self) -> None:
+        for result in self.line.results:
+            assert result["status"]["goal_id"]["id"] in self.sent
+            assert Outcome(result["status"]["status"]) in ENDED
+        self.line.results.clear()
+
+
+FOLLOW = {
+    Outcome.PENDING: {Outcome.ACTIVE, Outcome.RECALLING, Outcome.REJECTED, Outcome.RECALLED},
+    Outcome.ACTIVE: {Outcome.PREEMPTING, Outcome.SUCCEEDED, Outcome.ABORTED, Outcome.PREEMPTED},
+    Outcome.RECALLING: {Outcome.PREEMPTING, Outcome.REJECTED, Outcome.RECALLED},
+    Outcome.PREEMPTING: {Outcome.PREEMPTED, Outcome.SUCCEEDED, Outcome.ABORTED},
+}
+"""What may come after what (wiki.ros.org/actionlib/DetailedDescription, the server's states)."""
+
+TestGoalsMachine = GoalsMachine.TestCase
+TestGoalsMachine.settings = settings(max_examples=30, stateful_step_count=30, deadline=None)
