@@ -4,17 +4,27 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Mapping
-from contextlib import asynccontextmanager
-from dataclasses import dataclass
+from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass, field
 
 from maya_un.config import Config
+from maya_un.config.load import parse
+from maya_un.events import Kind
+from maya_un.graph.apart import robot_floor, tasks_handed_on
 from maya_un.graph.bus import Bus, BusNode
 from maya_un.graph.clients.controller import GraphController
+from maya_un.graph.clients.robot import GraphRobot
 from maya_un.graph.doors.controller import ControllerDoor
 from maya_un.graph.doors.sensors import SensorsDoor
+from maya_un.process.process import Process
 from maya_un.testing.rig import Rig, rig
 from maya_un.values import Point
+from maya_un.virtual.maya.mechanics import MayaMechanics
 from maya_un.virtual.maya.start import Start
+from tests.unit.controller.bench import HERE, _take_over
+
+CALM = parse({"controller": {"stream_rate": 10.0}, "safety": {"guard_time": 0.0}})
+"""The machine, looked at ten times a second, without a guard: what is told costs more than what moves."""
 
 
 @dataclass
@@ -25,6 +35,11 @@ class Below:
     bus: Bus
     node: BusNode
 
+    @property
+    def mechanics(self) -> MayaMechanics:
+        """What judges: the mechanics with their own record."""
+        return self.rig.mechanics
+
     async def dies(self) -> None:
         """End the node as a kill does."""
         self.node.close()
@@ -33,12 +48,12 @@ class Below:
 
 @asynccontextmanager
 async def below(
-    bus: Bus, *, config: Config | None = None, parts: Mapping[str, Point] | None = None, start: Start | None = None
+    bus: Bus, *, config: Config = CALM, parts: Mapping[str, Point] | None = None, homed: bool = False
 ) -> AsyncIterator[Below]:
-    """Open the controller floor of a twin on a bus."""
+    """Open the controller floor of a twin on a bus; one that is `homed` stands at `HERE`, and took a homing over."""
     node = bus.node("hw_simulator")
     async with (
-        rig(config, parts=parts, start=start, live=True) as bench,
+        bench_of(config, parts, homed=homed) as bench,
         ControllerDoor(bench.controller).open(node),
         SensorsDoor(bench.controller, bench.controller.config).open(node),
     ):
@@ -46,12 +61,80 @@ async def below(
 
 
 @asynccontextmanager
-async def seen_from(
-    bus: Bus, name: str, config: Config | None = None
-) -> AsyncIterator[tuple[BusNode, GraphController]]:
+async def bench_of(
+    config: Config, parts: Mapping[str, Point] | None = None, *, homed: bool = False
+) -> AsyncIterator[Rig]:
+    """Open the controller floor of a twin alone; one that is `homed` stands at `HERE`, and took a homing over."""
+    start = Start(*HERE) if homed else None
+    async with rig(config, parts=parts, start=start, live=True) as bench:
+        if homed:
+            await _take_over(bench)
+        yield bench
+
+
+@asynccontextmanager
+async def seen_from(bus: Bus, name: str, config: Config = CALM) -> AsyncIterator[tuple[BusNode, GraphController]]:
     """Give a node and the controller floor as it sees it, connected."""
     node = bus.node(name)
-    async with GraphController.on(node, Config() if config is None else config) as controller:
+    async with GraphController.on(node, config) as controller:
         await controller.connected()
         yield node, controller
     node.close()
+
+
+@dataclass
+class Apart:
+    """All floors, each a node: `controller`, `robot` and `process` are those of the process floor's node."""
+
+    below: Below
+    bus: Bus
+    controller: GraphController
+    robot: GraphRobot
+    process: Process
+    nodes: dict[str, BusNode] = field(default_factory=dict[str, BusNode])
+
+    @property
+    def mechanics(self) -> MayaMechanics:
+        """What judges."""
+        return self.below.mechanics
+
+    async def dies(self, name: str) -> None:
+        """End a node as a kill does."""
+        self.nodes[name].close()
+        await asyncio.sleep(0)
+
+    async def at_rest(self) -> None:
+        """Wait until nothing moves, by the controller floor itself."""
+        async for state in self.below.rig.controller.watch():
+            if not state.moving and self.below.rig.controller.progress() is None:
+                return
+
+    async def until(self, kind: Kind, **detail: object) -> None:
+        """Wait for an event of the process floor's node, from now on."""
+        events = self.controller.events
+        async for event in events.follow(len(events)):
+            if event.kind is kind and all(event.detail.get(key) == value for key, value in detail.items()):
+                return
+
+
+@asynccontextmanager
+async def apart(
+    *, config: Config = CALM, parts: Mapping[str, Point] | None = None, homed: bool = True
+) -> AsyncIterator[Apart]:
+    """Open all floors on a bus, each a node of its own; see `below` for a robot that is `homed`."""
+    bus = Bus()
+    names = ("robot_controller", "primitive_server", "process_controller")
+    async with AsyncExitStack() as stack:
+        low = await stack.enter_async_context(below(bus, config=config, parts=parts, homed=homed))
+        nodes = {name: bus.node(name) for name in names}
+        deciding = await stack.enter_async_context(robot_floor(nodes["robot_controller"], config))
+        await stack.enter_async_context(tasks_handed_on(nodes["primitive_server"]))
+        top = nodes["process_controller"]
+        controller = await stack.enter_async_context(GraphController.on(top, config))
+        await deciding.connected()
+        await controller.connected()
+        robot = GraphRobot(top, controller, config)
+        process = Process(robot, controller, config)
+        await process.open()
+        stack.push_async_callback(process.close)
+        yield Apart(low, bus, controller, robot, process, {**nodes, "hw_simulator": low.node})
