@@ -14,9 +14,6 @@ from maya_un.cli.words import word
 PATIENCE = 0.2
 """How long the service keeps a question for news before it answers that there are none [s]."""
 
-LOOKS = 3
-"""What a job waits for is said when it was seen so often, or twice with nothing between: most begin at once."""
-
 _ENDED = {"done", "failed", "cancelled"}
 
 
@@ -35,17 +32,13 @@ def follow(client: Client, job: int, since: int, display: Display, settings: Set
 
 def _to_the_end(client: Client, job: int, since: int, display: Display, language: str) -> dict[str, Any]:
     report: dict[str, Any] = client.get(f"/v1/jobs/{job}")
-    said, same, looks, quiet = "", "", 0, False
+    said = ""
     while report["state"] not in _ENDED:
         why = waiting.reason(client, report, language)
-        looks = looks + 1 if why == same else 1
-        same = why
-        if why != said and (not why or looks >= LOOKS or (looks > 1 and quiet)):
-            said = why
-            if why:
-                display.wait(why)
+        if why and why != said:
+            display.wait(why)
+        said = why
         events = client.get(f"/v1/events?since={since}&wait={PATIENCE}")
-        quiet = not events
         for event in events:
             since = event["seq"]
             tell(event, display)

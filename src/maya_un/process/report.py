@@ -182,7 +182,14 @@ def report_of(line: JobLine, record: JobRecord) -> JobReport:
     )
 
 
-def line_of(row: JobRow, *, position: int | None = None, eta: float | None = None, done: int | None = None) -> JobLine:
+def line_of(
+    row: JobRow,
+    *,
+    position: int | None = None,
+    eta: float | None = None,
+    done: int | None = None,
+    direct: bool = False,
+) -> JobLine:
     """Return a job's line; `done` where more is known than was kept."""
     options = row.options
     return JobLine(
@@ -210,4 +217,5 @@ def line_of(row: JobRow, *, position: int | None = None, eta: float | None = Non
         on_failure=options.on_failure,
         retries=options.retries,
         stepwise=options.stepwise,
+        direct=direct,
     )

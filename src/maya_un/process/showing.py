@@ -150,7 +150,7 @@ class Showing:
     def _line(self, item: Item, etas: Mapping[int, float] = _NO_ETAS) -> JobLine:
         done = None if item.record is None else item.record.done
         place = self._items.order.place_of(item.number)
-        line = line_of(item.row, position=place, done=done, eta=etas.get(item.number))
+        line = line_of(item.row, position=place, done=done, eta=etas.get(item.number), direct=item.direct)
         if line.predicted is None and not item.row.state.ended:
             line = replace(line, predicted=self._forecast.predicted(item))
         return line

@@ -12,7 +12,7 @@ from maya_un.cli.follow import follow
 from maya_un.cli.settings import Settings
 from tests.unit.cli.queueing.answers import LINE, VIEW, Service, Several, running
 
-PAUSED = {**VIEW, "mode": "paused", "reason": "asked", "by": "ana", "waiting": [LINE]}
+PAUSED: dict[str, object] = {**VIEW, "mode": "paused", "reason": "asked", "by": "ana", "waiting": [LINE]}
 REPORT = {"id": 7, "name": "two cubes", "code": 0, "message": "", "steps": []}
 WAITS = "Job 7 waits: the queue is paused (ana asked for it). `maya queue resume` lets it go on."
 
@@ -43,5 +43,6 @@ def test_what_it_waits_for_is_said_once_and_never_among_the_results(
 def test_one_that_begins_at_once_is_not_said_to_wait(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    monkeypatch.setitem(PAUSED, "waiting", [{**LINE, "direct": True}])
     assert followed(["queued", "queued", "running", "done"], Lines(), monkeypatch) == "done"
     assert "waits" not in "".join(capsys.readouterr())
