@@ -49,14 +49,14 @@ class Workspace:
     place: Path
 
     def environment(self, space: str = "devel") -> dict[str, str]:
-        """Return what sourcing setup.sh of `space` makes of a clean environment."""
-        return sourced(self.place / space / "setup.sh")
+        """Return what sourcing setup.bash of `space` makes of a clean environment."""
+        return sourced(self.place / space / "setup.bash")
 
 
 def sourced(setup: Path) -> dict[str, str]:
     """Return what sourcing a setup file makes of a clean environment."""
     told = subprocess.run(
-        ["/bin/sh", "-c", '. "$0" && env -0', setup],
+        ["/bin/bash", "-c", 'source "$0" && env -0', setup],
         env=clean_environment(),
         stdout=subprocess.PIPE,
         text=True,

@@ -4,6 +4,7 @@
 get_filename_component(_checkout "${CMAKE_CURRENT_LIST_DIR}" REALPATH)
 get_filename_component(_checkout "${_checkout}/../../.." ABSOLUTE)
 if(NOT MAYA_PYTHON)
+  #catkin_lint: ignore_once env_var
   set(MAYA_PYTHON "$ENV{MAYA_PYTHON}")
 endif()
 if(NOT MAYA_PYTHON)

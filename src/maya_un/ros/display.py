@@ -11,6 +11,9 @@ from collections.abc import Mapping
 PATIENCE = 2.0
 """How long a display may take to accept a connection [s]."""
 
+NAME = "__name:="
+"""What roslaunch puts before the name of a node among its arguments."""
+
 
 def main() -> int:
     """Become the program that the arguments name; without one, or without a display, say so and be content."""
@@ -19,13 +22,19 @@ def main() -> int:
     if reason is None and shutil.which(program) is None:
         reason = f"it is not installed (apt-get install {program})"
     if reason is not None:
-        print(f"{program} is left out: {reason}. Everything else runs.", flush=True)
+        name = next((word.removeprefix(NAME) for word in arguments if word.startswith(NAME)), program)
+        print(f"{name} is left out: {reason}. Everything else runs.", flush=True)
         return 0
     return os.execvp(program, [program, *arguments])
 
 
 def no_display(environment: Mapping[str, str]) -> str | None:
-    """Return why no window can be opened on the X display of an environment, or None where one can."""
+    """Return why no window can be opened in an environment, or None where one can.
+
+    Whoever has chosen a platform for Qt by $QT_QPA_PLATFORM gets it.
+    """
+    if environment.get("QT_QPA_PLATFORM", "xcb") != "xcb" or environment.get("WAYLAND_DISPLAY"):
+        return None
     name = environment.get("DISPLAY", "")
     if not name:
         return "there is no display ($DISPLAY is not set)"
