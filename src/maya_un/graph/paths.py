@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from maya_un.controller.protocol import Preview
-from maya_un.errors import InvalidMessage, TrajectoryRefused
+from maya_un.errors import InvalidMessage, InvalidValue, TrajectoryRefused
 from maya_un.graph.protocol import Message
 from maya_un.graph.stamps import header, in_seconds, stamp
 from maya_un.motion.path import SHARP, Blend, Path, Route, Space, Waypoint
@@ -31,8 +31,17 @@ NAMES = {
 SLOWEST = 1e-3
 """A motion is slowed to no less than this share of the limits."""
 
+FARTHEST = 1e4
+"""Coordinates beyond this (rad, m) are no place of any robot."""
+
 _LESS = 0.999
 """Where a time is to be reached by slowing down, so little more is taken off, so that few steps do."""
+
+_ENOUGH = 1.02
+"""A time that is missed by no more than this needs no better speed."""
+
+_SAME = 1.005
+"""Speeds that differ by no more than this are the same."""
 
 
 class Previews(Protocol):
@@ -57,7 +66,7 @@ def from_message(trajectory: Mapping[str, Any]) -> tuple[Path, float]:
     """Return the path of a whole message, and the least time that it is to take [s], 0 where it says none.
 
     Raises `InvalidMessage` for other names and numbers that do not fit them, `TrajectoryRefused` for fewer than two
-    points, and `InvalidValue` for numbers that are not finite.
+    points, and `InvalidValue` for numbers that are not finite or too large.
     """
     space, places = _space(trajectory["joint_names"])
     points: Sequence[Mapping[str, Any]] = trajectory["points"]
@@ -75,13 +84,20 @@ def speed_for(preview: Previews, path: Route, least: float) -> float:
     """
     if least <= 0.0:
         return 1.0
-    speed, duration = 1.0, preview(path).duration
+    fast, speed, duration = 1.0, 1.0, preview(path).duration
     while 0.0 < duration < least:
         if speed <= SLOWEST:
             reason = f"it is to take {least:.1f} s, and at its slowest it takes {duration:.1f} s"
             raise TrajectoryRefused(reason=reason)
-        speed = max(SLOWEST, _LESS * speed * duration / least)
+        fast, speed = speed, max(SLOWEST, _LESS * speed * duration / least)
         duration = preview(path, speed=speed).duration
+    while speed < fast and duration > _ENOUGH * least and fast > _SAME * speed:
+        between = (speed * fast) ** 0.5
+        found = preview(path, speed=between).duration
+        if found < least:
+            fast = between
+        else:
+            speed, duration = between, found
     return speed
 
 
@@ -109,6 +125,8 @@ def _waypoint(positions: Sequence[float], places: tuple[int, int, int], index: i
     if len(positions) != 3:
         raise InvalidMessage(name=f"points[{index}].positions", reason=f"it must have 3 items, not {len(positions)}")
     first, second, third = (positions[place] for place in places)
+    if max(abs(first), abs(second), abs(third)) > FARTHEST:
+        raise InvalidValue(key=f"points[{index}].positions", value=tuple(positions), reason="it is out of this world")
     return first, second, third
 
 
