@@ -9,13 +9,14 @@ from collections.abc import Mapping
 
 from maya_un.api.access.caller import LOCAL, Caller, Role
 from maya_un.api.access.operations import Operation, require, require_over
-from maya_un.errors import InvalidRequest, InvalidValue
+from maya_un.errors import InvalidRequest, InvalidValue, JobChanged
 from maya_un.process.journal.rows import JobRow, Owner
 from maya_un.process.lease import Lease
 from maya_un.process.options import ORDINARY
 from maya_un.process.process import Process
 from maya_un.process.submitting import Asked
 from maya_un.process.view import JobLine, QueueView
+from maya_un.process.written import version_of
 
 _WHEN = ("after step", "now")
 _ENDS = ("first", "last")
@@ -71,20 +72,26 @@ class Queueing:
         await self._process.hold(number)
         return self._process.shown.line(number)
 
-    async def release(self, number: int, by: Caller = LOCAL) -> JobLine:
+    async def release(self, number: int, by: Caller = LOCAL, *, version: str = "") -> JobLine:
         """Let a job wait for its turn that was held; for a proposal that is the approval.
 
-        Raises `NotFound`, `WrongState`, `NotAllowed`.
+        `version` is that of the report that was looked at: another job is not approved. Raises `NotFound`,
+        `WrongState`, `NotAllowed`, `JobChanged`.
         """
 
         def allowed(job: JobLine | JobRow) -> None:
             if job.proposal and not job.approved_by:
                 require(by, Operation.APPROVE)
 
+        def seen(job: JobRow) -> None:
+            allowed(job)
+            if version and version != version_of(job.body):
+                raise JobChanged(number=number)
+
         line = await self._process.shown.found_line(number)
         allowed(line)
         require_over(by, Operation.CHANGE_JOB, line.owner)
-        await self._process.release(number, by.name, allowed)
+        await self._process.release(number, by.name, seen)
         return self._process.shown.line(number)
 
     async def move(

@@ -65,9 +65,7 @@ def _reason(client: Client, view: Mapping[str, Any], report: Mapping[str, Any], 
         return _word("waits_proposal" if proposed else "waits_held", language, id=number)
     if view["recovery"] is not None:
         return _word("waits_interrupted", language, id=number, other=view["recovery"]["job"])
-    if line is not None and line["direct"]:
-        return ""
-    if view["mode"] == "paused":
+    if view["mode"] == "paused" and not (line is not None and line["direct"]):
         return _word("waits_paused", language, id=number, reason=because(view, language))
     lease = client.get("/v1/lease")
     if lease["holder"] and not lease["implicit"] and not lease["yours"]:

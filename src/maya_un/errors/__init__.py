@@ -14,7 +14,7 @@ MayaError
 │   │   NotIdentifiable 4009 · NotTaught 4010 · NameTaken 4011 · KeyReused 4012
 │   │   EventsForgotten 4013 · WrongState 4014 · AnswerNeeded 4015 · StreamLagging 4016
 │   │   DependencyFailed 4017 · InvalidMessage 4018 · UnknownInterface 4019 · ServiceFailed 4020
-│   │   NotOverRos 4021
+│   │   NotOverRos 4021 · JobChanged 4022
 │   ├── NotSignedIn 4101 · NotAllowed 4102 · LeaseHeld 4103 · LeaseNeeded 4104 · LeaseLost 4105
 │   │   TooManyRequests 4106
 │   └── InvalidConfig 5001 · FileUnwritable 5002 · AddressInUse 5003 · AlreadyRunning 5004
@@ -47,6 +47,7 @@ from maya_un.errors.asking import (
     InvalidMessage,
     InvalidRequest,
     InvalidValue,
+    JobChanged,
     KeyReused,
     LeaseHeld,
     LeaseLost,
@@ -175,6 +176,7 @@ __all__ = [
     "InvalidMessage",
     "InvalidRequest",
     "InvalidValue",
+    "JobChanged",
     "KeyReused",
     "LeaseHeld",
     "LeaseLost",

@@ -125,6 +125,12 @@ class ServiceFailed(RequestError):
     code = 4020
 
 
+class JobChanged(RequestError):
+    """A job is another than the one that was looked at."""
+
+    code = 4022
+
+
 class NotOverRos(RequestError):
     """A wish for which the graph between the floors has no words."""
 

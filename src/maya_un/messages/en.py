@@ -86,6 +86,7 @@ SENTENCES: dict[int, str] = {
     4018: "{name} cannot be read: {reason}.",
     4019: "There is no {form} called {name}.",
     4020: "The service {service} failed: {reason}.",
+    4022: "Job {number} was changed since it was looked at. Look at it again: `maya job show {number}`.",
     4021: "{wish} cannot be said over the ROS graph. Use `maya` beside the robot floor, or `maya up`.",
     4101: "This needs a valid token: {reason}. Ask an administrator of the robot for one (`maya user token`).",
     4102: "{who} is {role}, and {operation} needs {needed}. Ask somebody who may.",

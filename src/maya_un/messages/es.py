@@ -86,6 +86,7 @@ SENTENCES: dict[int, str] = {
     4018: "No se puede leer {name}: {reason}.",
     4019: "No hay {form} llamado {name}.",
     4020: "El servicio {service} falló: {reason}.",
+    4022: "El trabajo {number} cambió desde que se miró. Mírelo otra vez: `maya job show {number}`.",
     4021: "{wish} no puede decirse por el grafo de ROS. Use `maya` junto al piso del robot, o `maya up`.",
     4101: "Esto necesita un token válido: {reason}. Pida uno a un administrador del robot (`maya user token`).",
     4102: "{who} es {role}, y {operation} necesita {needed}. Pídalo a quien pueda.",

@@ -44,7 +44,7 @@ class JobReport:
     the gripper point over the whole job as checked [m], None where that was in an earlier run. `parts` tells where the
     job has put its named parts [m], None for those that it has not put down, or let go where nobody knows. `remarks`
     say what of its pallets is out of shape; they are used as they are. `line` is how it stands in the queue, with its
-    owner, dates and options.
+    owner, dates and options. `version` is another where its steps are changed, or the places that they name.
     """
 
     id: int
@@ -60,6 +60,7 @@ class JobReport:
     parts: dict[str, Point | None]
     remarks: tuple[str, ...]
     line: JobLine
+    version: str = ""
 
 
 @dataclass(slots=True)
@@ -162,7 +163,7 @@ class JobRecord:
         return parts
 
 
-def report_of(line: JobLine, record: JobRecord) -> JobReport:
+def report_of(line: JobLine, record: JobRecord, version: str) -> JobReport:
     """Return a job as a value."""
     preview = record.preview
     return JobReport(
@@ -179,6 +180,7 @@ def report_of(line: JobLine, record: JobRecord) -> JobReport:
         parts=record.parts(),
         remarks=record.expansion.remarks,
         line=line,
+        version=version,
     )
 
 

@@ -18,7 +18,7 @@ from maya_un.process.report import JobRecord, JobReport, line_of, report_of
 from maya_un.process.runner import Shared
 from maya_un.process.turns import Turns
 from maya_un.process.view import JobLine, QueueMode, QueueView
-from maya_un.process.written import Body, as_written, expanded
+from maya_un.process.written import Body, as_written, expanded, version_of
 
 SHOWN = AHEAD
 """So many jobs that wait are shown: those that are predicted."""
@@ -119,12 +119,13 @@ class Showing:
         """Return what is known of a job now, also of one long ended; raises `NotFound`."""
         item = self._items.find(number)
         row, steps = await self.found(number)
+        version = version_of(row.body)
         if item is not None and item.record is not None:
-            return report_of(self._line(item), item.record)
+            return report_of(self._line(item), item.record, version)
         record = JobRecord.kept(expanded(row.body, self._shared.grasp_height), steps)
         if row.state.ended:
             record.skip_rest()
-        return report_of(self.line_of(row), record)
+        return report_of(self.line_of(row), record, version)
 
     async def body(self, number: int) -> Body:
         """Return a job as it was written; raises `NotFound`."""

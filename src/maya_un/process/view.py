@@ -25,7 +25,8 @@ class JobLine:
     `position` is its place among those that wait, from 1, None for others. `done` of `steps` are done, over all
     rounds. `predicted` and `duration` are what it was to take and took [s, the robot's time], homings left out of the
     first; `eta` is when it will have ended, from now [s, the robot's time]: None where nobody knows, or the queue is
-    paused. Dates are ISO 8601 in UTC, "" where there is none. A `direct` one begins at once, though the queue is paused.
+    paused. Dates are ISO 8601 in UTC, "" where there is none. A `direct` one begins at
+    once, though the queue is paused.
     """
 
     id: int

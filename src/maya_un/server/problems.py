@@ -30,7 +30,7 @@ from maya_un.server.language import language_of
 
 _CONFLICTS = {
     *(1010, 2103, 2104, 2105, 2106, 2108, 2111, 2112, 2201, 2202, 3001, 3002),
-    *(4011, 4012, 4014, 4015, 4103, 4104, 4105),
+    *(4011, 4012, 4014, 4015, 4022, 4103, 4104, 4105),
 }
 """Refusals because of how things stand just now, not because of what was asked."""
 

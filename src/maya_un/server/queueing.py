@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Awaitable
 from typing import Annotated, Any
 
-from fastapi import Response
+from fastapi import Query, Response
 
 from maya_un.api.access.operations import Operation
 from maya_un.api.service import Service
@@ -14,6 +14,7 @@ from maya_un.errors import (
     CannotPause,
     Faulted,
     InvalidJob,
+    JobChanged,
     NotConnected,
     NotFound,
     NotHomed,
@@ -39,6 +40,7 @@ PausingBody = Annotated[Pausing, sent(Pausing, optional=True)]
 RecoveringBody = Annotated[Recovering, sent(Recovering)]
 MovingBody = Annotated[Moving, sent(Moving)]
 AgainBody = Annotated[Again, sent(Again, optional=True)]
+Version = Annotated[str, Query(max_length=64, description="of the report of this job; another is not released")]
 ChangesBody = Annotated[dict[str, Any], sent_as_written(CHANGES)]
 
 
@@ -138,10 +140,12 @@ def add_ordering(routes: Routes) -> None:
         """Put a job aside that waits."""
         return answer(await ask(lambda service: service.queue.hold(job, ask.caller)))
 
-    @routes.add("POST", "/v1/jobs/{job}/release", Operation.APPROVE, tag=_JOBS, gives=JobLine, refuses=_NO_SUCH)
-    async def release_job(ask: Ask, job: JobNumber) -> Response:
-        """Let a held job wait for its turn; for a proposal that is the approval."""
-        return answer(await ask(lambda service: service.queue.release(job, ask.caller)))
+    @routes.add(
+        "POST", "/v1/jobs/{job}/release", Operation.APPROVE, tag=_JOBS, gives=JobLine, refuses=(*_NO_SUCH, JobChanged)
+    )
+    async def release_job(ask: Ask, job: JobNumber, version: Version = "") -> Response:
+        """Let a held job wait for its turn; for a proposal that approves it, in the `version` that was looked at."""
+        return answer(await ask(lambda service: service.queue.release(job, ask.caller, version=version)))
 
     places = {"first of all": {"to": "first"}, "before another": {"before": 7}}
 

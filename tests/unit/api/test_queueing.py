@@ -11,7 +11,7 @@ import pytest
 from maya_un.api.access.caller import LOCAL, Caller, Role
 from maya_un.api.messages import to_data
 from maya_un.api.service import Service
-from maya_un.errors import AnswerNeeded, InvalidRequest, InvalidValue, NotAllowed, NotFound, WrongState
+from maya_un.errors import AnswerNeeded, InvalidRequest, InvalidValue, JobChanged, NotAllowed, NotFound, WrongState
 from maya_un.process.journal.protocol import Filter
 from maya_un.process.journal.rows import Options
 from maya_un.process.states import TaskState
@@ -208,3 +208,17 @@ async def test_a_job_goes_on_whose_owners_token_is_revoked_or_who_is_promoted() 
         await service.users.revoke(made.id, by=root)
         await service.users.change("eva", role="admin", by=root)
         assert [(await service.wait(number)).state for number in (1, 2)] == [TaskState.DONE] * 2
+
+
+async def test_what_is_approved_is_what_was_looked_at() -> None:
+    async with door() as (_, service):
+        await service.submit(job({"pick": "cube"}, {"place": "tray"}), by=ANA)
+        seen = (await service.job(1)).version
+        await service.queue.change(1, {"notes": "please"}, by=ANA)
+        assert (await service.job(1)).version == seen
+        await service.queue.change(1, {"job": HOME}, by=ANA)
+        with pytest.raises(JobChanged):
+            await service.queue.release(1, by=EVA, version=seen)
+        assert service.queue.view().waiting[0].state is TaskState.HELD
+        now = (await service.job(1)).version
+        assert (await service.queue.release(1, by=EVA, version=now)).approved_by == "eva"

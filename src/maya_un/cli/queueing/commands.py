@@ -192,11 +192,15 @@ def hold(context: typer.Context, job: Number) -> int:
     return jobs.hold(job, _settings(context))
 
 
-def release(context: typer.Context, job: Number) -> int:
-    """Let a job wait for its turn that was held; approves a proposal."""
+def release(
+    context: typer.Context,
+    job: Number,
+    version: Annotated[str | None, typer.Option(metavar="VERSION", help="as maya job show tells it; no other")] = None,
+) -> int:
+    """Let a job wait for its turn that was held; approves a proposal, and shows what that is."""
     from maya_un.cli.queueing import jobs
 
-    return jobs.release(job, _settings(context))
+    return jobs.release(job, version, _settings(context))
 
 
 def again(

@@ -82,6 +82,8 @@ def show(job: int, settings: Settings) -> int:
     if not settings.json:
         line = report["line"]
         output.say("\n" + word("asked_by", settings.language, **_dated(line)))
+        if line["proposal"] and line["state"] == "held":
+            output.say(word("to_approve", settings.language, job=job, version=report["version"]))
         if line["notes"]:
             output.say(line["notes"])
     return output.DONE
@@ -109,9 +111,15 @@ def hold(job: int, settings: Settings) -> int:
     return _line(Client.find().post(f"/v1/jobs/{job}/hold"), settings)
 
 
-def release(job: int, settings: Settings) -> int:
-    """Let a job wait for its turn that was held; for a proposal that is the approval."""
-    return _line(Client.find().post(f"/v1/jobs/{job}/release"), settings)
+def release(job: int, version: str | None, settings: Settings) -> int:
+    """Let a job wait for its turn that was held; a proposal is approved as it is shown, or in the `version` said."""
+    client = Client.find()
+    report = client.get(f"/v1/jobs/{job}")
+    line = client.post(f"/v1/jobs/{job}/release?{urlencode({'version': version or report['version']})}")
+    if line["proposal"] and not settings.json:
+        steps = [f"  {step['index']:>3}  {step['step']}" for step in report["steps"]]
+        output.say("\n".join([word("approved", settings.language, **line), *steps]))
+    return _line(line, settings)
 
 
 def again(job: int, from_step: int | None, settings: Settings) -> int:

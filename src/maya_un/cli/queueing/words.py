@@ -103,6 +103,11 @@ _WORDS: dict[str, tuple[str, str]] = {
         "asked for by {owner} ({source}) at {submitted}, began {began}, ended {ended}",
         "pedido por {owner} ({source}) a las {submitted}, comenzó {began}, terminó {ended}",
     ),
+    "approved": ("You approved of {owner}:", "Usted aprobó, de {owner}:"),
+    "to_approve": (
+        "An operator approves just this with: maya job release {job} --version {version}",
+        "Un operador aprueba justo esto con: maya job release {job} --version {version}",
+    ),
     "no_history": ("Nothing has been done yet.", "Todavía no se ha hecho nada."),
     "backed_up": (
         "{path}: {jobs} jobs, {unfinished} of them unfinished, {size} kB.",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any, Literal
+from urllib.parse import urlencode
 
 from maya_un.client.jobs import JobLike, body_of
 from maya_un.client.plans.patience import AT_REST
@@ -59,9 +60,13 @@ def hold(job: int) -> Request[JobLine]:
     return post(f"/v1/jobs/{job}/hold", JobLine)
 
 
-def release(job: int) -> Request[JobLine]:
-    """Let a job wait for its turn that was held; for a proposal that is the approval."""
-    return post(f"/v1/jobs/{job}/release", JobLine)
+def release(job: int, *, version: str = "") -> Request[JobLine]:
+    """Let a job wait for its turn that was held; for a proposal that is the approval.
+
+    `version` is that of the report that was looked at: where the job is another by now it is refused (`JobChanged`).
+    """
+    path = f"/v1/jobs/{job}/release"
+    return post(f"{path}?{urlencode({'version': version})}" if version else path, JobLine)
 
 
 def move(

@@ -141,7 +141,6 @@ def test_a_job_is_shown_step_by_step_with_who_asked_for_it(serve: Serve, capsys:
     ("line", "asked", "said"),
     [
         ("hold 7", ("POST", "/v1/jobs/7/hold", None), "Job 7, two cubes: held.\n"),
-        ("release 7", ("POST", "/v1/jobs/7/release", None), "Job 7, two cubes: held.\n"),
         ("notes 7 hello", ("PATCH", "/v1/jobs/7", {"notes": "hello"}), "Job 7, two cubes: held.\n"),
         ("cancel 7", ("DELETE", "/v1/jobs/7", None), "Job 7, two cubes: held.\n"),
         ("again 7", ("POST", "/v1/jobs/7/again", {}), "Job 7, two cubes: held; it is job 7 again.\n"),
@@ -163,6 +162,31 @@ def test_a_job_is_told(
     service = serve(**{asked[1]: {**LINE, "state": "held"}})
     assert printed(["job", *line.split()], capsys) == said
     assert service.said == [asked]
+
+
+@pytest.mark.parametrize(("said", "version"), [([], "ab12"), (["--version", "cd34"], "cd34")])
+def test_a_proposal_is_approved_as_it_was_seen(
+    serve: Serve, capsys: pytest.CaptureFixture[str], said: list[str], version: str
+) -> None:
+    released = {**LINE, "state": "queued", "proposal": True, "approved_by": "eva"}
+    report = {**REPORT, "version": "ab12"}
+    service = serve(**{"/v1/jobs/7": report, "/v1/jobs/7/release": released})
+    shown = printed(["job", "release", "7", *said], capsys)
+    assert shown.startswith("You approved of ana:\n    1  ")
+    assert shown.endswith("Job 7, two cubes: queued.\n")
+    assert service.said == [("POST", f"/v1/jobs/7/release?version={version}", None)]
+
+
+def test_what_was_held_is_released_without_many_words(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+    serve(**{"/v1/jobs/7": {**REPORT, "version": "ab12"}, "/v1/jobs/7/release": {**LINE, "state": "queued"}})
+    assert printed(["job", "release", "7"], capsys) == "Job 7, two cubes: queued.\n"
+
+
+def test_of_a_proposal_it_is_said_how_just_this_is_approved(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+    line = {**LINE, "state": "held", "proposal": True}
+    serve(**{"/v1/jobs/7": {**REPORT, "state": "held", "line": line, "version": "ab12"}})
+    said = printed(["job", "show", "7"], capsys)
+    assert said.endswith("An operator approves just this with: maya job release 7 --version ab12\n")
 
 
 def edited(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, script: str) -> None:
