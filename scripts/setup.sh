@@ -1,4 +1,4 @@
-# Sourced by run, test, check, bench, docs and gen: brings a bare Debian or Ubuntu to a working .venv.
+# Sourced by run, test, check, bench, docs, gen and ros: brings a bare Debian or Ubuntu to a working .venv, and to ROS.
 # Plain POSIX sh. Nothing is done twice; when everything stands, this costs a few milliseconds.
 
 venv=$root/.venv
@@ -120,4 +120,76 @@ provide_environment() {
     $pip install --require-hashes --only-binary :all: -r "$root/$1"
     $pip install --no-deps --no-build-isolation -e "$root"
     fingerprint "$1" >"$venv/stamp-$1"
+}
+
+# What ROS 1 is on Debian and Ubuntu: the tools and what nodes import, the definitions of messages, what builds packages.
+ros_packages='
+    python3-rospy python3-roslaunch python3-rosbag python3-rosmsg python3-rosnode python3-rosparam python3-rosservice
+    python3-rostopic rosbash rosout python3-actionlib python3-tf2-ros ros-robot-state-publisher
+    joint-state-publisher-gui rviz
+    python3-actionlib-msgs python3-diagnostic-msgs python3-geometry-msgs python3-sensor-msgs python3-std-msgs
+    python3-std-srvs python3-trajectory-msgs python3-visualization-msgs
+    ros-actionlib-msgs ros-diagnostic-msgs ros-geometry-msgs ros-rosgraph-msgs ros-roscpp-msg ros-sensor-msgs
+    ros-std-msgs ros-std-srvs ros-tf2-msgs ros-trajectory-msgs ros-visualization-msgs
+    catkin catkin-tools make g++ ros-message-generation ros-message-runtime libactionlib-msgs-dev
+    libgeometry-msgs-dev libstd-msgs-dev libtrajectory-msgs-dev
+    python3-venv'
+
+# missing_packages NAME...: those of them that are not installed.
+missing_packages() {
+    there=$(dpkg-query -W -f '${db:Status-Status} ${Package}\n' "$@" 2>/dev/null | sed -n 's/^installed //p')
+    for package in "$@"; do
+        printf '%s\n' "$there" | grep -qxF "$package" || printf '%s ' "$package"
+    done
+}
+
+# ros_can_be [PACKAGE...]: whether the packages of ROS 1, and others that are named, are installed or can be; if not,
+# no_ros says why.
+ros_can_be() {
+    # shellcheck disable=SC2086  # a list of words
+    if [ -z "$(missing_packages $ros_packages "$@")" ]; then
+        return 0
+    elif ! command -v apt-get >/dev/null 2>&1; then
+        no_ros='there is no apt-get here, which packages of ROS 1 would come from'
+    elif [ "$(id -u)" -ne 0 ] && ! command -v sudo >/dev/null 2>&1; then
+        no_ros='packages of ROS 1 are missing, and neither root nor sudo is at hand'
+    elif [ -x /usr/bin/python3 ] && ! /usr/bin/python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))'; then
+        no_ros="ROS 1 uses /usr/bin/python3, and $(/usr/bin/python3 --version) is older than 3.11"
+    elif ! knows_ros && ! { update_packages && knows_ros; }; then
+        no_ros='no ROS 1 is packaged for this system: apt-get knows no python3-rospy'
+    else
+        return 0
+    fi
+    return 1
+}
+
+knows_ros() {
+    apt-cache show python3-rospy >/dev/null 2>&1
+}
+
+update_packages() {
+    if [ "$(id -u)" -eq 0 ]; then apt-get update >/dev/null 2>&1; else sudo apt-get update >/dev/null 2>&1; fi
+}
+
+# provide_ros [PACKAGE...]: the packages of ROS 1, others that are named, and .venv-ros: a Python that finds ROS and
+# this project with all it needs.
+provide_ros() {
+    # shellcheck disable=SC2086  # a list of words
+    missing=$(missing_packages $ros_packages "$@")
+    # shellcheck disable=SC2086
+    [ -z "$missing" ] || install_packages $missing
+    venv_ros=$root/.venv-ros
+    made_from=$(fingerprint requirements.lock && /usr/bin/python3 --version)
+    if [ -x "$venv_ros/bin/python" ] && [ -f "$venv_ros/stamp" ] && [ "$(cat "$venv_ros/stamp")" = "$made_from" ]; then
+        return
+    fi
+    [ -s "$certificates" ] || install_packages ca-certificates
+    say "Setting up .venv-ros (once; about a minute) ..."
+    rm -rf "$venv_ros"
+    /usr/bin/python3 -m venv --system-site-packages "$venv_ros"
+    pip="$venv_ros/bin/python -m pip --disable-pip-version-check --quiet"
+    name_certificates
+    $pip install --require-hashes --only-binary :all: -r "$root/requirements.lock"
+    $pip install --no-deps --no-build-isolation -e "$root"
+    printf '%s\n' "$made_from" >"$venv_ros/stamp"
 }
