@@ -144,5 +144,8 @@ def _least(last: Mapping[str, Any]) -> float:
 
 
 def joints_of(message: Mapping[str, float]) -> Joints:
-    """Return the joints of a goal with a, b, c (rad, m, m)."""
-    return Joints(message["a"], message["b"], message["c"])
+    """Return the joints of a goal with a, b, c (rad, m, m); raises `InvalidValue` for what is no place of a robot."""
+    joints = Joints(message["a"], message["b"], message["c"])
+    if not all(abs(value) <= FARTHEST for value in joints):
+        raise InvalidValue(key="joints", value=tuple(joints), reason="it is out of this world")
+    return joints

@@ -6,23 +6,32 @@ import asyncio
 import json
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import pytest
 
+from maya_un.config import Config
 from maya_un.controller.controller import GalilController
 from maya_un.controller.homing import homed_pose
 from maya_un.graph.bus import Bus, BusNode
+from maya_un.graph.doors.acting import FEEDBACK_RATE
 from maya_un.graph.doors.controller import ControllerDoor
+from maya_un.graph.doors.telling import Teller
 from maya_un.graph.events import Told, read
-from maya_un.graph.outcome import error_of
 from maya_un.graph.paths import to_message
 from maya_un.graph.protocol import Message, Outcome
+from maya_un.kinematics.workspace import Workspace
 from maya_un.motion.path import Path
+from maya_un.testing.faults import abort_input
 from maya_un.testing.rig import rig
-from maya_un.values import Joints, Mode
+from maya_un.values import Joints, Mode, State
+from maya_un.virtual.wire.server import VirtualController
+from tests.virtual_time import elapse
 
-HOMED = {"success": True, "code": "", "message": ""}
+HOMED = homed_pose(Config())
+NEAR = homed_pose(Config())._replace(a=0.3)
+AWAY = homed_pose(Config())._replace(a=1.5)
+TRAJECTORY = "trajectory_msgs/JointTrajectory"
 
 
 @dataclass
@@ -30,6 +39,7 @@ class Behind:
     """A controller behind its door, and somebody on the other side who has heard every event."""
 
     controller: GalilController
+    virtual: VirtualController
     bus: Bus
     client: BusNode
     told: list[Told] = field(default_factory=list[Told])
@@ -38,44 +48,294 @@ class Behind:
     def words(self) -> list[str]:
         return [told.word for told in self.told]
 
-    async def home(self) -> None:
+    async def home(self) -> tuple[Outcome, str]:
         ended = await self.client.do("/home", "maya_controller/Home", {})
-        assert ended.result == HOMED
+        return ended.outcome, str(ended.result.get("code"))
 
     async def move(self, joints: Joints) -> tuple[Outcome, str]:
         ended = await self.client.do("/move", "maya_controller/Move", joints._asdict())
         return ended.outcome, str(ended.result.get("code"))
+
+    async def begun(self, joints: Joints) -> asyncio.Task[tuple[Outcome, str]]:
+        """Begin a move, and return once it is under way."""
+        task = asyncio.ensure_future(self.move(joints))
+        await self.until("moving")
+        return task
+
+    async def until(self, word: str) -> None:
+        """Wait for the next event of a word."""
+        told = len(self.told)
+        for _ in range(10_000):
+            if word in self.words[told:]:
+                return
+            await elapse(0.05)
+        raise AssertionError(f"no {word} among {self.words}")
+
+    async def at_rest(self, word: str) -> None:
+        """See that nothing moves, and that this was the last event."""
+        await elapse(0.1)
+        assert self.words[-1] == word
+        assert self.told[-1].standing.mode is Mode.IDLE
+        assert not self.controller.state.moving
 
     async def trigger(self, name: str) -> Message:
         return await self.client.call(name, {}, "std_srvs/Trigger")
 
 
 @asynccontextmanager
-async def behind(*, live: bool = False) -> AsyncIterator[Behind]:
+async def behind(*, live: bool = False, homed: bool = False) -> AsyncIterator[Behind]:
+    """Put a controller behind its door; a `homed` one is at the pose where homing ends."""
     bus = Bus()
     client = bus.node("somebody")
-    async with rig(live=live) as floor, ControllerDoor(floor.controller).open(bus.node("hw_simulator")):
-        seen = Behind(floor.controller, bus, client)
-        client.subscribe("/maya_event", "std_msgs/String", lambda event: seen.told.append(read(event["data"])))
-        await asyncio.sleep(0)
-        yield seen
-
-
-def near(config: GalilController) -> Joints:
-    """Return joints a little away from where homing ends."""
-    return homed_pose(config.config)._replace(a=0.3)
+    async with rig(live=live) as floor:
+        if homed:
+            await floor.controller.home()
+        async with ControllerDoor(floor.controller, address="twin").open(bus.node("hw_simulator")):
+            seen = Behind(floor.controller, floor.virtual, bus, client)
+            client.subscribe("/maya_event", "std_msgs/String", lambda event: seen.told.append(read(event["data"])))
+            await elapse(0.01)
+            yield seen
 
 
 async def test_home_and_move_succeed_and_every_event_says_how_everything_stands() -> None:
     async with behind() as floor:
         assert floor.words == ["not_homed"]
-        await floor.home()
-        assert await floor.move(near(floor.controller)) == (Outcome.SUCCEEDED, "")
-        await asyncio.sleep(0)
+        assert await floor.home() == (Outcome.SUCCEEDED, "")
+        assert await floor.move(NEAR) == (Outcome.SUCCEEDED, "")
+        await elapse(0.01)
         assert floor.words == ["not_homed", "homing", "homed", "moving", "idle"]
         modes = [told.standing.mode for told in floor.told]
         assert modes == [Mode.NOT_HOMED, Mode.HOMING, Mode.IDLE, Mode.MOVING, Mode.IDLE]
         assert floor.told[0].standing.strokes is None
         workspace = floor.controller.workspace
         assert floor.told[-1].standing.strokes == (workspace.boom, workspace.line_b, workspace.line_c)
-        assert floor.controller.state.joints == pytest.approx(near(floor.controller), abs=1e-3)
+        assert floor.controller.state.joints == pytest.approx(NEAR, abs=1e-3)
+
+
+async def test_feedback_tells_the_phases_of_a_homing_and_how_far_a_motion_is() -> None:
+    async with behind() as floor:
+        phases, places = list[Message](), list[Message]()
+        await floor.client.do("/home", "maya_controller/Home", {}, phases.append)
+        assert phases[0] == {"phase": "homing"}
+        assert len({phase["phase"] for phase in phases}) > 3
+        before = asyncio.get_running_loop().time()
+        await floor.client.do("/move", "maya_controller/Move", AWAY._asdict(), places.append)
+        duration = asyncio.get_running_loop().time() - before
+        assert len(places) == pytest.approx(duration * FEEDBACK_RATE, rel=0.1)
+        progress = [place["progress"] for place in places]
+        assert progress == sorted(progress)
+        assert progress[-1] > 0.95
+
+
+@pytest.mark.parametrize(
+    ("joints", "code"),
+    [
+        (AWAY._replace(b=9.0), "2101"),
+        (AWAY._replace(c=float("nan")), "4001"),
+        (AWAY._replace(c=float("inf")), "4001"),
+        (AWAY._replace(a=1e308), "4001"),
+    ],
+)
+async def test_what_cannot_be_reached_is_rejected_with_its_code_and_moves_nothing(joints: Joints, code: str) -> None:
+    async with behind(homed=True) as floor:
+        assert await floor.move(joints) == (Outcome.REJECTED, code)
+        assert floor.words == ["idle"]
+
+
+async def test_motion_before_homing_is_rejected() -> None:
+    async with behind() as floor:
+        assert await floor.move(NEAR) == (Outcome.REJECTED, "2103")
+
+
+async def test_a_second_goal_is_rejected_and_the_first_unharmed() -> None:
+    async with behind(homed=True) as floor:
+        first = await floor.begun(AWAY)
+        assert await floor.move(NEAR) == (Outcome.REJECTED, "2104")
+        assert await floor.home() == (Outcome.REJECTED, "2104")
+        assert "2104: " in (await floor.client.call("/gripper", {"data": True}))["message"]
+        assert await first == (Outcome.SUCCEEDED, "")
+        assert floor.controller.state.joints == pytest.approx(AWAY, abs=1e-3)
+
+
+async def test_a_cancel_stops_on_the_path() -> None:
+    async with behind(homed=True) as floor:
+        moving = await floor.begun(AWAY)
+        await elapse(1.0)
+        floor.client.advertise("/move/cancel", "actionlib_msgs/GoalID").publish({})
+        assert await moving == (Outcome.PREEMPTED, "2202")
+        await floor.at_rest("stopped")
+        a, b, c = floor.controller.state.joints or (0.0, 0.0, 0.0)
+        assert NEAR.a < a + 0.3 < AWAY.a + 0.3
+        assert (b, c) == pytest.approx(AWAY[1:], abs=1e-3)
+
+
+@pytest.mark.parametrize("name", ["/controller/stop", "/controller/abort"])
+async def test_a_stop_ends_the_goal_of_another(name: str) -> None:
+    async with behind(homed=True) as floor:
+        moving = await floor.begun(AWAY)
+        await elapse(1.0)
+        answer = await floor.trigger(name)
+        assert answer["success"]
+        outcome, code = await moving
+        assert (outcome, code) == (Outcome.PREEMPTED, "2201")
+        if name == "/controller/stop":
+            report = json.loads(answer["message"])
+            assert report["was_moving"]
+            assert report["duration"] > 0.0
+            assert report["distance"][0] > 0.0
+
+
+async def test_a_client_that_dies_stops_what_it_moved() -> None:
+    async with behind(homed=True) as floor:
+        other = floor.bus.node("other")
+        task = asyncio.ensure_future(other.do("/move", "maya_controller/Move", AWAY._asdict()))
+        await floor.until("moving")
+        other.close()
+        assert (await task).outcome is Outcome.LOST
+        await floor.until("stopped")
+        await floor.at_rest("stopped")
+        assert await floor.move(NEAR) == (Outcome.SUCCEEDED, "")
+
+
+async def test_a_door_that_closes_stops_what_moves() -> None:
+    async with rig() as floor:
+        await floor.controller.home()
+        bus = Bus()
+        client = bus.node("somebody")
+        async with ControllerDoor(floor.controller).open(bus.node("hw_simulator")):
+            task = asyncio.ensure_future(client.do("/move", "maya_controller/Move", AWAY._asdict()))
+            await elapse(2.0)
+            assert floor.controller.state.mode is Mode.MOVING
+        assert floor.controller.state.mode is Mode.IDLE
+        ended = await task
+        assert (ended.outcome, ended.result["code"]) == (Outcome.PREEMPTED, "2202")
+        assert await bus.directory.services() == {}
+
+
+async def test_a_path_is_followed_in_every_space_and_takes_the_time_it_is_to_take() -> None:
+    async with behind(homed=True) as floor:
+        here = floor.controller.mechanism.fk(HOMED)
+        there = here._replace(z=here.z + 0.1)
+        path = Path.line(here, there._replace(z=here.z + 0.05), there)
+        least = 2.0 * floor.controller.preview(path).duration
+        goal = {"trajectory": to_message(path, least)}
+        before = asyncio.get_running_loop().time()
+        ended = await floor.client.do("/controller/follow", "maya_controller/Follow", goal)
+        assert ended.outcome is Outcome.SUCCEEDED
+        assert least <= asyncio.get_running_loop().time() - before < 1.1 * least
+        assert floor.controller.state.point == pytest.approx(there, abs=1e-3)
+
+
+async def test_a_path_that_starts_elsewhere_is_refused() -> None:
+    async with behind(homed=True) as floor:
+        goal = {"trajectory": to_message([NEAR, AWAY])}
+        ended = await floor.client.do("/controller/follow", "maya_controller/Follow", goal)
+        assert (ended.outcome, ended.result["code"]) == (Outcome.REJECTED, "2107")
+        nonsense = {"trajectory": {"joint_names": ["x"]}}
+        ended = await floor.client.do("/controller/follow", "maya_controller/Follow", nonsense)
+        assert (ended.outcome, ended.result["code"]) == (Outcome.REJECTED, "4018")
+
+
+async def test_a_path_on_the_topic_is_followed_and_its_refusal_told_among_the_events() -> None:
+    async with behind(homed=True) as floor:
+        command = floor.client.advertise("/controller/command", TRAJECTORY)
+        command.publish(to_message([HOMED, AWAY]))
+        await floor.until("moving")
+        command.publish(to_message([HOMED, NEAR]))
+        await floor.until("refused")
+        assert (floor.told[-1].code, floor.told[-1].detail["wish"]) == (2104, "/controller/command")
+        assert "follow" in str(floor.told[-1].detail["message"])
+        assert floor.told[-1].standing.mode is Mode.MOVING
+        await floor.until("idle")
+        assert floor.controller.state.joints == pytest.approx(AWAY, abs=1e-3)
+        command.publish(to_message([NEAR, AWAY]))
+        await elapse(0.1)
+        assert (floor.words[-1], floor.told[-1].code) == ("refused", 2107)
+
+
+async def test_speed_pause_and_resume_go_by_topic_and_service() -> None:
+    async with behind(homed=True) as floor:
+        speed = floor.client.advertise("/controller/speed", "std_msgs/Float64")
+        speed.publish({"data": 0.5})
+        await elapse(0.1)
+        speed.publish({"data": 7.0})
+        await elapse(0.1)
+        assert [(told.word, told.code) for told in floor.told[1:]] == [("speed", 0), ("refused", 4001)]
+        assert floor.told[-1].standing.override == 0.5
+        refused = await floor.trigger("/controller/pause")
+        assert refused["message"].startswith("2111: ")
+        moving = await floor.begun(AWAY)
+        await elapse(1.0)
+        report = json.loads((await floor.trigger("/controller/pause"))["message"])
+        assert report["was_moving"]
+        await elapse(30.0)
+        assert not moving.done()
+        assert floor.told[-1].standing.mode is Mode.PAUSED
+        assert (await floor.trigger("/controller/resume"))["success"]
+        assert await moving == (Outcome.SUCCEEDED, "")
+        assert (await floor.trigger("/controller/resume"))["message"].startswith("2112: ")
+
+
+async def test_the_gripper_answers_and_its_new_state_is_an_event() -> None:
+    async with behind() as floor:
+        for open_, word in ((False, "gripper_closed"), (True, "gripper_open")):
+            assert await floor.client.call("/gripper", {"data": open_}) == {"success": True, "message": ""}
+            await elapse(0.01)
+            assert floor.words[-1] == word
+            assert floor.told[-1].standing.gripper_closed is not open_
+
+
+async def test_a_fault_is_named_and_recovered_from() -> None:
+    async with behind(live=True, homed=True) as floor:
+        assert (await floor.trigger("/controller/recover"))["message"].startswith("2108: ")
+        moving = await floor.begun(AWAY)
+        await elapse(1.0)
+        with abort_input(floor.virtual):
+            outcome, code = await moving
+            assert (outcome, code) == (Outcome.ABORTED, "2303")
+            await elapse(0.1)
+            assert (await floor.trigger("/controller/recover"))["message"].startswith("2303: ")
+        assert floor.told[-1].standing.fault is not None
+        assert floor.told[-1].standing.fault.code == floor.told[-1].code == 2303
+        assert await floor.move(NEAR) == (Outcome.REJECTED, "2105")
+        assert (await floor.trigger("/controller/recover"))["success"]
+        await elapse(0.1)
+        assert "recovered" in floor.words
+        assert floor.told[-1].standing.fault is None
+
+
+async def test_whoever_comes_later_knows_how_everything_stands_and_it_is_told_in_diagnostics() -> None:
+    async with behind(homed=True) as floor:
+        await floor.move(NEAR)
+        late, heard = floor.bus.node("late"), list[Message]()
+        late.subscribe("/maya_event", "", heard.append)
+        diagnostics = list[Message]()
+        late.subscribe("/diagnostics", "diagnostic_msgs/DiagnosticArray", diagnostics.append)
+        await elapse(5.0)
+        assert [read(message["data"]).word for message in heard] == ["idle"]
+        assert read(heard[0]["data"]).standing.strokes is not None
+        assert len(diagnostics) == pytest.approx(5, abs=1)
+        names = [status["name"] for status in diagnostics[0]["status"]]
+        assert names == ["maya: controller", "maya: axes"]
+
+
+async def test_what_no_event_told_of_is_told_when_it_is_seen_twice() -> None:
+    async with rig() as floor:
+        bus = Bus()
+        heard = list[str]()
+        bus.node("x").subscribe("/maya_event", "std_msgs/String", lambda message: heard.append(message["data"]))
+        stands = Stands(floor.controller.state, floor.controller.workspace)
+        teller = Teller(stands, bus.node("y").advertise("/maya_event", "std_msgs/String", latch=True))
+        teller.look()
+        stands.state = replace(stands.state, mode=Mode.IDLE, homed=True)
+        teller.look()
+        teller.look()
+        teller.look()
+        await elapse(0.0)
+        assert [read(text).word for text in heard] == ["not_homed", "idle"]
+
+
+@dataclass
+class Stands:
+    state: State
+    workspace: Workspace
