@@ -120,6 +120,10 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     tls_key: Annotated[str | None, typer.Option(metavar="FILE", help="its key")] = None,
     plain: Annotated[bool, typer.Option("--plain", help="--listen without TLS, in a network that is trusted")] = False,
     origin: Annotated[list[str], typer.Option(metavar="URL", help="a page that may command; repeatable")] = [],  # noqa: B006
+    rosbridge: Annotated[bool, typer.Option("--rosbridge", help="serve rosbridge too, on loopback")] = False,
+    rosbridge_port: Annotated[
+        int | None, typer.Option(min=0, max=65535, help="serve rosbridge at this port; 0: any  [default: 9090]")
+    ] = None,
 ) -> int:
     """Keep a robot running, real or virtual, and serve it on loopback.
 
@@ -131,7 +135,8 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
 
     remote = Remote(listen, tls_cert, tls_key, plain, origin)
     finish = on_exit == "finish"
-    options = command.Options(address, speed, port, seed, table, skip_home, journal, finish, remote)
+    endpoint = command.ROSBRIDGE_PORT if rosbridge and rosbridge_port is None else rosbridge_port
+    options = command.Options(address, speed, port, seed, table, skip_home, journal, finish, remote, endpoint)
     return command.up(options, _settings(context))
 
 

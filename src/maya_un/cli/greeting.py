@@ -17,7 +17,10 @@ from maya_un.process.view import QueueMode, QueueView
 
 @dataclass(frozen=True, slots=True)
 class Greeting:
-    """What there is to say: `far` is the URL for other machines, `refusal` why a homing was not taken over."""
+    """What there is to say: `far` is the URL for other machines, `rosbridge` that of its endpoint.
+
+    `refusal` tells why a homing was not taken over.
+    """
 
     url: str
     far: str | None
@@ -26,6 +29,7 @@ class Greeting:
     journal: Path | None
     queue: QueueView
     refusal: MayaError | None
+    rosbridge: str | None = None
 
 
 def greet(greeting: Greeting, settings: Settings) -> None:
@@ -44,6 +48,7 @@ def _data(greeting: Greeting, language: str) -> dict[str, object]:
     return {
         "url": greeting.url,
         "remote": greeting.far,
+        "rosbridge": greeting.rosbridge,
         "pid": os.getpid(),
         "address": greeting.address,
         "speed": greeting.speed,
@@ -61,6 +66,8 @@ def _lines(greeting: Greeting, language: str) -> Iterator[str]:
     yield word("ready", language, address=greeting.address, speed=greeting.speed, url=greeting.url)
     if greeting.far is not None:
         yield word("ready_far", language, url=greeting.far)
+    if greeting.rosbridge is not None:
+        yield word("ready_rosbridge", language, url=greeting.rosbridge)
     queue = greeting.queue
     if queue.recovery is not None:
         found = queue.recovery

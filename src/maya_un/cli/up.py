@@ -6,9 +6,10 @@ import asyncio
 import os
 import socket
 from collections.abc import AsyncIterator, Callable
-from contextlib import ExitStack, asynccontextmanager
+from contextlib import AbstractAsyncContextManager, ExitStack, asynccontextmanager, nullcontext
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from maya_un import runtime
 from maya_un.address import SIM
@@ -20,6 +21,7 @@ from maya_un.cli.greeting import Greeting, greet
 from maya_un.cli.quantities import clock_factor, host_and_port, target_address
 from maya_un.cli.record import shelf
 from maya_un.cli.remote import Remote, require_users
+from maya_un.cli.rosbridge import rosbridge_at, url_of
 from maya_un.cli.settings import Settings
 from maya_un.cli.twin import on_the_table, require_twin
 from maya_un.config import Config
@@ -35,6 +37,12 @@ from maya_un.server.metrics import Metrics
 from maya_un.server.thread import served
 from maya_un.values import Point
 
+if TYPE_CHECKING:
+    from maya_un.rosbridge.alone import Place
+
+ROSBRIDGE_PORT = 9090
+"""The usual port of rosbridge."""
+
 MEMORY = "memory"
 """The journal that ends with the process."""
 
@@ -43,7 +51,7 @@ class Options(NamedTuple):
     """What `maya up` was asked for; `table` is a job file whose parts stand on the twin's table.
 
     `journal` is the file of the queue, "memory" for none, None for the usual one; `finish` ends the step under way
-    before this program ends.
+    before this program ends. `rosbridge` is the port of that endpoint, None for none.
     """
 
     address: str = SIM
@@ -55,6 +63,7 @@ class Options(NamedTuple):
     journal: str | None = None
     finish: bool = False
     remote: Remote = Remote()
+    rosbridge: int | None = None
 
 
 class _Robot(NamedTuple):
@@ -71,6 +80,14 @@ class _Robot(NamedTuple):
     skip_home: bool
     places: Path
     journal: Path | None
+
+
+class _Doors(NamedTuple):
+    """Where is served: HTTP on loopback, to other machines, and rosbridge; None for what is not."""
+
+    near: socket.socket
+    far: Door | None
+    rosbridge: Place | None
 
 
 def up(options: Options, settings: Settings) -> int:
@@ -92,7 +109,10 @@ def up(options: Options, settings: Settings) -> int:
         far = options.remote.door()
         if far is not None:
             doors.enter_context(far.socket)
-        run(_serve(robot, options, near, far, settings), clock)
+        rosbridge = doors.enter_context(rosbridge_at(options.rosbridge, journal, options.remote))
+        if rosbridge is not None:
+            robot = robot._replace(config=_told_often(config, speed))
+        run(_serve(robot, options, _Doors(near, far, rosbridge), settings), clock)
     return output.DONE
 
 
@@ -103,7 +123,7 @@ def journal_file(named: str | None) -> Path | None:
     return state_folder() / "maya.db" if named is None else Path(named)
 
 
-async def _serve(robot: _Robot, options: Options, near: socket.socket, far: Door | None, settings: Settings) -> None:
+async def _serve(robot: _Robot, options: Options, doors: _Doors, settings: Settings) -> None:
     keep_quiet(asyncio.get_running_loop())
     metrics = Metrics()
     async with _running(robot) as running:
@@ -112,13 +132,16 @@ async def _serve(robot: _Robot, options: Options, near: socket.socket, far: Door
         running.controller.events.heard_by(log.note_event)
         running.controller.tap(metrics.timer(robot.speed))
         refusal = await _refusal_to_skip_home(running) if robot.skip_home else None
-        app = create_app(_bridge(running), options.remote.edge(), metrics)
+        bridge = _bridge(running)
+        app = create_app(bridge, options.remote.edge(), metrics)
         ending = Ending(finish=options.finish)
-        async with served(app, near, *(() if far is None else (far,))) as url, _looked_after(robot.speed, metrics):
+        far = () if doors.far is None else (doors.far,)
+        beside = partial(_beside, running, bridge, doors.rosbridge, robot.speed)
+        async with served(app, doors.near, *far, beside=beside) as url, _looked_after(robot.speed, metrics):
             with ending.listening():
                 controller = None if robot.address == SIM else host_and_port(robot.address)
                 runtime.publish(runtime.Running(url, os.getpid(), controller))
-                greet(_greeting(running, robot, url, far, refusal), settings)
+                greet(_greeting(running, robot, url, doors, refusal), settings)
                 supervisor.tell("READY=1")
                 await ending.asked.wait()
                 supervisor.tell("STOPPING=1")
@@ -158,10 +181,28 @@ async def _looked_after(speed: float, metrics: Metrics) -> AsyncIterator[None]:
         await asyncio.gather(*tasks, return_exceptions=True)
 
 
-def _greeting(running: Stack, robot: _Robot, url: str, far: Door | None, refusal: MayaError | None) -> Greeting:
-    remote = None if far is None else far.url
+def _beside(
+    running: Stack, bridge: Bridge, rosbridge: Place | None, speed: float
+) -> AbstractAsyncContextManager[object]:
+    """Return what is served beside HTTP."""
+    if rosbridge is None:
+        return nullcontext()
+    from maya_un.rosbridge.alone import endpoint
+
+    return endpoint(running, bridge, rosbridge, speed=speed)
+
+
+def _told_often(config: Config, speed: float) -> Config:
+    from maya_un.rosbridge.alone import told_often
+
+    return told_often(config, speed)
+
+
+def _greeting(running: Stack, robot: _Robot, url: str, doors: _Doors, refusal: MayaError | None) -> Greeting:
+    remote = None if doors.far is None else doors.far.url
+    rosbridge = None if doors.rosbridge is None else url_of(doors.rosbridge)
     queue = running.service.queue.view()
-    return Greeting(url, remote, robot.address, robot.speed, robot.journal, queue, refusal)
+    return Greeting(url, remote, robot.address, robot.speed, robot.journal, queue, refusal, rosbridge)
 
 
 def _bridge(running: Stack) -> Bridge:

@@ -51,6 +51,7 @@ _WORDS: dict[str, tuple[str, str]] = {
         "Ahora, en otra terminal: maya home · maya status · maya run JOB · maya stop.\nCtrl-C la termina.",
     ),
     "ready_far": ("For other machines, with a token: {url}", "Para otras máquinas, con un token: {url}"),
+    "ready_rosbridge": ("rosbridge: {url}", "rosbridge: {url}"),
     "was_interrupted": (
         "Job {job} ({name}) was interrupted at step {index}, {step}. Nothing moves by itself: `maya queue` shows it, "
         "`maya queue recover` says what becomes of it.",

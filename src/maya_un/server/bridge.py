@@ -14,9 +14,10 @@ from maya_un.api.gate import Gate
 from maya_un.api.history import MOST_EVENTS
 from maya_un.api.messages import EventMessage
 from maya_un.api.service import Service
+from maya_un.errors import Cancelled
 from maya_un.events import EventLog
 from maya_un.process.journal.protocol import Journal
-from maya_un.process.lease import Lease
+from maya_un.process.lease import Lease, cancel_once
 from maya_un.server.share import Share
 from maya_un.values import Point
 
@@ -71,6 +72,35 @@ class Bridge:
             return await self._gate.call(caller, operation, wish, subject)
 
         return await self.within(carried_out)
+
+    async def carry(
+        self, caller: Caller, operation: Operation, wish: Callable[[Service], Awaitable[T]], subject: str = ""
+    ) -> T:
+        """Return what `call` does; being cancelled, this ends when the wish has ended, a motion when it is at rest."""
+        begun: list[asyncio.Future[T]] = []
+        left = False
+
+        async def carried() -> None:
+            if left:
+                return
+            begun.append(asyncio.ensure_future(self._gate.call(caller, operation, wish, subject)))
+            await asyncio.wait(begun)
+            if not begun[0].cancelled():
+                begun[0].exception()
+
+        waiting = asyncio.ensure_future(self.within(carried))
+        while not waiting.done():
+            try:
+                await asyncio.wait({waiting})
+            except asyncio.CancelledError:
+                left = True
+                self._loop.call_soon_threadsafe(lambda: begun and cancel_once(begun[0]))
+        waiting.result()
+        if left:
+            raise asyncio.CancelledError
+        if begun[0].cancelled():
+            raise Cancelled
+        return begun[0].result()
 
     async def asked(self, wish: Callable[[Service], Awaitable[T]]) -> T:
         """Return the answer to a wish that needs no caller, like signing in, past the gate."""

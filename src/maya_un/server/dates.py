@@ -10,6 +10,11 @@ def now() -> str:
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
+def epoch() -> float:
+    """Return the seconds since 1970-01-01 00:00 UTC, as messages of a graph are stamped with."""
+    return datetime.now(UTC).timestamp()
+
+
 def after(seconds: float) -> str:
     """Return the date in so many seconds, in the same form."""
     return (datetime.now(UTC) + timedelta(seconds=seconds)).isoformat(timespec="seconds")

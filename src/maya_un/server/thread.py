@@ -5,8 +5,8 @@ from __future__ import annotations
 import asyncio
 import socket
 import threading
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Callable
+from contextlib import AbstractAsyncContextManager, asynccontextmanager, nullcontext
 from functools import partial
 from typing import Any
 
@@ -66,30 +66,55 @@ def _configured(app: FastAPI, door: Door) -> uvicorn.Config:
     )
 
 
-def _run(servers: list[_Server]) -> None:
-    async def all_of_them() -> None:
-        await asyncio.gather(*(server.serve(sockets=[server.door.socket]) for server in servers))
+Beside = Callable[[], AbstractAsyncContextManager[object]]
+"""What else is open in the server's loop, from before it listens until it has ended."""
 
-    with asyncio.Runner(loop_factory=_Loop) as runner:
-        runner.run(all_of_them())
+
+class _Thread(threading.Thread):
+    """Serves; what went wrong before it listened is in `failure`."""
+
+    def __init__(self, servers: list[_Server], beside: Beside) -> None:
+        super().__init__(name="maya-http", daemon=True)
+        self._servers = servers
+        self._beside = beside
+        self.failure: BaseException | None = None
+
+    def run(self) -> None:
+        """Serve until all servers should exit."""
+        try:
+            with asyncio.Runner(loop_factory=_Loop) as runner:
+                runner.run(self._serve())
+        except BaseException as failure:  # noqa: BLE001 - whoever started this raises it
+            self.failure = failure
+        finally:
+            for server in self._servers:
+                server.listening.set()
+
+    async def _serve(self) -> None:
+        async with self._beside():
+            await asyncio.gather(*(server.serve(sockets=[server.door.socket]) for server in self._servers))
 
 
 @asynccontextmanager
-async def served(app: FastAPI, near: socket.socket | Door, *far: Door) -> AsyncIterator[str]:
+async def served(
+    app: FastAPI, near: socket.socket | Door, *far: Door, beside: Beside = nullcontext
+) -> AsyncIterator[str]:
     """Serve `app` at `near`, on loopback, and at doors to other machines, while the block runs; yields the URL of near.
 
-    The calling loop goes on while the thread starts and ends.
+    The calling loop goes on while the thread starts and ends. Raises what `beside` raises when it opens.
     """
     hand_over("uvicorn.error")
     first = near if isinstance(near, Door) else Door(near)
     servers = [_Server(app, door) for door in (first, *far)]
     url = servers[0].door.url
-    thread = threading.Thread(target=_run, args=(servers,), name="maya-http", daemon=True)
+    thread = _Thread(servers, beside)
     loop = asyncio.get_running_loop()
     thread.start()
     try:
         for server in servers:
             await loop.run_in_executor(None, server.listening.wait, _STARTED)
+        if thread.failure is not None:
+            raise thread.failure
         yield url
     finally:
         for server in servers:
