@@ -126,7 +126,7 @@ provide_environment() {
 ros_packages='
     python3-rospy python3-roslaunch python3-rosbag python3-rosmsg python3-rosnode python3-rosparam python3-rosservice
     python3-rostopic rosbash rosout python3-actionlib python3-tf2-ros ros-robot-state-publisher
-    joint-state-publisher-gui rviz
+    rviz python3-python-qt-binding
     python3-actionlib-msgs python3-diagnostic-msgs python3-geometry-msgs python3-sensor-msgs python3-std-msgs
     python3-std-srvs python3-trajectory-msgs python3-visualization-msgs
     ros-actionlib-msgs ros-diagnostic-msgs ros-geometry-msgs ros-rosgraph-msgs ros-roscpp-msg ros-sensor-msgs

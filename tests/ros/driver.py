@@ -17,6 +17,7 @@ import roslib.message
 import rospy
 import rosservice
 import rostopic
+import tf2_ros
 from actionlib import ActionClient
 from actionlib_msgs.msg import GoalStatus
 
@@ -28,6 +29,7 @@ _publishers: dict[str, _Publisher] = {}
 _subscribers: list[Any] = []
 _clients: dict[str, ActionClient] = {}
 _goals: dict[str, Any] = {}
+_frames: list[Any] = []
 
 
 def main() -> None:
@@ -137,6 +139,17 @@ def cancel(goal: str) -> None:
     _goals[goal].cancel()
 
 
+def transform(target: str, source: str, secs: int, nsecs: int) -> list[float]:
+    """Return where the origin of a frame was in another one, and its rotation, at a time that tf has heard of."""
+    if not _frames:
+        buffer = tf2_ros.Buffer(rospy.Duration.from_sec(120.0))
+        _frames.extend((buffer, tf2_ros.TransformListener(buffer)))
+    wait = rospy.Duration.from_sec(PATIENCE)
+    found = _frames[0].lookup_transform(target, source, rospy.Time(secs, nsecs), wait).transform
+    at, turned = found.translation, found.rotation
+    return [at.x, at.y, at.z, turned.x, turned.y, turned.z, turned.w]
+
+
 def set_param(name: str, value: Any) -> None:
     """Set a parameter."""
     rospy.set_param(name, value)
@@ -167,6 +180,7 @@ def plain(value: Any) -> Any:
 
 OPERATIONS: dict[str, Callable[..., Any]] = {
     "subscribe": subscribe, "publish": publish, "call": call, "goal": goal, "cancel": cancel, "set_param": set_param,
+    "transform": transform,
 }  # fmt: skip
 
 if __name__ == "__main__":

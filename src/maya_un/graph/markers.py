@@ -21,14 +21,14 @@ from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
 from maya_un.values import Joints, Mode, Point, State
 
-LIGHT = Colour(0.15, 0.65, 0.35)
+LIGHT = Colour(0.30, 0.90, 0.45)
 """A line that carries next to nothing."""
 
-HEAVY = Colour(0.90, 0.10, 0.10)
+HEAVY = Colour(1.00, 0.15, 0.10)
 """A line that carries as much as it may."""
 
 _WORD = Colour(0.85, 0.25, 0.10)
-_THICK = 0.012
+_THICK = 0.014
 _ALONG = facing((1.0, 0.0, 0.0))
 _TINTS = 20
 _QUIET = (Mode.IDLE, Mode.MOVING, Mode.STOPPING)

@@ -1,0 +1,121 @@
+"""The model in a real graph: robot_state_publisher and tf say what kinematics says, and sliders wait for the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import atan2, dist, pi
+
+import numpy as np
+import pytest
+
+from maya_un.config import Config
+from maya_un.graph.description import describe
+from maya_un.graph.drawn import BASE, GRIPPER, NAMES, positions
+from maya_un.graph.sliders import DRAWN, ROBOT
+from maya_un.kinematics import Mechanism, Workspace
+from maya_un.values import Joints
+from tests.campaign import Campaign
+from tests.description import MACROS
+from tests.ros.display import Display
+from tests.ros.driven import Driver, Message
+from tests.ros.harness import Ros
+
+SUCCEEDED = 3
+POSES = 100
+MICROMETRE = 1e-6
+MECHANISM = Mechanism.of(Config())
+
+
+def place(driver: Driver, stamp: Message) -> list[float]:
+    """Return where tf has the gripper point at a time [m]."""
+    return driver.ask("transform", target=BASE, source=GRIPPER, **stamp)[:3]
+
+
+def listening(driver: Driver) -> None:
+    """Wait until tf is heard: what does not move is told to whoever comes."""
+    assert driver.ask("transform", target=BASE, source="mast", secs=0, nsecs=0)[:3] == [0.0, 0.0, 0.0]
+
+
+def reached(driver: Driver, joints: Joints) -> None:
+    outcome, result = driver.do("/move", "maya_controller/Move", joints._asdict()).ended()
+    assert outcome == SUCCEEDED, result
+
+
+def homed(driver: Driver) -> None:
+    outcome, result = driver.do("/home", "maya_controller/Home").ended()
+    assert outcome == SUCCEEDED, result
+
+
+def test_tf_has_the_gripper_where_kinematics_has_it(ros: Ros, driver: Driver, campaign: Campaign) -> None:
+    ros.set_param("/robot_description", describe(MACROS, Config()))
+    ros.start("rosrun", "robot_state_publisher", "robot_state_publisher")
+    rng, workspace = campaign.rng(), Workspace.of(Config())
+    strokes = workspace.boom, workspace.line_b, workspace.line_c
+    drawn = (Joints(*(rng.uniform(*stroke) for stroke in strokes)) for _ in range(100 * POSES))
+    poses = [joints for joints in drawn if workspace.contains(joints)][:POSES]
+    assert len(poses) == POSES
+    listening(driver)
+    for number, joints in enumerate(poses):
+        stamp = {"secs": 1000 + number, "nsecs": 250_000_000}
+        position = list(positions(MECHANISM, joints))
+        message = {"header": {"stamp": stamp}, "name": list(NAMES), "position": position}
+        driver.publish("/joint_states", "sensor_msgs/JointState", message)
+        assert dist(place(driver, stamp), MECHANISM.fk(joints)) < MICROMETRE
+
+
+def test_tf_follows_the_twin_and_turns_as_the_manual_says(ros: Ros, driver: Driver) -> None:
+    ros.launch("maya_controller", "controller.launch")
+    states = driver.subscribe("/joint_states", "sensor_msgs/JointState")
+    told = driver.subscribe("/maya_position", "geometry_msgs/Point")
+    listening(driver)
+    homed(driver)
+    ends: list[list[float]] = []
+    for angle in (0.0, pi / 2.0, 2.05):
+        reached(driver, Joints(angle, 1.7, 1.6))
+        newest = states.messages[-1]["header"]["stamp"]
+        ends.append(place(driver, newest))
+    assert [atan2(x, y) for x, y, _ in ends] == pytest.approx((0.0, pi / 2.0, 2.05), abs=1e-4)
+    assert ends[0][1] > 1.0
+    assert ends[1][0] > 1.0
+    assert ends[2][1] < -0.5
+    _assert_same(driver, states.messages, told.messages)
+
+
+def _assert_same(driver: Driver, states: list[Message], told: list[Message]) -> None:
+    """Assert at so many different poses that tf at the time of a state is what /maya_position told then."""
+    places = np.array([[point[axis] for axis in "xyz"] for point in told])
+    moments = {tuple(state["position"][:3]): state["header"]["stamp"] for state in states}
+    assert len(moments) >= POSES
+    for stamp in list(moments.values())[-POSES:]:
+        away = np.linalg.norm(places - place(driver, stamp), axis=1)
+        assert away.min() < MICROMETRE
+
+
+@pytest.fixture
+def display(ros: Ros) -> Iterator[Display]:
+    with Display(ros.folder) as own:
+        yield own
+
+
+def test_sliders_draw_the_joints_until_the_robot_says_where_they_are(
+    ros: Ros, driver: Driver, display: Display
+) -> None:
+    ros.launch("maya_controller", "controller.launch", display.environment, gui=True)
+    robot = driver.subscribe(ROBOT, "sensor_msgs/JointState")
+    drawn = driver.subscribe(DRAWN, "sensor_msgs/JointState")
+    first = drawn.until()
+    assert list(first["name"]) == list(NAMES)
+    assert first["position"][0] == pytest.approx(pi / 3.0), "the middle of what a can be"
+    ros.until(lambda: any("joints drawn" in title for title in display.windows()), "the window of sliders")
+    listening(driver)
+    at = place(driver, {"secs": 0, "nsecs": 0})
+    assert atan2(at[0], at[1]) == pytest.approx(pi / 3.0)
+    homed(driver)
+    begun = len(robot.messages)
+    reached(driver, Joints(1.0, 1.7, 1.6))
+    last = robot.messages[-1]
+    drawn.until(lambda message: message["header"]["stamp"] == last["header"]["stamp"])
+    spoken = [message["header"]["stamp"] for message in robot.messages]
+    since = [message["header"]["stamp"] for message in drawn.messages]
+    since = since[since.index(spoken[begun - 1]) : since.index(spoken[-1]) + 1]
+    assert since == spoken[begun - 1 :], "something else was drawn between what the robot said"
