@@ -128,7 +128,6 @@ def _places(folder: Path) -> dict[str, str]:
     return {
         **{name: str(folder / place) for name, place in named.items()},
         "ROS_IP": "127.0.0.1",
-        "ROS_PYTHON_LOG_CONFIG_FILE": "",
         "PYTHONUNBUFFERED": "1",
         "PYTHONDONTWRITEBYTECODE": "1",
     }

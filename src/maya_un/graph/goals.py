@@ -153,7 +153,7 @@ class GoalServer:
     def forsake(self, source: object) -> None:
         """Cancel the goals of a client that has vanished."""
         for goal in self.goals:
-            if goal.source is source:
+            if goal.source == source:
                 self.recall(goal)
 
     def close(self) -> None:

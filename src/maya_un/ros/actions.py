@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
 
 import rospy
 
@@ -29,8 +28,9 @@ class RosAction:
         self._clients: set[str] = set()
         status = RosPublisher(f"{action}/status", "actionlib_msgs/GoalStatusArray", latch=True, queue_size=_QUEUE)
         feedback = RosPublisher(f"{action}/feedback", f"{kind}ActionFeedback", queue_size=_QUEUE)
-        readers = _Readers(lambda: post(self._look_for_clients))
-        self._result = RosPublisher(f"{action}/result", f"{kind}ActionResult", queue_size=_QUEUE, listener=readers)
+        self._result = RosPublisher(
+            f"{action}/result", f"{kind}ActionResult", queue_size=_QUEUE, changed=lambda: post(self._look_for_clients)
+        )
         voices = Voices(status, feedback, self._result)
         self._server = GoalServer(action, kind, act, voices, _now, self._over, speed=speed)
         self._ears = (
@@ -67,18 +67,3 @@ class RosAction:
 def _now() -> Stamp:
     now = rospy.Time.now()
     return {"secs": now.secs, "nsecs": now.nsecs}
-
-
-class _Readers(rospy.SubscribeListener):
-    """Tells that somebody came or went."""
-
-    def __init__(self, changed: Callable[[], object]) -> None:
-        self._changed = changed
-
-    def peer_subscribe(self, topic_name: str, topic_publish: object, peer_publish: object) -> None:
-        """Take note that somebody came."""
-        self._changed()
-
-    def peer_unsubscribe(self, topic_name: str, num_peers: int) -> None:
-        """Take note that somebody went."""
-        self._changed()

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import os
 import signal
 import threading
 from types import FrameType
+
+from rospy.impl.rosout import RosOutHandler
 
 from maya_un.ros.threads import Post
 
@@ -48,7 +51,13 @@ class Ending:
             self._post(self._asked.set)
 
     def ask_and_wait(self) -> None:
-        """Ask for the end and wait for it; for rospy, which gives everything back as soon as this returns."""
+        """Ask for the end and wait for it; for rospy, which gives everything back as soon as this returns.
+
+        Nothing is told on /rosout any more: where another node has this name now, it would be ended for that.
+        """
+        log = logging.getLogger("rosout")
+        for handler in [handler for handler in log.handlers if isinstance(handler, RosOutHandler)]:
+            log.removeHandler(handler)
         self.ask()
         self.over.wait(PATIENCE)
 

@@ -1,0 +1,117 @@
+"""A node made of the graph of this project and nothing else of it: it does what is asked and says what happened.
+
+Move goals say by `a` what becomes of them (`wishes.Wish`). On /peer/do it hears goals to send and services to call, as
+JSON. What happens to it is told on /peer/said, as JSON too.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+
+from maya_un.errors import Busy, LimitReached, MayaError
+from maya_un.graph.outcome import failure, success
+from maya_un.graph.protocol import Feedback, Message, Refused
+from maya_un.ros.node import Node, run
+from tests.ros.wishes import MOVE, Wish
+
+
+class Peer:
+    """What it offers, and what it is asked to do."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._graph = graph = node.graph
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._said = graph.advertise("/peer/said", "std_msgs/String", queue_size=1000)
+        self._out = graph.advertise("/peer/out", "std_msgs/String", latch=True, queue_size=1000)
+        self._out.publish({"data": "latched"})
+        self._echoed = graph.subscribe("/peer/in", "std_msgs/String", self._out.publish, queue_size=1000)
+        graph.subscribe("/peer/do", "std_msgs/String", self._heard)
+        graph.serve("/peer/lasting", "std_srvs/Trigger", self._lasting)
+        graph.serve("/peer/failing", "std_srvs/Trigger", self._failing)
+        graph.serve("/peer/late", "std_srvs/Trigger", self._late)
+        graph.serve("/peer/quick", "std_srvs/Trigger", self._late, lambda _: {"success": True, "message": "at once"})
+        graph.act("/peer/move", MOVE, self._act)
+
+    def _say(self, what: str, **details: object) -> None:
+        self._said.publish({"data": json.dumps({"what": what, **details})})
+
+    async def _until_cancelled(self, what: str) -> None:
+        try:
+            await asyncio.Event().wait()
+        except asyncio.CancelledError:
+            await asyncio.sleep(0.1 * self._node.speed)
+            self._say("cancelled", of=what)
+            raise
+
+    async def _act(self, goal: Message, feedback: Feedback) -> Message:
+        wish = Wish(round(goal["a"]))
+        if wish is Wish.IS_REFUSED:
+            raise Refused(failure(Busy(doing="something else")))
+        if wish is Wish.FAILS:
+            raise LimitReached(axis="b", side="forward")
+        if wish is Wish.BREAKS:
+            raise ZeroDivisionError("by design")
+        feedback({"a": 1.0, "progress": 0.5})
+        if wish is Wish.LASTS:
+            await self._until_cancelled("goal")
+        if wish is Wish.TAKES_A_WHILE:
+            await asyncio.sleep(0.2 * self._node.speed)
+        return success()
+
+    async def _lasting(self, _: Message) -> Message:
+        self._say("asked")
+        await self._until_cancelled("service")
+        return {}
+
+    async def _failing(self, _: Message) -> Message:
+        raise Busy(doing="something else")
+
+    async def _late(self, _: Message) -> Message:
+        await asyncio.sleep(0.01)
+        return {"success": True, "message": "in the loop"}
+
+    def _heard(self, message: Message) -> None:
+        wish = json.loads(message["data"])
+        match wish["op"]:
+            case "cancel":
+                for task in self._tasks:
+                    task.cancel()
+            case "writers":
+                self._say("writers", names=sorted(self._echoed.writers), readers=self._out.readers)
+            case _:
+                task = asyncio.ensure_future(self._done(wish))
+                self._tasks.add(task)
+                task.add_done_callback(self._tasks.discard)
+
+    async def _done(self, wish: Message) -> None:
+        try:
+            if wish["op"] == "call":
+                self._say("answered", answer=await self._graph.call(wish["service"], {}))
+            else:
+                ended = await self._graph.do(wish["action"], MOVE, wish["goal"], self._feedback)
+                self._say("ended", outcome=ended.outcome, result=ended.result)
+        except asyncio.CancelledError:
+            self._say("did cancel")
+        except MayaError as error:
+            self._say("failed", code=error.code, sentence=str(error))
+
+    def _feedback(self, message: Message) -> None:
+        self._say("feedback", message=message)
+
+
+async def serve(node: Node) -> None:
+    """Be there until cancelled, and take a while to come to rest."""
+    Peer(node)
+    node.say("ready")
+    try:
+        await asyncio.Event().wait()
+    finally:
+        node.say("resting")
+        await asyncio.sleep(0.1 * node.speed)
+        node.say("rested")
+
+
+if __name__ == "__main__":
+    raise SystemExit(run("peer", serve))

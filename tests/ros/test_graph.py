@@ -1,0 +1,256 @@
+"""The graph by rospy, as other nodes see it: one node made of it, and a driver that knows ROS alone."""
+
+from __future__ import annotations
+
+import json
+import signal
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from maya_un.graph.protocol import Outcome
+from tests.ros.driven import Driver, Feed, Goal, RefusedError
+from tests.ros.harness import Ros
+from tests.ros.programs import Program
+from tests.ros.wishes import MOVE, Wish
+from tests.ros.workspace import ROOT, Workspace, python
+
+pytestmark = pytest.mark.system
+
+
+class Peer:
+    """The node made of our graph."""
+
+    def __init__(self, ros: Ros, driver: Driver, name: str = "peer") -> None:
+        path = f"{ROOT}:{ros.environment.get('PYTHONPATH', '')}"
+        self.driver = driver
+        self.program = ros.start(
+            str(python()), "-m", "tests.ros.peer", f"__name:={name}", environment={"PYTHONPATH": path}
+        )
+        self.program.until("ready")
+        self.said = driver.subscribe("/peer/said", "std_msgs/String")
+
+    def do(self, op: str, **details: Any) -> None:
+        """Have it do something."""
+        self.driver.publish("/peer/do", "std_msgs/String", {"data": json.dumps({"op": op, **details})})
+
+    def says(self, what: str, after: int = 0) -> dict[str, Any]:
+        """Return what it says of something, waiting for it."""
+        return _read(self.said.until(lambda message: _read(message)["what"] == what, after=after))
+
+
+def _read(message: dict[str, Any]) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(message["data"])
+    return found
+
+
+@pytest.fixture(scope="module")
+def ros(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace) -> Iterator[Ros]:
+    with Ros(tmp_path_factory.mktemp("graph"), workspace) as shared:
+        shared.set_param("/maya/speed", 10.0)
+        yield shared
+
+
+@pytest.fixture(scope="module")
+def driver(ros: Ros) -> Driver:
+    return ros.driver()
+
+
+@pytest.fixture(scope="module")
+def peer(ros: Ros, driver: Driver) -> Peer:
+    return Peer(ros, driver)
+
+
+def move(driver: Driver, wish: Wish) -> Goal:
+    return driver.do("/peer/move", MOVE, {"a": float(wish)})
+
+
+def mark(feed: Feed) -> int:
+    """Return how much has been said so far."""
+    return len(feed.messages)
+
+
+def test_what_is_latched_is_heard_by_who_comes_later_and_what_is_heard_keeps_its_order(
+    peer: Peer, driver: Driver
+) -> None:
+    heard = driver.subscribe("/peer/out", "std_msgs/String")
+    assert heard.until()["data"] == "latched"
+    for number in range(200):
+        driver.publish("/peer/in", "std_msgs/String", {"data": str(number)})
+    heard.until(lambda message: message["data"] == "199")
+    assert [message["data"] for message in heard.messages] == ["latched", *map(str, range(200))]
+    peer.do("writers")
+    assert peer.says("writers")["names"] == [driver.name]
+
+
+@pytest.mark.parametrize(("service", "words"), [("/peer/late", "in the loop"), ("/peer/quick", "at once")])
+def test_services_are_answered(service: str, words: str, peer: Peer, driver: Driver) -> None:
+    assert driver.call(service) == {"success": True, "message": words}
+    before = mark(peer.said)
+    peer.do("call", service=service)
+    assert peer.says("answered", before)["answer"] == {"success": True, "message": words}
+
+
+@pytest.mark.usefixtures("peer")
+def test_a_service_that_fails_says_why(driver: Driver) -> None:
+    with pytest.raises(RefusedError, match=r"busy.*2104"):
+        driver.call("/peer/failing")
+
+
+def test_a_call_that_fails_has_the_code_of_services_and_the_words_of_the_server(peer: Peer) -> None:
+    before = mark(peer.said)
+    peer.do("call", service="/peer/failing")
+    failed = peer.says("failed", before)
+    assert failed["code"] == 4020
+    assert "The robot is busy (something else)" in failed["sentence"]
+    before = mark(peer.said)
+    peer.do("call", service="/peer/nothing")
+    assert peer.says("failed", before)["code"] == 4019
+
+
+def test_who_hangs_up_has_his_answer_cancelled(ros: Ros, peer: Peer) -> None:
+    before = mark(peer.said)
+    caller = ros.start("rosservice", "call", "/peer/lasting")
+    peer.says("asked", before)
+    caller.kill()
+    assert peer.says("cancelled", before)["of"] == "service"
+    before = mark(peer.said)
+    peer.do("call", service="/peer/lasting")
+    peer.says("asked", before)
+    peer.do("cancel")
+    assert peer.says("cancelled", before)["of"] == "service"
+
+
+ENDS = [
+    (Wish.SUCCEEDS, Outcome.SUCCEEDED, ""),
+    (Wish.TAKES_A_WHILE, Outcome.SUCCEEDED, ""),
+    (Wish.IS_REFUSED, Outcome.REJECTED, "2104"),
+    (Wish.FAILS, Outcome.ABORTED, "2301"),
+    (Wish.BREAKS, Outcome.ABORTED, "5999"),
+]
+
+
+@pytest.mark.parametrize(("wish", "outcome", "code"), ENDS)
+def test_a_goal_ends_as_its_act_does(wish: Wish, outcome: Outcome, code: str, peer: Peer, driver: Driver) -> None:
+    ended, result = move(driver, wish).ended()
+    assert (ended, result["code"], result["success"]) == (outcome, code, not code)
+    before = mark(peer.said)
+    peer.do("do", action="/peer/move", goal={"a": float(wish)})
+    told = peer.says("ended", before)
+    assert (told["outcome"], told["result"]["code"]) == (outcome, code)
+
+
+def test_a_cancel_ends_a_goal_when_its_act_is_at_rest(peer: Peer, driver: Driver) -> None:
+    before = mark(peer.said)
+    goal = move(driver, Wish.LASTS)
+    goal.status.until(lambda status: status["state"] == Outcome.ACTIVE)
+    goal.cancel()
+    ended, result = goal.ended()
+    assert (ended, result["code"]) == (Outcome.PREEMPTED, "2202")
+    peer.says("cancelled", before)
+
+
+@pytest.mark.usefixtures("peer")
+def test_a_cancel_of_everything_ends_all_goals(driver: Driver) -> None:
+    goals = [move(driver, Wish.LASTS) for _ in range(3)]
+    for goal in goals:
+        goal.status.until(lambda status: status["state"] == Outcome.ACTIVE)
+    driver.publish("/peer/move/cancel", "actionlib_msgs/GoalID", {"id": ""}, readers=0)
+    assert [goal.ended()[0] for goal in goals] == [Outcome.PREEMPTED] * 3
+
+
+@pytest.mark.usefixtures("peer")
+def test_goals_that_are_cancelled_at_once_all_end(driver: Driver) -> None:
+    """ROS' own client may take such a goal for lost; the server knows better."""
+    results = driver.subscribe("/peer/move/result", "maya_controller/MoveActionResult")
+    before = mark(results)
+    for _ in range(30):
+        move(driver, Wish.LASTS).cancel()
+    results.until(lambda _: len(results.messages) >= before + 30, after=before)
+    ends = {message["status"]["status"] for message in results.messages[before:]}
+    assert ends <= {Outcome.PREEMPTED, Outcome.RECALLED}
+    assert driver.call("/peer/late")["success"]
+
+
+def test_the_goals_of_a_client_that_is_gone_are_cancelled(ros: Ros, peer: Peer) -> None:
+    other = ros.driver()
+    before = mark(peer.said)
+    move(other, Wish.LASTS).feedback.until()
+    other.program.kill()
+    assert peer.says("cancelled", before)["of"] == "goal"
+
+
+def test_who_only_published_a_goal_may_leave(ros: Ros, peer: Peer, driver: Driver) -> None:
+    before = mark(peer.said)
+    results = driver.subscribe("/peer/move/result", "maya_controller/MoveActionResult")
+    goal = f"{{goal_id: {{id: by_hand}}, goal: {{a: {Wish.TAKES_A_WHILE:d}}}}}"
+    ros.tool("rostopic", "pub", "-1", "/peer/move/goal", "maya_controller/MoveActionGoal", goal)
+    ended = results.until(lambda message: message["status"]["goal_id"]["id"] == "by_hand")
+    assert ended["status"]["status"] == Outcome.SUCCEEDED
+    assert all(_read(message)["what"] != "cancelled" for message in peer.said.messages[before:])
+
+
+def test_our_client_cancels_and_hears_feedback(peer: Peer) -> None:
+    before = mark(peer.said)
+    peer.do("do", action="/peer/move", goal={"a": float(Wish.LASTS)})
+    assert peer.says("feedback", before)["message"]["progress"] == 0.5
+    peer.do("cancel")
+    peer.says("did cancel", before)
+    words = [_read(message)["what"] for message in peer.said.messages[before:]]
+    assert words.index("cancelled") < words.index("did cancel")
+
+
+def test_our_client_hears_that_nobody_serves_an_action(peer: Peer) -> None:
+    before = mark(peer.said)
+    peer.do("do", action="/nobody/there", goal={})
+    assert peer.says("failed", before)["code"] == 1011
+
+
+def test_our_client_hears_that_the_server_was_killed(ros: Ros, driver: Driver, peer: Peer) -> None:
+    path = f"{ROOT}:{ros.environment.get('PYTHONPATH', '')}"
+    server = ros.start(
+        str(python()), "-m", "tests.ros.peer", "__name:=mortal", "/peer/move:=/mortal/move", "/peer/do:=/mortal/do",
+        environment={"PYTHONPATH": path},
+    )  # fmt: skip
+    server.until("ready")
+    before = mark(peer.said)
+    peer.do("do", action="/mortal/move", goal={"a": float(Wish.LASTS)})
+    peer.says("feedback", before)
+    server.kill()
+    assert peer.says("ended", before)["outcome"] == Outcome.LOST
+
+
+def _ends_in_time(program: Program) -> None:
+    assert program.wait(within=8.0) == 0
+    assert program.said.index("resting") < program.said.index("rested")
+    assert "Traceback" not in program.said
+
+
+@pytest.mark.parametrize("kind", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_node_that_is_told_to_end_comes_to_rest_before_it_leaves(
+    kind: signal.Signals, ros: Ros, driver: Driver
+) -> None:
+    peer = Peer(ros, driver, f"ended_by_{kind.name.lower()}")
+    goal = move(driver, Wish.LASTS)
+    goal.feedback.until()
+    peer.program.send(kind)
+    _ends_in_time(peer.program)
+    assert f"/ended_by_{kind.name.lower()}" not in ros.nodes()
+
+
+def test_a_node_ends_by_rosnode_kill_and_for_another_of_its_name(ros: Ros, driver: Driver) -> None:
+    first = Peer(ros, driver, "twin")
+    second = Peer(ros, driver, "twin")
+    _ends_in_time(first.program)
+    ros.tool("rosnode", "kill", "/twin")
+    _ends_in_time(second.program)
+    assert "/twin" not in ros.nodes()
+
+
+def test_without_a_master_a_node_says_so_and_ends(ros: Ros) -> None:
+    path = f"{ROOT}:{ros.environment.get('PYTHONPATH', '')}"
+    alone = {"PYTHONPATH": path, "ROS_MASTER_URI": "http://127.0.0.1:1"}
+    program = ros.start(str(python()), "-m", "tests.ros.peer", environment=alone)
+    assert program.wait() == 2
+    assert "error 5011: No ROS master answers at http://127.0.0.1:1." in program.said

@@ -1,0 +1,18 @@
+"""What `peer.py` makes of a goal, by the `a` of it; its own module, since the peer itself needs a ROS."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+MOVE = "maya_controller/Move"
+
+
+class Wish(IntEnum):
+    """What becomes of a goal."""
+
+    SUCCEEDS = 0
+    IS_REFUSED = 1
+    LASTS = 2
+    FAILS = 3
+    BREAKS = 4
+    TAKES_A_WHILE = 5

@@ -1,0 +1,3 @@
+import logging
+
+class RosOutHandler(logging.Handler): ...
