@@ -11,7 +11,11 @@ import json
 import sys
 import threading
 from pathlib import Path
+from time import monotonic
 from typing import Any
+
+PATIENCE = 25.0
+"""What is waited for must come within this [s]."""
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "ros" / "maya_ui" / "src"))
@@ -53,7 +57,7 @@ class Driver(QObject):
         super().__init__()
         self._dashboard = dashboard
         self._robot = robot
-        self._waiting: list[dict[str, Any]] = []
+        self._waiting: list[tuple[float, dict[str, Any]]] = []
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._look)
         self._timer.start(5)
@@ -126,6 +130,7 @@ class Driver(QObject):
         shown: dict[str, Any] = {"visible": part.isVisible(), "enabled": part.isEnabled(), "tip": part.toolTip()}
         shown["text"] = _text(part)
         shown["kind"] = part.property("kind")
+        shown["checked"] = bool(part.property("checked"))
         return shown
 
     def do_rows(self, name: str) -> Any:
@@ -136,19 +141,27 @@ class Driver(QObject):
         return [part.item(row).text() for row in range(part.count())]
 
     def do_wait(self, **wanted: Any) -> Any:
-        """Answer once a part reads as wanted: `text` a part of its text, `enabled`, `visible`."""
-        self._waiting.append(wanted)
+        """Answer once a part reads as wanted: `text` a part of its text, `below` a number above it, or others."""
+        self._waiting.append((monotonic() + PATIENCE, wanted))
         self._look()
         return self
 
     def _look(self) -> None:
-        for wanted in list(self._waiting):
+        for end, wanted in list(self._waiting):
             now = self.do_read(wanted["name"])
             text = wanted.get("text", "")
-            others = {key: wanted[key] for key in ("enabled", "visible", "kind") if key in wanted}
-            if text in str(now["text"]) and all(now[key] == value for key, value in others.items()):
-                self._waiting.remove(wanted)
+            others = {key: wanted[key] for key in ("enabled", "visible", "kind", "tip") if key in wanted}
+            below = "below" not in wanted or float(now["text"]) < wanted["below"]
+            if text in str(now["text"]) and below and all(now[key] == value for key, value in others.items()):
+                self._waiting.remove((end, wanted))
                 print(json.dumps(now), flush=True)
+            elif monotonic() > end:
+                self._waiting.remove((end, wanted))
+                print(json.dumps({"error": f"never came: {wanted}, but {now}; {self._everything()}"}), flush=True)
+
+    def _everything(self) -> dict[str, Any]:
+        shown = {name: _text(self._part(name)) for name in ("mode", "note", "banner_text", "progress", "task_why")}
+        return {**shown, "events": self.do_rows("event_list")[-8:]}
 
     def do_tell(self, fact: str, **fields: Any) -> Any:
         """Have the stand-in tell a fact, and answer when it has been heard."""

@@ -23,7 +23,7 @@ class Screen:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._log,
-            env={**os.environ, **({} if "DISPLAY" in os.environ else {"QT_QPA_PLATFORM": "offscreen"}), "PYTHONDONTWRITEBYTECODE": "1", **env},
+            env={**os.environ, "QT_QPA_PLATFORM": "offscreen", "PYTHONDONTWRITEBYTECODE": "1", **env},
             text=True,
         )
         assert self._answer() == "ready"
@@ -45,6 +45,10 @@ class Screen:
         finally:
             stdout.close()
             self._log.close()
+
+    def kill(self) -> None:
+        """End it as a crash does."""
+        self._process.kill()
 
     def ask(self, do: str, **details: Any) -> Any:
         """Have the driver do something and return its answer."""

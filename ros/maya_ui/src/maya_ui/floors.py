@@ -16,6 +16,9 @@ CANCELLED = "2202"
 LOST = "lost"
 """In place of a code: of a goal that nobody knows any more."""
 
+MOST_UNHEARD = 10
+"""So many looks at a goal that nobody took are enough."""
+
 Tell = Callable[[Any], None]
 
 
@@ -59,14 +62,17 @@ class Door:
         self._lock = threading.Lock()
         self._wish: Wish | None = None
         self._number = 0
+        self._unheard = 0
         self._goal: Any = None
         self._cancelled = False
         self._free = threading.Event()
 
     @property
     def there(self) -> bool:
-        """Whether somebody serves it now."""
-        return self._client.status_sub.get_num_connections() > 0
+        """Whether somebody serves it now, and hears and is heard on all of its topics."""
+        client = self._client
+        ends = (client.pub_goal, client.pub_cancel, client.status_sub, client.feedback_sub, client.result_sub)
+        return all(end.get_num_connections() for end in ends)
 
     def begin(self, wish: Wish) -> bool:
         """Take the door for a wish; False while another goal of ours is under way."""
@@ -75,6 +81,7 @@ class Door:
                 return False
             self._wish, self._goal, self._cancelled = wish, None, False
             self._number += 1
+            self._unheard = 0
             self._free.clear()
         self._tell(Under(wish))
         return True
@@ -111,9 +118,17 @@ class Door:
             self._tell(Ended(wish, done, code, message))
 
     def check(self) -> None:
-        """End a goal whose server is not there any more."""
-        if self._goal is not None and not self.there:
+        """End a goal whose server is not there any more, or never took it; called now and then."""
+        goal = self._goal
+        if goal is None:
+            return
+        if not self.there:
             self.end(done=False, code="1011", message="floor_gone")
+        elif goal.get_comm_state() == actionlib.CommState.WAITING_FOR_GOAL_ACK:
+            self._unheard += 1
+            if self._unheard > MOST_UNHEARD:
+                goal.cancel()
+                self.end(done=False, message="no_answer")
 
     def wait(self, seconds: float) -> bool:
         """Wait until no goal of ours is under way; False where one still is then."""

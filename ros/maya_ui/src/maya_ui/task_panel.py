@@ -86,7 +86,7 @@ class TaskPanel:
             return
         what = self._desk.word(f"wish_{under.wish.value}")
         phase = under.phase.replace("_", " ")
-        bar.setFormat(self._desk.word("under_way", what=what, phase=f"{phase}  %p %" if under.share else phase))
+        bar.setFormat(self._desk.word("under_way", what=what, phase=f"{phase}  %p%" if under.share else phase))
 
     def task(self) -> Task | None:
         """Return the task of the fields, None where one of them holds no length; the fields show which."""

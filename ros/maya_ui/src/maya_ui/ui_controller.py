@@ -238,7 +238,7 @@ class _Part:
             controller=controller,
             silent=self._spoken is not None and monotonic() - self._spoken > SILENCE,
             robot=self.task.there,
-            process=self.start_queue.get_num_connections() > 0,
+            process=all(topic.get_num_connections() for topic in (self.send_task, self.start_queue, self.stop_queue)),
         )
 
     def _joints(self, message: JointState) -> None:

@@ -169,7 +169,7 @@ WORDS: dict[str, tuple[str, str]] = {
     "resume_first": ("It is paused: press Go on, or Stop.", "Está en pausa: pulse Continuar, o Parar."),
     "home_first": ("Not homed: press Home first.", "Sin origen: pulse primero Buscar origen."),
     "busy": ("Something is under way: wait, or press Stop.", "Hay algo en curso: espere, o pulse Parar."),
-    "gripper_is_closed": ("The gripper is closed: it cannot pick.", "La pinza está cerrada: no puede tomar."),
+    "gripper_is_closed": ("The gripper is closed: open it to pick.", "La pinza está cerrada: ábrala para tomar."),
     "gripper_is_open": ("The gripper is open: there is nothing to place.", "La pinza está abierta: no hay qué dejar."),
     "no_fault": ("There is no fault.", "No hay ninguna falla."),
     "nothing_moves": ("Nothing moves.", "Nada se mueve."),

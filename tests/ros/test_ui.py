@@ -1,0 +1,269 @@
+"""The dashboard on a real graph: what a person does with it, and what the twin then does."""
+
+from __future__ import annotations
+
+import json
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.ros.driven import Driver
+from tests.ros.harness import Ros, free_port
+from tests.ros.screen import Screen
+from tests.ros.workspace import ROOT, Workspace
+
+pytestmark = pytest.mark.system
+
+SPEED = 60
+PYTHON = Path("/usr/bin/python3")
+CUBE = [0.41, 1.13, 0.40]
+TRAY = [1.18, 0.21, 0.40]
+SCRIPT = ("rosrun", "maya_ui", "maya_ui.py", "--window")
+
+
+def screen(ros: Ros) -> Screen:
+    return Screen(PYTHON, ros.environment, ros.folder / "screen.log")
+
+
+@pytest.fixture(scope="module")
+def ros(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace) -> Iterator[Ros]:
+    with Ros(tmp_path_factory.mktemp("ui"), workspace) as shared:
+        shared.set_param("/hw_simulator/parts", {"cube": CUBE})
+        shared.launch("maya_process", "process.launch", speed=SPEED)
+        yield shared
+
+
+@pytest.fixture(scope="module")
+def driver(ros: Ros) -> Driver:
+    return ros.driver()
+
+
+@pytest.fixture(scope="module")
+def shown(ros: Ros) -> Iterator[Screen]:
+    with screen(ros) as dashboard:
+        yield dashboard
+
+
+@pytest.fixture
+def ready(shown: Screen) -> Screen:
+    """The dashboard of a robot that is homed and waits, with all floors there and its list empty."""
+    shown.wait("home", enabled=True)
+    if shown.text("mode") == "Not homed":
+        shown.click("home")
+    shown.wait("mode", "Ready")
+    shown.wait("open_gripper", enabled=True)
+    if shown.text("chip_gripper") == "gripper closed":
+        shown.click("open_gripper")
+        shown.wait("chip_gripper", "open")
+    shown.wait("send", enabled=True)
+    if shown.read("clear")["enabled"]:
+        shown.click("clear")
+    return shown
+
+
+def twin(driver: Driver) -> dict[str, Any]:
+    """Return what the twin's mechanics know."""
+    answer: dict[str, Any] = json.loads(driver.call("/hw_simulator/twin")["message"])
+    return answer
+
+
+def height(dashboard: Screen) -> float:
+    return float(dashboard.text("value_z"))
+
+
+def words(dashboard: Screen) -> list[str]:
+    return [row[1] for row in dashboard.rows("event_list")]
+
+
+def choose(dashboard: Screen, command: str, place: list[float]) -> None:
+    dashboard.ask("choose", name="command_choice", data=command)
+    dashboard.type(**{axis: f"{length * 1e3:g}" for axis, length in zip("xyz", place, strict=True)})
+
+
+def test_home_is_clicked_and_the_robot_is_homed(shown: Screen) -> None:
+    shown.wait("banner_text", "press Home first")
+    assert "Home first" in shown.wait("jog_x_plus", enabled=False)["tip"]
+    shown.wait("home", enabled=True)
+    shown.click("home")
+    shown.wait("progress", "Home")
+    shown.wait("mode", "Ready")
+    shown.wait("note", "Home: done.")
+    assert words(shown)[-2:] == ["homing", "homed"]
+    assert shown.wait("chip_homed", "homed", kind="")["visible"]
+    assert float(shown.text("value_x")) > 0.0
+
+
+def test_what_cannot_be_reached_is_refused_with_its_sentence(ready: Screen) -> None:
+    choose(ready, "task_approach", [2.9, 2.9, 0.4])
+    ready.click("now")
+    ready.wait("note", "(2101)", kind="bad")
+    ready.ask("speak", language="es")
+    ready.wait("now", enabled=True)
+    ready.click("now")
+    ready.wait("note", "no se puede", kind="bad")
+    ready.ask("speak", language="en")
+
+
+def test_a_part_is_picked_and_placed_by_the_fields(ready: Screen, driver: Driver) -> None:
+    choose(ready, "task_pick", CUBE)
+    ready.wait("now", enabled=True)
+    ready.click("now")
+    ready.wait("chip_gripper", "closed")
+    ready.wait("note", "Task: done.")
+    choose(ready, "task_place", TRAY)
+    ready.wait("now", enabled=True)
+    ready.click("now")
+    ready.wait("chip_gripper", "open")
+    ready.wait("now", enabled=False, tip="The gripper is open: there is nothing to place.")
+    assert twin(driver)["parts"]["cube"] == pytest.approx(TRAY, abs=2e-3)
+
+
+def test_a_list_is_prepared_and_given_to_the_queue_as_one_job(ready: Screen, driver: Driver) -> None:
+    jobs = driver.subscribe("/start_queue", "maya_process/ProcessQueue")
+    choose(ready, "task_place", CUBE)
+    ready.click("add")
+    choose(ready, "task_pick", TRAY)
+    ready.click("add", "up")
+    ready.wait("start", enabled=True)
+    ready.click("start")
+    assert [task["command"] for task in jobs.until()["tasks"]] == ["pick", "place"]
+    ready.wait("chip_gripper", "closed")
+    ready.wait("chip_gripper", "open")
+    ready.wait("mode", "Ready")
+    assert twin(driver)["parts"]["cube"] == pytest.approx(CUBE, abs=2e-3)
+
+
+def test_the_queue_is_stopped(ready: Screen) -> None:
+    choose(ready, "task_approach", TRAY)
+    ready.click("send")
+    ready.wait("mode", "Moving")
+    ready.click("stop_queue")
+    ready.wait("mode", "Ready")
+    assert "stopped" in words(ready)[-3:]
+
+
+def test_the_robot_moves_while_a_button_is_held_and_stops_when_it_is_let_go(ready: Screen) -> None:
+    ready.ask("choose", name="reach_choice", data="10 mm · 1°")
+    before = height(ready)
+    ready.wait("jog_z_minus", enabled=True)
+    ready.ask("press", name="jog_z_minus")
+    ready.wait("value_z", below=before - 12.0)
+    ready.ask("release", name="jog_z_minus")
+    ready.wait("mode", "Ready")
+    ready.wait("home", enabled=True)
+    at_rest = height(ready)
+    assert before - 40.0 < at_rest < before - 12.0
+    ready.ask("strike", key="F12")
+    ready.wait("note", "Stop: done.")
+    assert height(ready) == at_rest
+
+
+def test_keys_move_the_robot_only_where_they_are_meant_for_it(ready: Screen) -> None:
+    ready.ask("focus", name="field_x")
+    ready.ask("key", key="Up")
+    ready.ask("key", key="Up", down=False)
+    seen = len(words(ready))
+    ready.ask("focus", name="keys")
+    ready.click("keys")
+    ready.wait("jog_y_plus", enabled=True)
+    ready.ask("key", key="Up")
+    ready.wait("mode", "Moving")
+    assert words(ready)[seen:] == ["moving"]
+    ready.ask("key", key="Up", repeated=True)
+    ready.ask("unfocus")
+    ready.wait("mode", "Ready")
+    assert not ready.read("keys")["checked"]
+
+
+@pytest.mark.parametrize("key", ["Escape", "F12"])
+def test_a_key_stops_whatever_moves(ready: Screen, key: str) -> None:
+    ready.ask("focus", name="field_x")
+    ready.wait("home", enabled=True)
+    ready.click("home")
+    ready.wait("mode", "Homing")
+    ready.ask("strike", key=key)
+    ready.wait("mode", "Not homed")
+    assert "stopped" in words(ready)
+
+
+def test_a_dashboard_that_dies_while_it_is_held_stops_the_robot(ready: Screen, ros: Ros, driver: Driver) -> None:
+    events = driver.subscribe("/maya_event", "std_msgs/String")
+    other = Screen(PYTHON, ros.environment, ros.folder / "other.log", "__name:=another")
+    other.wait("jog_z_plus", enabled=True)
+    other.ask("choose", name="reach_choice", data="200 mm · 20°")
+    other.ask("press", name="jog_z_minus")
+    moving = events.until(lambda message: message["data"].startswith("moving "))
+    other.kill()
+    after = events.messages.index(moving)
+    stopped = events.until(lambda message: message["data"].startswith(("stopped ", "idle ")), after=after)
+    assert stopped["data"].startswith("stopped ")
+
+
+def test_a_robot_that_is_lost_is_shown_as_disconnected_and_nothing_is_held(
+    tmp_path: Path, workspace: Workspace
+) -> None:
+    with Ros(tmp_path, workspace) as own, screen(own) as alone:
+        alone.wait("banner_text", "No robot")
+        floor = own.launch("maya_controller", "controller.launch", speed=SPEED)
+        alone.wait("mode", "Not homed")
+        alone.wait("home", enabled=True)
+        assert "robot.launch" in alone.read("now")["tip"] or "Home first" in alone.read("now")["tip"]
+        alone.click("home")
+        alone.wait("mode", "Ready")
+        assert "robot.launch" in alone.wait("now", enabled=False)["tip"]
+        assert "process.launch" in alone.read("start")["tip"]
+        alone.click("close_gripper")
+        alone.wait("chip_gripper", "closed")
+        alone.wait("jog_y_plus", enabled=True)
+        alone.ask("press", name="jog_y_plus")
+        alone.wait("mode", "Moving")
+        floor.close()
+        alone.wait("mode", "Disconnected")
+        alone.wait("banner_text", "No robot")
+        assert alone.text("value_x") == "—"
+        assert not alone.read("jog_y_plus")["enabled"]
+        alone.click("stop")
+        alone.wait("note", "emergency stop", kind="bad")
+
+
+def test_it_waits_for_a_master_and_then_takes_part(tmp_path: Path, workspace: Workspace) -> None:
+    environment = workspace.environment() | {"ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}", "ROS_IP": "127.0.0.1"}
+    with Screen(PYTHON, environment | {"ROS_LOG_DIR": str(tmp_path)}, tmp_path / "log") as alone:
+        alone.wait("banner_text", "No ROS master answers.")
+        alone.click("stop")
+        alone.wait("note", "emergency stop", kind="bad")
+
+
+def test_the_script_opens_a_window_that_is_a_node_and_ends_when_it_is_told_to(ros: Ros) -> None:
+    window = ros.start(*SCRIPT, "__name:=window", environment={"QT_QPA_PLATFORM": "offscreen"})
+    ros.until_nodes("/window")
+    window.send(signal.SIGINT)
+    assert window.wait() == 0
+
+
+def test_without_a_display_one_line_says_so(ros: Ros) -> None:
+    said = ros.tool(*SCRIPT)
+    assert [line for line in said.splitlines() if line] == [
+        "maya_dashboard: there is no display, so no dashboard is opened; everything else runs."
+    ]
+
+
+def of_the_dashboard(rows: list[tuple[str, list[str]]]) -> set[str]:
+    return {name for name, nodes in rows if "/maya_dashboard" in nodes}
+
+
+def test_it_publishes_and_hears_what_the_manual_says(ros: Ros, ready: Screen) -> None:
+    published, subscribed, _ = ros.ask_master("getSystemState")
+    assert {"/send_task", "/start_queue", "/stop_queue"} <= of_the_dashboard(published)
+    assert {"/maya_event", "/maya_position"} <= of_the_dashboard(subscribed)
+    assert ready.text("mode") == "Ready"
+
+
+def test_its_picture_shows_all_of_it(ready: Screen, tmp_path: Path) -> None:
+    saved, width, tall = ready.ask("grab", path=str(tmp_path / "dashboard.png"))
+    assert saved
+    assert (width, tall) == (1240, 860)
+    assert (ROOT / "docs" / "images" / "dashboard-rqt.png").stat().st_size < 250_000
