@@ -12,15 +12,25 @@ from tests.ros.driven import Driver
 from tests.ros.harness import Ros
 from tests.ros.workspace import Workspace
 
+HERE = Path(__file__).parent
 
-@pytest.hookimpl
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Leave out what needs a ROS where there is none; what lies here needs one."""
     reason = workspaces.missing()
-    here = Path(__file__).parent
     for item in items:
-        if reason is not None and here in item.path.parents:
+        if reason is not None and HERE in item.path.parents:
             item.add_marker(pytest.mark.skip(reason=f"no ROS: {reason}"))
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """Build the packages before the first test that needs them, whose time it would take."""
+    if any(needs_ros(item) for item in session.items) and workspaces.missing() is None:
+        workspaces.provide()
+
+
+def needs_ros(item: pytest.Item) -> bool:
+    return HERE in item.path.parents and "workspace" in getattr(item, "fixturenames", ())
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,7 @@ import hashlib
 import os
 import shutil
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -39,7 +39,7 @@ def missing() -> str | None:
 def clean_environment() -> dict[str, str]:
     """Return an environment as a fresh login has it, with nothing of ROS and no other Python in it."""
     kept = {name: os.environ[name] for name in ("LANG", "TMPDIR", "USER") if name in os.environ}
-    return {**kept, "PATH": SYSTEM_PATH, "HOME": str(Path.home()), "MAYA_PYTHON": str(python())}
+    return {**kept, "PATH": SYSTEM_PATH, "HOME": str(Path.home())}
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,15 +80,21 @@ def provide() -> Workspace:
     return Workspace(workspace)
 
 
-def make(workspace: Path, *command: str) -> None:
-    """Build the packages in a folder of their own, by catkin_make unless another command is given."""
+def make(workspace: Path) -> None:
+    """Build the packages in a folder of their own, with messages for Python alone."""
     link_packages(workspace)
+    quick = {"ROS_LANG_DISABLE": "gencpp:geneus:genlisp:gennodejs", "MAYA_PYTHON": str(python())}
+    run(("catkin_make", "--no-color"), workspace, quick)
+
+
+def run(command: Sequence[str], place: Path, more: Mapping[str, str] | None = None) -> str:
+    """Run a command in a clean environment, `more` laid over it, and return what it says; fails where it fails."""
     done = subprocess.run(
-        command or ("catkin_make", "--no-color"), cwd=workspace, env=clean_environment(),
+        command, cwd=place, env={**clean_environment(), **(more or {})}, stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
     )  # fmt: skip
-    if done.returncode:
-        raise AssertionError(f"the packages do not build:\n{done.stdout}")
+    assert done.returncode == 0, f"{' '.join(command)} ended with {done.returncode}:\n{done.stdout}"
+    return done.stdout
 
 
 def link_packages(workspace: Path) -> None:
