@@ -79,15 +79,18 @@ Serve = Callable[[Node], Awaitable[None]]
 """What a node does until it is cancelled."""
 
 
-def run(name: str, serve: Serve) -> int:
-    """Be the node `name` (roslaunch may give another) until it is told to end; return the exit code."""
+def run(name: str, serve: Serve, *, scaled: bool = True) -> int:
+    """Be the node `name` (roslaunch may give another) until it is told to end; return the exit code.
+
+    A node that is an edge is not `scaled`: its clock is that of the wall, whatever the twin's.
+    """
     ending = Ending()
     ending.listen()
     try:
         _require_master()
         rospy.init_node(name, disable_signals=True)
         rospy.on_shutdown(ending.ask_and_wait)
-        speed = clock_factor()
+        speed = clock_factor() if scaled else 1.0
     except MayaError as error:
         return _refused(error)
     except rospy.ROSInitException as error:

@@ -20,6 +20,9 @@ from maya_un.rosbridge.session import Session
 from maya_un.rosbridge.wire import GOING, Wire
 from maya_un.server.edge import Edge
 
+PORT = 9090
+"""The usual port of rosbridge."""
+
 NODE = "rosbridge"
 """The name under which clients take part in the graph."""
 
