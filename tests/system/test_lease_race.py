@@ -23,6 +23,7 @@ import pytest
 
 from maya_un.api.access.caller import Caller
 from maya_un.api.access.operations import Operation
+from maya_un.api.gate import Gate
 from maya_un.api.service import Service
 from maya_un.assembly import Stack, stack
 from maya_un.config import Config
@@ -286,11 +287,26 @@ async def test_fifty_people_race_for_the_lease(campaign: Campaign) -> None:
 
 @dataclass(slots=True)
 class Served:
-    """What came of a crowd at the real door: its own account, the instants of every ST, who drove when."""
+    """What came of a crowd at the real door: its own account, when a stop came to the gate, every ST, who drove."""
 
     outcome: dict[str, Any]
+    asked: list[float]
     stops: list[float]
     log: list[Span]
+
+
+class Watched(Gate):
+    """A gate that notes when somebody says stop at it [s, the system's monotonic clock]."""
+
+    asked: list[float]
+
+    async def call(
+        self, caller: Caller, operation: Operation, wish: Callable[[Service], Awaitable[T]], detail: str = ""
+    ) -> T:
+        """Let a wish through."""
+        if operation is Operation.STOP:
+            self.asked.append(time.monotonic())
+        return await super().call(caller, operation, wish, detail)
 
 
 async def besieged(count: int, seed: str) -> Served:
@@ -311,13 +327,15 @@ async def besieged(count: int, seed: str) -> Served:
         running.twin.controller.tap = tap
         await running.service.wish({"command": "home"}, wait=False)
         loop = asyncio.get_running_loop()
-        bridge = Bridge(loop, running.service, gate=running.gate, callers=running.entrance.callers)
+        gate = Watched(running.service, running.lease)
+        gate.asked = []
+        bridge = Bridge(loop, running.service, gate=gate, callers=running.entrance.callers)
         with bound_socket(0) as door:
             async with served(create_app(bridge), door):
                 asked = {"door": door.getsockname(), "tokens": tokens, "count": count, "seed": seed}
                 said = await loop.run_in_executor(None, _crowd, json.dumps(asked))
         assert running.controller.state.mode is Mode.NOT_HOMED
-        return Served(json.loads(said), stops, spans(running.controller.events.since(0)))
+        return Served(json.loads(said), gate.asked, stops, spans(running.controller.events.since(0)))
 
 
 def _crowd(asked: str) -> str:
@@ -325,8 +343,27 @@ def _crowd(asked: str) -> str:
     return subprocess.run(crowd, input=asked, capture_output=True, text=True, check=True, cwd=ROOT).stdout
 
 
+def late(asked: list[float], stops: list[float]) -> list[float]:
+    """Return how long after each wish to stop an ST came [s], the shortest first."""
+    return sorted(min((at for at in stops if at >= since), default=inf) - since for since in asked)
+
+
+def share(late: list[float], part: float) -> float:
+    """Return what so great a part of them is within [s]."""
+    return late[int(part * len(late))]
+
+
+def told(late: list[float]) -> str:
+    return f"median {share(late, 0.5):.4f} s, 99 of 100 within {share(late, 0.99):.4f} s, worst {late[-1]:.4f} s"
+
+
 def test_fifty_people_race_over_http(campaign: Campaign) -> None:
-    """Of a machine with nothing else to do 50 ms are asked for, one in a hundred aside; the short run shares it."""
+    """At the gate 50 ms are asked for, and of a machine with nothing else to do over HTTP as well, one in a hundred aside.
+
+    The crowd counts from before its thread has said a word, and its fifty threads are on the robot's own machine: what
+    that takes to run them is in its figures. The short run shares the machine with other tests, so of what lies outside
+    the gate it asks only that it comes through, and of the gate the usual case.
+    """
     count = campaign.size(ci=600, long=10_000) // sum(PEOPLE.values())
     found = run(besieged(count, str(campaign.seed)))
     assert found.outcome["broken"] == []
@@ -334,8 +371,9 @@ def test_fifty_people_race_over_http(campaign: Campaign) -> None:
     assert [key for key in statuses if int(key.split()[1]) >= 500] == []
     stops = found.outcome["stops"]
     assert {status for _, status in stops} == {200}
-    late = sorted(min((at for at in found.stops if at >= asked), default=inf) - asked for asked, _ in stops)
-    usual, worst = (late[int(0.99 * len(late))], late[-1])
-    soon, latest = (SOON, 0.5) if campaign.long else (2.0, 5.0)
-    assert usual <= soon and worst <= latest, f"median {late[len(late) // 2]:.3f} s, {usual:.3f} s, worst {worst:.3f} s"
+    gate, http = late(found.asked, found.stops), late([asked for asked, _ in stops], found.stops)
+    assert len(gate) >= len(http) >= 5
+    assert share(gate, 0.99 if campaign.long else 0.5) <= SOON, told(gate)
+    assert share(http, 0.99 if campaign.long else 0.5) <= (SOON if campaign.long else 0.5), told(http)
+    assert http[-1] <= (0.5 if campaign.long else 5.0), told(http)
     assert len({span.name for span in found.log}) > 3

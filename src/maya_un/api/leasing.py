@@ -8,14 +8,13 @@ from math import isfinite
 
 from maya_un.api.access.caller import Caller, Role
 from maya_un.api.access.entrance import Entrance
+from maya_un.api.access.notes import require_note
 from maya_un.api.access.operations import Operation, require
 from maya_un.errors import InvalidValue, UnknownName
 from maya_un.process.lease import PATIENCE, Holder
 
 LONGEST = 12 * 3600.0
 """Longest time for which a lease is taken without being renewed [s]."""
-
-_LONGEST_NOTE = 200
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,9 +84,9 @@ class Leasing:
         anew, an operator takes back what was lent, and an administrator takes it from anybody; what the driver before
         had going ends. Raises `LeaseHeld`, `NotAllowed`, `InvalidValue`.
         """
-        _require_text(note)
+        require_note(note)
         if not (isfinite(patience) and 1.0 <= patience <= LONGEST):
-            raise InvalidValue(key="for", value=patience, reason=f"it is 1 s to {LONGEST:.0f} s")
+            raise InvalidValue(key="patience", value=patience, reason=f"it is 1 s to {LONGEST:.0f} s")
         holder = self._lease.holder
         again = force and holder is not None and holder.name == by.name and not holder.implicit
         if self._lease.offered_to != by.name and not again:
@@ -150,8 +149,3 @@ class Leasing:
 
 def _shows(by: Caller, holder: Holder) -> bool:
     return holder.name == by.name and bool(by.lease) and holder.id == by.lease
-
-
-def _require_text(note: str) -> None:
-    if len(note) > _LONGEST_NOTE or not note.isprintable():
-        raise InvalidValue(key="note", value=repr(note), reason=f"it is one line of at most {_LONGEST_NOTE} letters")

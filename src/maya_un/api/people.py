@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from maya_un.api.access import tokens
 from maya_un.api.access.caller import LOCAL, RESERVED, Caller, Role
 from maya_un.api.access.entrance import Entrance
+from maya_un.api.access.notes import require_note
 from maya_un.api.access.operations import Operation, allowed, require
 from maya_un.api.access.store import Change, Token, User
 from maya_un.errors import InvalidValue, NotAllowed, NotFound, NotSignedIn, UnknownName
@@ -27,7 +28,6 @@ _DATE = re.compile(
     r"(\d{4}-(?:0[1-9]|1[0-2])-(?:0[1-9]|[12]\d|3[01]))(?:T([01]\d|2[0-3])(:[0-5]\d:[0-5]\d)(?:Z|\+00:00))?", re.ASCII
 )
 _PASSWORD = range(10, 257)
-_LONGEST_NOTE = 200
 
 OnEnded = Callable[[str, str, str], None]
 """Told that a token is valid no more, or with "" that a user may not drive any more: token, name, why."""
@@ -171,7 +171,7 @@ class People:
         they show. Raises `UnknownName`, `NotAllowed`, `InvalidValue`, `StorageFailed`.
         """
         until = self._date(expires)
-        _check_note(note)
+        require_note(note)
         if not allowed(by.role, Operation.USERS):
             if name != by.name:
                 require(by, Operation.USERS)
@@ -281,8 +281,3 @@ def checked_name(name: str) -> str:
         reason = "it has up to 32 of a to z, 0 to 9, . _ and -, begins with a letter, and is not kept for ourselves"
         raise InvalidValue(key="name", value=repr(name), reason=reason)
     return name
-
-
-def _check_note(note: str) -> None:
-    if len(note) > _LONGEST_NOTE or not note.isprintable():
-        raise InvalidValue(key="note", value=repr(note), reason=f"it is one line of at most {_LONGEST_NOTE} letters")

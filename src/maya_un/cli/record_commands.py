@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import settings_of
 
 Name = Annotated[str, typer.Argument(metavar="FILE", help="a file, or a name that `maya record list` shows")]
 
@@ -22,12 +22,6 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
     app.command("replay", **how)(replay)
 
 
-def _settings(context: typer.Context) -> Settings:
-    settings = context.obj
-    assert isinstance(settings, Settings)
-    return settings
-
-
 def _unless_named(context: typer.Context) -> int | None:
     return listed(context) if context.invoked_subcommand is None else None
 
@@ -36,21 +30,21 @@ def listed(context: typer.Context) -> int:
     """List what is kept on this computer, newest first."""
     from maya_un.cli import record
 
-    return record.listed(_settings(context))
+    return record.listed(settings_of(context))
 
 
 def save(context: typer.Context) -> int:
     """Have the running robot save its last minutes now."""
     from maya_un.cli import record
 
-    return record.save(_settings(context))
+    return record.save(settings_of(context))
 
 
 def show(context: typer.Context, file: Name) -> int:
     """Tell why a recording was saved, and what is in it."""
     from maya_un.cli import record
 
-    return record.show(file, _settings(context))
+    return record.show(file, settings_of(context))
 
 
 def export(
@@ -63,7 +57,7 @@ def export(
     """Write a recording to files for other programs."""
     from maya_un.cli import record
 
-    return record.export(file, mcap, csv, wire, _settings(context))
+    return record.export(file, mcap, csv, wire, settings_of(context))
 
 
 def replay(
@@ -83,4 +77,4 @@ def replay(
     """
     from maya_un.cli import replay as command
 
-    return command.replay(file, command.Options(counts, seconds, plot), _settings(context))
+    return command.replay(file, command.Options(counts, seconds, plot), settings_of(context))

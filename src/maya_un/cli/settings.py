@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from itertools import takewhile
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from maya_un.errors import InvalidCommandLine, InvalidValue
 from maya_un.messages import LANGUAGES
@@ -19,6 +19,19 @@ class Settings(NamedTuple):
     language: str = "en"
     json: bool = False
     config: str | None = None
+
+
+class Context(Protocol):
+    """A command's context, which carries the settings of the line."""
+
+    obj: Any
+
+
+def settings_of(context: Context) -> Settings:
+    """Return what the whole line says."""
+    settings = context.obj
+    assert isinstance(settings, Settings)
+    return settings
 
 
 def from_environment() -> Settings:

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import settings_of
 
 Name = Annotated[str, typer.Argument(metavar="NAME", help="a letter, then letters, digits, dots, hyphens, underscores")]
 Replace = Annotated[bool, typer.Option("--replace", help="even where the name is taken")]
@@ -24,12 +24,6 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
         app.add_typer(group, name=name)
 
 
-def _settings(context: typer.Context) -> Settings:
-    settings = context.obj
-    assert isinstance(settings, Settings)
-    return settings
-
-
 def teach(context: typer.Context, name: Name, replace: Replace = False) -> int:
     """Keep where the gripper is under a name.
 
@@ -37,7 +31,7 @@ def teach(context: typer.Context, name: Name, replace: Replace = False) -> int:
     """
     from maya_un.cli import teach as command
 
-    return command.teach(name, _settings(context), replacing=replace)
+    return command.teach(name, settings_of(context), replacing=replace)
 
 
 def teach_pallet(
@@ -58,7 +52,7 @@ def teach_pallet(
     from maya_un.cli import teach as command
 
     grid = command.Grid(name, rows, columns, corners or ())
-    return command.teach_pallet(grid, _settings(context), replacing=replace)
+    return command.teach_pallet(grid, settings_of(context), replacing=replace)
 
 
 def _lister(what: str) -> Any:
@@ -67,7 +61,7 @@ def _lister(what: str) -> Any:
             return None
         from maya_un.cli import teach as command
 
-        return command.poses(_settings(context)) if what == "poses" else command.pallets(_settings(context))
+        return command.poses(settings_of(context)) if what == "poses" else command.pallets(settings_of(context))
 
     return lister
 
@@ -77,7 +71,7 @@ def _remover(what: str) -> Any:
         """Forget one."""
         from maya_un.cli import teach as command
 
-        return command.remove(what, name, _settings(context))
+        return command.remove(what, name, settings_of(context))
 
     return remover
 
@@ -89,6 +83,6 @@ def _renamer(what: str) -> Any:
         """Give one another name."""
         from maya_un.cli import teach as command
 
-        return command.rename(what, old, new, _settings(context))
+        return command.rename(what, old, new, settings_of(context))
 
     return renamer

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import settings_of
 
 Name = Annotated[str, typer.Argument(metavar="NAME", help="letters, digits, - and _")]
 
@@ -22,12 +22,6 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
     app.add_typer(group, name="zones")
 
 
-def _settings(context: typer.Context) -> Settings:
-    settings = context.obj
-    assert isinstance(settings, Settings)
-    return settings
-
-
 def _unless_named(context: typer.Context) -> int | None:
     return listed(context) if context.invoked_subcommand is None else None
 
@@ -36,7 +30,7 @@ def listed(context: typer.Context) -> int:
     """List all zones, as `add` takes them."""
     from maya_un.cli import zones
 
-    return zones.listed(_settings(context))
+    return zones.listed(settings_of(context))
 
 
 def add(
@@ -52,11 +46,11 @@ def add(
     """
     from maya_un.cli import zones
 
-    return zones.add(name, kind, values or (), _settings(context))
+    return zones.add(name, kind, values or (), settings_of(context))
 
 
 def remove(context: typer.Context, name: Name) -> int:
     """Keep out of a zone no longer, until `maya up` ends."""
     from maya_un.cli import zones
 
-    return zones.remove(name, _settings(context))
+    return zones.remove(name, settings_of(context))

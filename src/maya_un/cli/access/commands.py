@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from maya_un.cli.quantities import duration
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import settings_of
 from maya_un.errors import InvalidCommandLine
 
 Name = Annotated[str, typer.Argument(metavar="NAME", help="letters, digits, . _ and -")]
@@ -34,18 +34,12 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
     app.add_typer(user, name="user")
 
 
-def _settings(context: typer.Context) -> Settings:
-    settings = context.obj
-    assert isinstance(settings, Settings)
-    return settings
-
-
 def _driver(context: typer.Context) -> int | None:
     if context.invoked_subcommand is not None:
         return None
     from maya_un.cli.access import lease
 
-    return lease.show(_settings(context))
+    return lease.show(settings_of(context))
 
 
 def take(
@@ -62,28 +56,28 @@ def take(
     from maya_un.cli.access import lease
 
     patience = None if lasts is None else duration(lasts, "--for")
-    return lease.take(note, patience, _settings(context), force=force)
+    return lease.take(note, patience, settings_of(context), force=force)
 
 
 def release(context: typer.Context) -> int:
     """Give the lease back."""
     from maya_un.cli.access import lease
 
-    return lease.release(_settings(context))
+    return lease.release(settings_of(context))
 
 
 def offer(context: typer.Context, name: Name) -> int:
     """Let somebody take the lease within a minute."""
     from maya_un.cli.access import lease
 
-    return lease.offer(name, _settings(context))
+    return lease.offer(name, settings_of(context))
 
 
 def ask(context: typer.Context) -> int:
     """Let everybody know that you would like to drive."""
     from maya_un.cli.access import lease
 
-    return lease.ask(_settings(context))
+    return lease.ask(settings_of(context))
 
 
 def _me(context: typer.Context) -> int | None:
@@ -91,7 +85,7 @@ def _me(context: typer.Context) -> int | None:
         return None
     from maya_un.cli.access import users
 
-    return users.me(_settings(context))
+    return users.me(settings_of(context))
 
 
 def add(
@@ -106,14 +100,14 @@ def add(
     """
     from maya_un.cli.access import users
 
-    return users.add(name, role, _settings(context), with_password=password)
+    return users.add(name, role, settings_of(context), with_password=password)
 
 
 def listed(context: typer.Context) -> int:
     """List all users."""
     from maya_un.cli.access import users
 
-    return users.listed(_settings(context))
+    return users.listed(settings_of(context))
 
 
 def role(
@@ -124,7 +118,7 @@ def role(
     """Give a user another role: viewer, student, operator or admin."""
     from maya_un.cli.access import users
 
-    return users.change_role(name, role, _settings(context))
+    return users.change_role(name, role, settings_of(context))
 
 
 def password(
@@ -135,14 +129,14 @@ def password(
     """Change a password; all sessions of that user end."""
     from maya_un.cli.access import users
 
-    return users.change_password(name, _settings(context), none=none)
+    return users.change_password(name, settings_of(context), none=none)
 
 
 def remove(context: typer.Context, name: Name) -> int:
     """Remove a user with all tokens."""
     from maya_un.cli.access import users
 
-    return users.remove(name, _settings(context))
+    return users.remove(name, settings_of(context))
 
 
 def token(
@@ -156,7 +150,7 @@ def token(
     from maya_un.cli.access import users
 
     return users.make_token(
-        name, note, expires, None if lasts is None else duration(lasts, "--for"), _settings(context)
+        name, note, expires, None if lasts is None else duration(lasts, "--for"), settings_of(context)
     )
 
 
@@ -167,7 +161,7 @@ def tokens(context: typer.Context, name: MaybeName = None) -> int:
     """
     from maya_un.cli.access import users
 
-    return users.tokens(name, _settings(context))
+    return users.tokens(name, settings_of(context))
 
 
 def revoke(
@@ -176,7 +170,7 @@ def revoke(
     """Make a token invalid at once."""
     from maya_un.cli.access import users
 
-    return users.revoke(token, _settings(context))
+    return users.revoke(token, settings_of(context))
 
 
 def reset(
@@ -193,5 +187,5 @@ def reset(
 
     if (name is None) is not forget:
         raise InvalidCommandLine(reason="it is NAME, or --all", command="maya user reset")
-    settings = _settings(context)
+    settings = settings_of(context)
     return resetting.forget(journal, settings) if name is None else resetting.reset(name, journal, settings)

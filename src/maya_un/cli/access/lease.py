@@ -17,6 +17,7 @@ from maya_un import credentials
 from maya_un.cli import output
 from maya_un.cli.access import files
 from maya_un.cli.access.words import word
+from maya_un.cli.called import called
 from maya_un.cli.client import Client
 from maya_un.cli.settings import Settings
 from maya_un.errors import MayaError, ServiceNotAnswering
@@ -44,7 +45,8 @@ def take(note: str, patience: float | None, settings: Settings, *, force: bool) 
     """
     client = Client.find()
     body = {"note": note, "force": force} | ({} if patience is None else {"patience": patience})
-    taken = client.post("/v1/lease", body)
+    with called({"patience": "--for", "note": "--note"}):
+        taken = client.post("/v1/lease", body)
     files.keep_lease(taken["id"], client.url)
     shown = {key: value for key, value in taken.items() if key != "id"}
     if patience is not None:

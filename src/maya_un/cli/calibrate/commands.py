@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import settings_of
 from maya_un.errors import InvalidCommandLine
 
 MaybeFile = Annotated[str | None, typer.Argument(metavar="[FILE]", help="a table: a,b,c,x,y,z[,sigma]")]
@@ -39,12 +39,6 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
     app.add_typer(group, name="calibrate")
 
 
-def _settings(context: typer.Context) -> Settings:
-    settings = context.obj
-    assert isinstance(settings, Settings)
-    return settings
-
-
 def fit(
     context: typer.Context,
     file: MaybeFile = None,
@@ -63,10 +57,10 @@ def fit(
     if revert:
         if file is not None or apply or hold or plot:
             raise InvalidCommandLine(reason="--revert stands alone", command=_COMMAND)
-        return command.revert(author, _settings(context))
+        return command.revert(author, settings_of(context))
     if file is None:
         raise InvalidCommandLine(reason="FILE is missing", command=_COMMAND)
-    return command.fit(file, command.Options(hold or (), apply, plot, author), _settings(context))
+    return command.fit(file, command.Options(hold or (), apply, plot, author), settings_of(context))
 
 
 def collect(
@@ -80,11 +74,11 @@ def collect(
     """
     from maya_un.cli.calibrate import collect as command
 
-    return command.collect(file, number, _settings(context))
+    return command.collect(file, number, settings_of(context))
 
 
 def history(context: typer.Context) -> int:
     """List the calibrations that were applied and taken back."""
     from maya_un.cli.calibrate import fit as command
 
-    return command.show_history(_settings(context))
+    return command.show_history(settings_of(context))

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from maya_un.address import SIM
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import settings_of
 
 _HOST = "sim (a twin of its own), real (the configured controller), or HOST[:PORT]"
 Host = Annotated[str, typer.Argument(metavar="HOST", help=_HOST)]
@@ -21,12 +21,6 @@ def register(dmc: typer.Typer, how: dict[str, Any]) -> None:
         dmc.command(**how)(command)
 
 
-def _settings(context: typer.Context) -> Settings:
-    settings = context.obj
-    assert isinstance(settings, Settings)
-    return settings
-
-
 def terminal(context: typer.Context, host: OwnOrHost = SIM) -> int:
     """Talk to a controller by hand, with the axes in view.
 
@@ -35,7 +29,7 @@ def terminal(context: typer.Context, host: OwnOrHost = SIM) -> int:
     """
     from maya_un.cli.dmc_tools.terminal import start
 
-    return start.terminal(host, _settings(context))
+    return start.terminal(host, settings_of(context))
 
 
 def watch(
@@ -51,7 +45,7 @@ def watch(
     """
     from maya_un.cli.dmc_tools import watch as command
 
-    return command.watch(host, channels or [], rate, seconds, _settings(context))
+    return command.watch(host, channels or [], rate, seconds, settings_of(context))
 
 
 def scope(
@@ -71,7 +65,7 @@ def scope(
     from maya_un.cli.dmc_tools import scope as command
 
     request = command.Request(command.split_channels(channels), rate, seconds, trigger, csv, png)
-    return command.scope(host, request, _settings(context))
+    return command.scope(host, request, settings_of(context))
 
 
 def upload(
@@ -82,7 +76,7 @@ def upload(
     """Keep the program of a controller in a file."""
     from maya_un.cli.dmc_tools import program as command
 
-    return command.upload(host, file, _settings(context))
+    return command.upload(host, file, settings_of(context))
 
 
 def download(
@@ -98,7 +92,7 @@ def download(
     """
     from maya_un.cli.dmc_tools import program as command
 
-    settings = _settings(context)
+    settings = settings_of(context)
     text = command.guarded(file, settings) if guard else command.read(file)
     return command.download(host, file, text, run, settings)
 
@@ -116,7 +110,7 @@ def capture(
     """
     from maya_un.cli.dmc_tools import capture as command
 
-    return command.capture(host, local, listen, out, _settings(context))
+    return command.capture(host, local, listen, out, settings_of(context))
 
 
 def replay(
@@ -131,4 +125,4 @@ def replay(
     """
     from maya_un.cli.dmc_tools import replay as command
 
-    return command.replay(file, host, tolerance, _settings(context))
+    return command.replay(file, host, tolerance, settings_of(context))

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import settings_of
 
 Level = Literal["debug", "info", "warning", "error", "critical"]
 
@@ -30,6 +30,4 @@ def logs(
     """
     from maya_un.cli.logs import show
 
-    settings = context.obj
-    assert isinstance(settings, Settings)
-    return show.show(show.wanted(lines, since, kind or (), level), settings, follow=follow)
+    return show.show(show.wanted(lines, since, kind or (), level), settings_of(context), follow=follow)

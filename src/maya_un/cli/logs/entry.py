@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from typing import Any
 
 from maya_un.process.journal.rows import EventRow
@@ -16,7 +17,7 @@ LEVELS = ("debug", "info", "warning", "error", "critical")
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """What happened at `time` (ISO 8601, UTC).
+    """What happened at `time` (ISO 8601, UTC, with milliseconds).
 
     `kind` is an event's, or the part of the program that wrote a line of the log: http, defect. `code` is 0, or an
     error's; `run` and `seq` are an event's numbers, 0 for others.
@@ -40,7 +41,7 @@ def of_event(row: EventRow) -> Entry:
     words = " ".join(f"{key}={value}" for key, value in row.detail.items() if key != "message")
     message = str(row.detail.get("message", ""))
     text = "  ".join(part for part in (words, message) if part)
-    return Entry(row.date, level, row.kind, text, row.code, row.run, row.seq, row.detail)
+    return Entry(_utc(row.date), level, row.kind, text, row.code, row.run, row.seq, row.detail)
 
 
 def of_line(line: Mapping[str, Any]) -> Entry:
@@ -49,5 +50,13 @@ def of_line(line: Mapping[str, Any]) -> Entry:
     kind = str(line["logger"]).rpartition(".")[2]
     detail = {key: value for key, value in line.items() if key not in known}
     return Entry(
-        str(line["time"]), str(line["level"]), kind, str(line["message"]), int(line.get("code", 0)), 0, 0, detail
+        _utc(str(line["time"])), str(line["level"]), kind, str(line["message"]), int(line.get("code", 0)), 0, 0, detail
     )
+
+
+def _utc(date: str) -> str:
+    """Return a date in the form of all entries, or as it is where it is none."""
+    try:
+        return datetime.fromisoformat(date).astimezone(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+    except (ValueError, OverflowError):
+        return date

@@ -18,7 +18,8 @@ from maya_un.cli.logs.when import moment
 from maya_un.cli.logs.words import word
 from maya_un.cli.settings import Settings
 from maya_un.config.state import state_folder
-from maya_un.errors import FileUnreadable, MayaError
+from maya_un.errors import FileUnreadable, MayaError, UnknownName
+from maya_un.events import Kind
 from maya_un.process.journal import tail
 from maya_un.process.journal.file import NAME
 from maya_un.server.log import log_path
@@ -28,6 +29,9 @@ MOST = 10_000
 
 LOOK = 0.3
 """How often the files are looked at while they are followed [s]."""
+
+KINDS = (*(kind.value for kind in Kind), "defect", "http")
+"""What entries can be: events, and parts of the program that write lines of the log; libraries may be others."""
 
 _COLOURS = {"debug": "2", "warning": "33", "error": "31", "critical": "31;1"}
 
@@ -81,10 +85,12 @@ class Sources:
 def show(wanted: Wanted, settings: Settings, *, follow: bool, wait: Callable[[float], object] = time.sleep) -> int:
     """Print entries, and with `follow` more as they come, until Ctrl-C; return the exit code.
 
-    Raises `FileUnreadable` where there is neither a journal nor a log.
+    Raises `FileUnreadable` where there is neither a journal nor a log, and `UnknownName` for a kind that there is not.
     """
     sources = Sources()
-    found = [entry for entry in sources.read(MOST, wanted.since) if wanted.has(entry)][-wanted.lines :]
+    entries = sources.read(MOST, wanted.since)
+    _require_known(wanted.kinds, entries)
+    found = [entry for entry in entries if wanted.has(entry)][-wanted.lines :]
     if sources.trouble is not None:
         output.complain(sources.trouble, settings._replace(json=False))
     if not found and not follow and not (state_folder() / NAME).exists() and not log_path().exists():
@@ -95,6 +101,14 @@ def show(wanted: Wanted, settings: Settings, *, follow: bool, wait: Callable[[fl
             wait(LOOK)
             _print((entry for entry in sources.read(MOST, "") if wanted.has(entry)), settings)
     return output.DONE
+
+
+def _require_known(kinds: Iterable[str], entries: Iterable[Entry]) -> None:
+    """Raise `UnknownName` for a kind that is none of ours, and that nothing has."""
+    known = {*KINDS, *(entry.kind for entry in entries)}
+    for kind in kinds:
+        if kind not in known:
+            raise UnknownName(name=kind, known=", ".join(sorted(known)))
 
 
 def wanted(lines: int, since: str | None, kinds: Sequence[str], level: str) -> Wanted:

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import settings_of
 
 Number = Annotated[int, typer.Argument(metavar="JOB", min=1, help="its number")]
 Other = Annotated[int | None, typer.Argument(metavar="[JOB]", min=1, help="the other, for before and after")]
@@ -35,18 +35,12 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
     app.command(**how)(history)
 
 
-def _settings(context: typer.Context) -> Settings:
-    settings = context.obj
-    assert isinstance(settings, Settings)
-    return settings
-
-
 def _shown(context: typer.Context) -> int | None:
     if context.invoked_subcommand is not None:
         return None
     from maya_un.cli.queueing import queue
 
-    return queue.show(_settings(context))
+    return queue.show(settings_of(context))
 
 
 def pause(
@@ -56,28 +50,28 @@ def pause(
     """Begin nothing more after the step under way."""
     from maya_un.cli.queueing import queue
 
-    return queue.pause(_settings(context), now=now)
+    return queue.pause(settings_of(context), now=now)
 
 
 def resume(context: typer.Context) -> int:
     """Go on with what waits, and with the step that is held."""
     from maya_un.cli.queueing import queue
 
-    return queue.resume(_settings(context))
+    return queue.resume(settings_of(context))
 
 
 def step(context: typer.Context) -> int:
     """Do one step, then pause."""
     from maya_un.cli.queueing import queue
 
-    return queue.step(_settings(context))
+    return queue.step(settings_of(context))
 
 
 def clear(context: typer.Context) -> int:
     """Cancel everything that waits; what is under way goes on."""
     from maya_un.cli.queueing import queue
 
-    return queue.clear(_settings(context))
+    return queue.clear(settings_of(context))
 
 
 def move(
@@ -92,7 +86,7 @@ def move(
     """
     from maya_un.cli.queueing import queue
 
-    return queue.move(job, where, other, _settings(context))
+    return queue.move(job, where, other, settings_of(context))
 
 
 def recover(
@@ -113,14 +107,14 @@ def recover(
     from maya_un.cli.queueing import recovering
 
     holds = None if holding is None else holding == "yes"
-    return recovering.recover(choice, holds, _settings(context), pause=pause)
+    return recovering.recover(choice, holds, settings_of(context), pause=pause)
 
 
 def backup(context: typer.Context, file: Annotated[str, typer.Argument(metavar="FILE", help="to be written")]) -> int:
     """Copy the queue and its history, also while the robot runs."""
     from maya_un.cli.queueing import keeping
 
-    return keeping.backup(file, _settings(context))
+    return keeping.backup(file, settings_of(context))
 
 
 def restore(context: typer.Context, file: Annotated[str, typer.Argument(metavar="FILE", help="a backup")]) -> int:
@@ -130,7 +124,7 @@ def restore(context: typer.Context, file: Annotated[str, typer.Argument(metavar=
     """
     from maya_un.cli.queueing import keeping
 
-    return keeping.restore(file, _settings(context))
+    return keeping.restore(file, settings_of(context))
 
 
 def export(
@@ -142,7 +136,7 @@ def export(
     """
     from maya_un.cli.queueing import keeping
 
-    return keeping.export(file, _settings(context))
+    return keeping.export(file, settings_of(context))
 
 
 def submit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
@@ -162,7 +156,7 @@ def submit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
 
     depends_on = None if after is None else tuple(after)
     options = jobs.Options(priority, held or None, depends_on, notes, on_failure, retries, stepwise)
-    return jobs.submit(file, options, _settings(context), wait=wait)
+    return jobs.submit(file, options, settings_of(context), wait=wait)
 
 
 def show(context: typer.Context, job: Number) -> int:
@@ -172,7 +166,7 @@ def show(context: typer.Context, job: Number) -> int:
     """
     from maya_un.cli.queueing import jobs
 
-    return jobs.show(job, _settings(context))
+    return jobs.show(job, settings_of(context))
 
 
 def cancel(context: typer.Context, job: Number) -> int:
@@ -182,14 +176,14 @@ def cancel(context: typer.Context, job: Number) -> int:
     """
     from maya_un.cli.queueing import jobs
 
-    return jobs.cancel(job, _settings(context))
+    return jobs.cancel(job, settings_of(context))
 
 
 def hold(context: typer.Context, job: Number) -> int:
     """Put a job aside that waits."""
     from maya_un.cli.queueing import jobs
 
-    return jobs.hold(job, _settings(context))
+    return jobs.hold(job, settings_of(context))
 
 
 def release(
@@ -200,7 +194,7 @@ def release(
     """Let a job wait for its turn that was held; approves a proposal, and shows what that is."""
     from maya_un.cli.queueing import jobs
 
-    return jobs.release(job, version, _settings(context))
+    return jobs.release(job, version, settings_of(context))
 
 
 def again(
@@ -213,7 +207,7 @@ def again(
     """Queue a job that has ended once more, as a new one."""
     from maya_un.cli.queueing import jobs
 
-    return jobs.again(job, from_step, _settings(context))
+    return jobs.again(job, from_step, settings_of(context))
 
 
 def edit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
@@ -235,7 +229,7 @@ def edit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
 
     depends_on = None if after is None else tuple(after)
     options = jobs.Options(priority, None, depends_on, notes, on_failure, retries, stepwise)
-    return jobs.edit(job, options, file, _settings(context))
+    return jobs.edit(job, options, file, settings_of(context))
 
 
 def notes(
@@ -244,7 +238,7 @@ def notes(
     """Write something to a job that waits."""
     from maya_un.cli.queueing import jobs
 
-    return jobs.notes(job, text, _settings(context))
+    return jobs.notes(job, text, settings_of(context))
 
 
 def history(
@@ -261,4 +255,4 @@ def history(
     """List what was done: by whom, from where, what was predicted and what it took."""
     from maya_un.cli.queueing import history as command
 
-    return command.history(command.Wanted(count, owner, state or (), text), _settings(context), as_csv=as_csv)
+    return command.history(command.Wanted(count, owner, state or (), text), settings_of(context), as_csv=as_csv)

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from urllib.parse import urlencode
 
 from maya_un.cli import output
+from maya_un.cli.called import called
 from maya_un.cli.client import Client
 from maya_un.cli.queueing import text
 from maya_un.cli.queueing.words import word
@@ -34,7 +35,8 @@ def history(wanted: Wanted, settings: Settings, *, as_csv: bool) -> int:
     """Print the last jobs, newest first, as a table, with `as_csv` as CSV; raises `InvalidCommandLine`."""
     if as_csv and settings.json:
         raise InvalidCommandLine(reason="--csv and --json are two ways of one answer", command="maya history")
-    jobs = _found(Client.find(), wanted)
+    with called({"state": "--state", "owner": "--owner", "text": "--text", "limit": "N"}):
+        jobs = _found(Client.find(), wanted)
     if as_csv:
         output.say(_csv(jobs).rstrip("\n"))
         return output.DONE

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shlex
 import subprocess
+import sys
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import Any, NamedTuple
 from urllib.parse import urlencode
 
 from maya_un.cli import output
+from maya_un.cli.called import called
 from maya_un.cli.client import Client
 from maya_un.cli.display import chosen
 from maya_un.cli.follow import follow
@@ -20,11 +22,23 @@ from maya_un.cli.queueing.words import word
 from maya_un.cli.report import as_data, as_text
 from maya_un.cli.settings import Settings
 from maya_un.cli.waiting import reason
-from maya_un.errors import FileUnwritable
+from maya_un.errors import FileUnwritable, InvalidCommandLine, WrongState
 from maya_un.process.files import load_job
 
 AT_REST = 120.0
 """Longest wait for a job that is cancelled to come to rest [s]."""
+
+
+_CHANGEABLE = {"queued", "held", "paused", "interrupted"}
+
+_OPTIONS = {
+    "depends_on": "--after",
+    "priority": "--priority",
+    "notes": "--notes",
+    "on_failure": "--on-failure",
+    "retries": "--retries",
+}
+"""What the options of a job are called on the command line."""
 
 
 class Options(NamedTuple):
@@ -50,7 +64,8 @@ def submit(file: str, options: Options, settings: Settings, *, wait: bool) -> in
     since = client.get("/v1/status")["last_event"]
     body = job.model_dump(mode="json", exclude_none=True, warnings=False)
     query = urlencode({key: _plain(value) for key, value in options.said().items()}, doseq=True)
-    accepted = client.post(f"/v1/jobs?{query}" if query else "/v1/jobs", body)
+    with called(_OPTIONS):
+        accepted = client.post(f"/v1/jobs?{query}" if query else "/v1/jobs", body)
     if not wait:
         return output.answer(accepted, _accepted(client, accepted, settings), settings)
     with chosen(settings) as display:
@@ -125,7 +140,8 @@ def release(job: int, version: str | None, settings: Settings) -> int:
 def again(job: int, from_step: int | None, settings: Settings) -> int:
     """Queue a job that has ended once more, from a step on."""
     body = {} if from_step is None else {"from_step": from_step}
-    line = Client.find().post(f"/v1/jobs/{job}/again", body)
+    with called({"from_step": "--from"}):
+        line = Client.find().post(f"/v1/jobs/{job}/again", body)
     words = word("again", settings.language, old=job, **{**line, "state": text.state(line, settings.language)})
     return output.answer(line, words, settings)
 
@@ -142,10 +158,22 @@ def edit(job: int, options: Options, file: str | None, settings: Settings) -> in
     if file is not None:
         changes["job"] = load_job(Path(file)).model_dump(mode="json", exclude_none=True, warnings=False)
     if not changes:
-        changes = _edited(client.get(f"/v1/jobs/{job}/body"), job)
+        changes = _by_hand(client, job, settings)
     if not changes:
         return output.answer({"changed": False}, word("unchanged", settings.language), settings)
-    return _line(client.request("PATCH", f"/v1/jobs/{job}", changes), settings)
+    with called(_OPTIONS):
+        line = client.request("PATCH", f"/v1/jobs/{job}", changes)
+    return _line(line, settings)
+
+
+def _by_hand(client: Client, job: int, settings: Settings) -> dict[str, Any]:
+    """Return what somebody changes in an editor; raises what would be raised after all his work."""
+    if settings.json or not sys.stdin.isatty():
+        raise InvalidCommandLine(reason="say what is to change, or --file FILE", command="maya job edit")
+    state = client.get(f"/v1/jobs/{job}")["state"]
+    if state not in _CHANGEABLE:
+        raise WrongState(number=job, state=state, wish="changed")
+    return _edited(client.get(f"/v1/jobs/{job}/body"), job)
 
 
 def _edited(body: Mapping[str, Any], job: int) -> dict[str, Any]:

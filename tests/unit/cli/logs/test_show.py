@@ -113,3 +113,18 @@ def test_what_comes_is_told_as_it_comes_until_ctrl_c(folder: Path, capsys: pytes
     wanted = Wanted(50, "", (), "info")
     assert show(wanted, Settings(json=True), follow=True, wait=wait) == 0
     assert [json.loads(line)["kind"] for line in capsys.readouterr().out.splitlines()] == ["homed", "job", "http"]
+
+
+def test_dates_have_one_form_wherever_they_are_from(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    kept(folder, event(1, "homed", 1))
+    logged(folder, 2, "POST /v1/tasks 202")
+    times = [json.loads(line)["time"] for line in said(capsys, "logs --json")]
+    assert times == ["2026-11-21T10:00:01.000Z", "2026-11-21T10:00:02.500Z"]
+
+
+def test_a_kind_that_there_is_not_is_refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    kept(folder, event(1, "homed", 1), event(2, "novel", 2))
+    assert main(["logs", "--kind", "falt"]) == 2
+    assert "'falt' is not known; there are" in capsys.readouterr().err
+    assert len(said(capsys, "logs --kind novel")) == 1
+    assert said(capsys, "logs --kind fault") == []

@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import os
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -190,7 +191,8 @@ def test_of_a_proposal_it_is_said_how_just_this_is_approved(serve: Serve, capsys
 
 
 def edited(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, script: str) -> None:
-    """Have an editor that changes the file like this."""
+    """Have somebody at a terminal, with an editor that changes the file like this."""
+    monkeypatch.setattr(sys.stdin, "isatty", lambda: True)
     editor = tmp_path / "editor"
     editor.write_text(f"#!/bin/sh\n{script}\n", encoding="utf-8")
     editor.chmod(0o755)
@@ -202,7 +204,7 @@ def test_without_options_a_job_is_opened_in_the_editor(
 ) -> None:
     edited(monkeypatch, tmp_path, 'sed -i "s/open/close/" "$1"')
     body = {"name": "mine", "steps": ["home", {"gripper": "open"}]}
-    service = serve(**{"/v1/jobs/7/body": body, "/v1/jobs/7": LINE})
+    service = serve(**{"/v1/jobs/7/body": body, "GET /v1/jobs/7": LINE, "PATCH /v1/jobs/7": LINE})
     assert printed(["job", "edit", "7"], capsys) == "Job 7, two cubes: queued.\n"
     ((_, _, changes),) = service.said
     assert changes["job"]["steps"] == [{"home": True}, {"gripper": "close"}]
@@ -213,7 +215,7 @@ def test_what_is_left_as_it_was_changes_nothing(
     serve: Serve, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     edited(monkeypatch, tmp_path, "exit 0")
-    service = serve(**{"/v1/jobs/7/body": {"name": "mine", "steps": ["home"]}})
+    service = serve(**{"/v1/jobs/7/body": {"name": "mine", "steps": ["home"]}, "/v1/jobs/7": LINE})
     assert printed(["job", "edit", "7"], capsys) == "Nothing was changed.\n"
     assert service.said == []
 
@@ -223,9 +225,29 @@ def test_an_editor_that_fails_or_leaves_no_job_changes_nothing(
     serve: Serve, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, script: str
 ) -> None:
     edited(monkeypatch, tmp_path, script)
-    service = serve(**{"/v1/jobs/7/body": {"name": "mine", "steps": ["home"]}})
+    service = serve(**{"/v1/jobs/7/body": {"name": "mine", "steps": ["home"]}, "/v1/jobs/7": LINE})
     assert printed(["job", "edit", "7"], capsys, 2).startswith("maya: error ")
     assert service.said == []
+
+
+def test_no_editor_is_opened_for_a_job_that_has_ended(
+    serve: Serve, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    edited(monkeypatch, tmp_path, f"touch {tmp_path}/opened")
+    serve(**{"/v1/jobs/7": {**LINE, "state": "done"}})
+    assert "4014" in printed(["job", "edit", "7"], capsys, 2)
+    assert not (tmp_path / "opened").exists()
+
+
+def test_no_editor_is_opened_where_nobody_sits(
+    serve: Serve, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    edited(monkeypatch, tmp_path, f"touch {tmp_path}/opened")
+    monkeypatch.setattr(sys.stdin, "isatty", lambda: False)
+    service = serve()
+    assert "say what is to change" in printed(["job", "edit", "7"], capsys, 2)
+    assert service.asked == []
+    assert not (tmp_path / "opened").exists()
 
 
 PAST = [
