@@ -14,7 +14,7 @@ import pytest
 from maya_un.virtual.coverage import COVERAGE, Class
 from tests.conventions.source import ROOT
 
-COMMANDS = ["run", "test", "scripts/check", "scripts/bench", "scripts/docs", "scripts/gen"]
+COMMANDS = ["run", "test", "scripts/check", "scripts/bench", "scripts/docs", "scripts/gen", "scripts/ros"]
 LOCKS = ["requirements.lock", "requirements-dev.lock", "requirements-clients.lock"]
 RECORDS = sorted((ROOT / "docs" / "decisions").glob("[0-9]*.md"))
 

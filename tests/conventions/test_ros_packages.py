@@ -1,0 +1,162 @@
+"""The ROS packages agree with the project: copies, constants, events, arguments, and the table of the graph."""
+
+from __future__ import annotations
+
+import ast
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree as Xml
+
+import pytest
+
+from maya_un.config.load import parse
+from maya_un.graph import types
+from maya_un.graph.events import WORDS
+from maya_un.graph.table import TABLE, Form, Row
+from maya_un.ros.constants import constants
+from tests.conventions.source import ROOT
+
+ROS = ROOT / "ros"
+CONFIG = ROS / "maya_controller" / "src" / "maya_controller" / "config"
+OURS = {"address": "$(eval 'sim' if arg('sim_mode') else 'real')", "speed": "1"}
+COMMON = {"core_debug": "false", "sim_mode": "true", "skip_home": "false"}
+ARGUMENTS = {
+    "maya_controller/launch/controller.launch": {
+        "gui": "false", **COMMON, "rvizconfig": "$(find maya_controller)/rviz/urdf.rviz",
+    },
+    "maya_robot/launch/robot.launch": COMMON,
+    "maya_process/launch/process.launch": {
+        **COMMON, "core_debug": "true", "custom_gui": "true", "skip_firebase": "false",
+    },
+}  # fmt: skip
+"""The manual's arguments and defaults, by launch file."""
+NODES = {
+    "hw_simulator", "hardware_interface", "sensor_converter", "robot_controller", "primitive_server",
+    "process_controller", "firebase_bridge", "rosbridge",
+}  # fmt: skip
+MANUAL = {
+    "/maya_event": "std_msgs/String", "/maya_move": "maya_robot/MayaPrimitive",
+    "/maya_position": "geometry_msgs/Point", "/hardware_sensor": "maya_controller/RawSensorData",
+    "/send_task": "maya_robot/MayaPrimitive", "/start_queue": "maya_process/ProcessQueue",
+    "/stop_queue": "std_msgs/Empty", "/step_command": "std_msgs/String", "/step_result": "std_msgs/String",
+    "/gripper": "std_srvs/SetBool", "/home": "maya_controller/Home", "/move": "maya_controller/Move",
+    "/controller/follow": "maya_controller/Follow", "/controller/stop": "std_srvs/Trigger",
+    "/controller/recover": "std_srvs/Trigger", "/maya_command": "maya_robot/MayaCommand", "/task": "maya_robot/Task",
+}  # fmt: skip
+"""Names and types as the manual's users know them."""
+
+
+def assigned(module: str) -> dict[str, ast.expr]:
+    """Return what a module of the ROS packages assigns to names in capitals."""
+    tree = ast.parse((CONFIG / module).read_text(encoding="utf-8"))
+    pairs = ((node.targets[0], node.value) for node in tree.body if isinstance(node, ast.Assign))
+    return {target.id: value for target, value in pairs if isinstance(target, ast.Name) and target.id.isupper()}
+
+
+def test_the_copies_of_the_definitions_are_current() -> None:
+    check = subprocess.run(
+        [sys.executable, ROOT / "scripts" / "ros_definitions.py", "--check"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert check.returncode == 0, check.stdout + check.stderr
+
+
+def test_a_copy_that_is_not_current_is_named_and_renewed(tmp_path: Path) -> None:
+    for name in ("scripts", "src/maya_un/graph/definitions", "ros"):
+        (tmp_path / name).mkdir(parents=True)
+    script = tmp_path / "scripts" / "copy.py"
+    script.write_bytes((ROOT / "scripts" / "ros_definitions.py").read_bytes())
+    new = tmp_path / "src" / "maya_un" / "graph" / "definitions" / "maya_robot" / "msg" / "New.msg"
+    old = tmp_path / "ros" / "maya_robot" / "msg" / "Old.msg"
+    for file in (new, old):
+        file.parent.mkdir(parents=True)
+        file.write_text("bool yes\n")
+
+    def run(*arguments: str) -> tuple[int, list[str]]:
+        done = subprocess.run([sys.executable, script, *arguments], capture_output=True, text=True, check=False)
+        return done.returncode, done.stdout.splitlines()
+
+    stale = [f"ros/maya_robot/msg/{name}.msg is not current: run scripts/docs" for name in ("New", "Old")]
+    assert run("--check") == (1, stale)
+    assert run()[0] == 0
+    assert run("--check") == (0, [])
+    assert not old.exists()
+
+
+def test_every_name_of_the_manual_is_among_the_constants() -> None:
+    assert assigned("constants.py").keys() == constants(parse({})).keys()
+
+
+def test_a_constant_is_filled_with_the_value_of_its_own_name() -> None:
+    filled = {name: ast.unparse(value) for name, value in assigned("constants.py").items()}
+    assert filled == {name: f"_values['{name}']" for name in filled}
+
+
+def test_the_words_of_events_are_those_of_the_graph() -> None:
+    words = {name: ast.literal_eval(value) for name, value in assigned("events.py").items()}
+    assert set(words.values()) == WORDS
+    assert all(name == word.upper() for name, word in words.items())
+
+
+@pytest.mark.parametrize("file", ARGUMENTS)
+def test_a_launch_file_has_the_arguments_of_the_manual_and_two_of_ours(file: str) -> None:
+    given = {arg.attrib["name"]: arg.attrib["default"] for arg in Xml.parse(ROS / file).getroot().findall("arg")}
+    assert given == {**ARGUMENTS[file], **OURS}
+
+
+@pytest.mark.parametrize("file", ARGUMENTS)
+def test_an_argument_is_explained_and_nothing_is_started_again(file: str) -> None:
+    launch = Xml.parse(ROS / file).getroot()
+    assert [arg.attrib["name"] for arg in launch.findall("arg") if not arg.get("doc")] == []
+    assert [node.attrib["name"] for node in launch.iter("node") if node.get("respawn") or node.get("required")] == []
+
+
+def test_a_node_is_three_lines_that_call_the_project() -> None:
+    programs = {path.stem: path for path in ROS.glob("maya_[cpr]*/src/**/*.py") if path.stem in NODES}
+    assert programs.keys() == NODES
+    for name, path in programs.items():
+        body = ast.parse(path.read_text(encoding="utf-8")).body[1:]
+        called = f"from maya_un.ros.nodes.{name} import main"
+        assert [ast.unparse(part) for part in body] == [
+            called, "if __name__ == '__main__':\n    raise SystemExit(main())",
+        ]  # fmt: skip
+        assert not os.access(path, os.X_OK), "rosrun would find it beside the one that is built"
+
+
+def test_the_manuals_names_have_the_manuals_types() -> None:
+    assert {row.name: row.type for row in TABLE if row.manual} == MANUAL
+
+
+@pytest.mark.parametrize("row", TABLE, ids=lambda row: row.name)
+def test_every_type_of_the_table_exists(row: Row) -> None:
+    if row.form is Form.TOPIC:
+        assert types.known(row.type)
+    elif row.form is Form.SERVICE:
+        assert row.type in types.services()
+    else:
+        assert all(types.known(f"{row.type}{part}") for part in ("Action", "Goal", "Result", "Feedback"))
+
+
+def test_names_in_the_table_are_there_once() -> None:
+    assert len({row.name for row in TABLE}) == len(TABLE)
+
+
+def test_packages_share_one_version_and_licence() -> None:
+    manifests = [Xml.parse(path).getroot() for path in ROS.glob("*/package.xml")]
+    assert {manifest.findtext("name") for manifest in manifests} == {
+        "maya_controller", "maya_robot", "maya_process", "maya_ui", "maya_ros_un",
+    }  # fmt: skip
+    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    said = {(manifest.findtext("version"), manifest.findtext("license")) for manifest in manifests}
+    assert said == {(re.findall(r'^version = "(.*)"', project, re.MULTILINE)[0], "Apache-2.0")}
+
+
+def test_the_stack_holds_the_other_packages() -> None:
+    stack = Xml.parse(ROS / "maya_ros_un" / "package.xml").getroot()
+    others = {path.parent.name for path in ROS.glob("*/package.xml")} - {"maya_ros_un"}
+    assert {depend.text for depend in stack.findall("exec_depend")} == others
