@@ -1,4 +1,4 @@
-"""Topics within one loop: what is published is handed on in the loop's next turn, in order, to each that listens."""
+"""Topics within one loop: what is published is heard in the loop's next turn, in order across all topics."""
 
 from __future__ import annotations
 
@@ -145,7 +145,6 @@ class Inlet:
         self._heard = heard
         self._loop = asyncio.get_running_loop()
         self._queue: deque[tuple[Message, Member]] = deque(maxlen=queue_size or None)
-        self._due = False
         self._closed = False
 
     @property
@@ -154,11 +153,9 @@ class Inlet:
         return frozenset(outlet.member.name for outlet in self.topic.outlets)
 
     def put(self, message: Message, member: Member) -> None:
-        """Have a message heard soon; the oldest beyond the size of the queue are dropped."""
+        """Have a message heard soon, in its turn among those of all topics; the oldest of too many are dropped."""
         self._queue.append((message, member))
-        if not self._due:
-            self._due = True
-            self._loop.call_soon(self._deliver)
+        self._loop.call_soon(self._deliver)
 
     def close(self) -> None:
         """Give it back; nothing is heard any more."""
@@ -170,13 +167,12 @@ class Inlet:
             self._topics.tidy(self.topic)
 
     def _deliver(self) -> None:
-        self._due = False
-        for _ in range(len(self._queue)):
-            if self._closed or not self._queue:
-                return
-            message, member = self._queue.popleft()
-            try:
-                self._heard(message, member)
-            except Exception as defect:  # noqa: BLE001 - one that cannot cope must not take the messages of others
-                context = {"message": f"a reader of {self.topic.name} failed", "exception": defect}
-                self._loop.call_exception_handler(context)
+        """Have the next one heard, if it was not dropped."""
+        if self._closed or not self._queue:
+            return
+        message, member = self._queue.popleft()
+        try:
+            self._heard(message, member)
+        except Exception as defect:  # noqa: BLE001 - one that cannot cope must not take the messages of others
+            context = {"message": f"a reader of {self.topic.name} failed", "exception": defect}
+            self._loop.call_exception_handler(context)

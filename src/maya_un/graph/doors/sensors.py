@@ -84,11 +84,13 @@ class SensorsDoor:
         rows = [POSITION, JOINTS, MARKERS, *([] if self._raw is None else [SENSORS])]
         publishers = {row.name: _advertised(graph, row) for row in rows}
         ways = self._ways = Ways(graph, self._floor.workspace.mechanism, lambda: self._floor.state.joints)
-        async with tasks() as working:
-            working.begin(self._follow(publishers), "sensors")
-            yield
-        for held in (ways, *publishers.values()):
-            held.close()
+        try:
+            async with tasks() as working:
+                working.begin(self._follow(publishers), "sensors")
+                yield
+        finally:
+            for held in (ways, *publishers.values()):
+                held.close()
 
     async def _follow(self, publishers: Mapping[str, Publisher]) -> None:
         """Publish every state, or as many as the rate allows, the newest always."""

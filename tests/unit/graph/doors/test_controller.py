@@ -286,18 +286,17 @@ async def test_the_gripper_answers_and_its_new_state_is_an_event() -> None:
 
 
 async def test_a_fault_is_named_and_recovered_from() -> None:
-    async with behind(live=True, homed=True) as floor:
+    async with behind(live=True) as floor:
         assert (await floor.trigger("/controller/recover"))["message"].startswith("2108: ")
-        moving = await floor.begun(AWAY)
+        homing = asyncio.ensure_future(floor.home())
         await elapse(1.0)
         with abort_input(floor.virtual):
-            outcome, code = await moving
-            assert (outcome, code) == (Outcome.ABORTED, "2303")
+            assert await homing == (Outcome.ABORTED, "2303")
             await elapse(0.1)
             assert (await floor.trigger("/controller/recover"))["message"].startswith("2303: ")
         assert floor.told[-1].standing.fault is not None
         assert floor.told[-1].standing.fault.code == floor.told[-1].code == 2303
-        assert await floor.move(NEAR) == (Outcome.REJECTED, "2105")
+        assert await floor.home() == (Outcome.REJECTED, "2105")
         assert (await floor.trigger("/controller/recover"))["success"]
         await elapse(0.1)
         assert "recovered" in floor.words

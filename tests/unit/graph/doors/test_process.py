@@ -1,0 +1,121 @@
+"""The process floor behind its door: what comes in order, and the end of everything."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field
+
+import pytest
+
+from maya_un.errors import NotConnected
+from maya_un.graph.bus import Bus
+from maya_un.graph.diagnostics import Level, Status
+from maya_un.graph.doors.process import ProcessDoor
+from maya_un.graph.protocol import Message, Publisher
+from maya_un.robot.primitives import Primitive
+from tests.virtual_time import elapse
+
+
+@dataclass
+class Queue:
+    """Takes jobs in, each slowly, and says in which order things were asked of it."""
+
+    told: list[str] = field(default_factory=list[str])
+    error: NotConnected | None = None
+
+    async def append(self, primitives: Sequence[Primitive]) -> None:
+        await asyncio.sleep(1.0)
+        if self.error is not None:
+            raise self.error
+        self.told.append(" ".join(primitive.command for primitive in primitives))
+
+    async def end_all(self) -> None:
+        self.told.append("end")
+
+    def status(self) -> Status:
+        return Status("maya: process", Level.OK, "the queue is empty", {"queued": 0})
+
+
+@dataclass
+class Behind:
+    queue: Queue
+    send: Publisher
+    start: Publisher
+    stop: Publisher
+    diagnostics: list[Message]
+
+    def refused(self) -> str:
+        values = self.diagnostics[-1]["status"][0]["values"]
+        return next(value["value"] for value in values if value["key"] == "last refused")
+
+
+@asynccontextmanager
+async def behind() -> AsyncIterator[Behind]:
+    bus, queue, heard = Bus(), Queue(), list[Message]()
+    client = bus.node("maya_dashboard")
+    async with ProcessDoor(queue).open(bus.node("process_controller")):
+        client.subscribe("/diagnostics", "diagnostic_msgs/DiagnosticArray", heard.append)
+        yield Behind(
+            queue,
+            client.advertise("/send_task", "maya_robot/MayaPrimitive"),
+            client.advertise("/start_queue", "maya_process/ProcessQueue"),
+            client.advertise("/stop_queue", "std_msgs/Empty"),
+            heard,
+        )
+
+
+async def test_tasks_and_lists_are_appended_in_the_order_they_came() -> None:
+    async with behind() as process:
+        process.send.publish({"command": "home"})
+        process.start.publish({"tasks": [{"command": "pick", "target": {"y": 1.0}}, {"command": "gripper"}]})
+        process.send.publish({"command": "gripper", "open": True})
+        await elapse(5.0)
+        assert process.queue.told == ["home", "pick gripper", "gripper"]
+
+
+async def test_a_stop_goes_past_what_comes_and_ends_what_was_on_its_way_in() -> None:
+    async with behind() as process:
+        for _ in range(3):
+            process.send.publish({"command": "home"})
+        await elapse(0.5)  # the first is being appended now
+        process.stop.publish({})
+        await elapse(0.1)
+        assert process.queue.told == ["end"]
+        await elapse(5.0)
+        assert process.queue.told == ["end", "home", "end"]
+        process.send.publish({"command": "home"})
+        await elapse(5.0)
+        assert process.queue.told[-1] == "home"
+
+
+@pytest.mark.parametrize(
+    ("tasks", "code"),
+    [([], "4002"), ([{"command": "dance"}], "4003"), ([{"command": "pick", "target": {"x": None}}], "4001")],
+)
+async def test_what_is_refused_is_logged_and_told(
+    tasks: list[Message], code: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    async with behind() as process:
+        with caplog.at_level(logging.WARNING):
+            process.start.publish({"tasks": tasks})
+            await elapse(2.0)
+        assert f"/start_queue: {code} " in caplog.text
+        assert process.refused().startswith(f"/start_queue: {code} ")
+        process.send.publish({"command": "home"})
+        await elapse(3.0)
+        assert process.refused() == ""
+
+
+async def test_a_floor_that_refuses_ends_nothing_else() -> None:
+    async with behind() as process:
+        process.queue.error = NotConnected()
+        process.send.publish({"command": "home"})
+        await elapse(3.0)
+        assert process.refused().startswith("/send_task: 1010 ")
+        process.queue.error = None
+        process.send.publish({"command": "home"})
+        await elapse(3.0)
+        assert process.queue.told == ["home"]

@@ -1,0 +1,211 @@
+"""The robot floor behind its door, on a fake controller, in virtual time."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, replace
+
+import pytest
+
+from maya_un.config import Config
+from maya_un.errors import Busy, Faulted, MayaError, NotConnected, NotHomed
+from maya_un.graph.bus import Bus, BusNode
+from maya_un.graph.doors.robot import RobotDoor, why_not
+from maya_un.graph.primitives import to_message
+from maya_un.graph.protocol import Message, Outcome
+from maya_un.robot.can_teleop import CanTeleop
+from maya_un.robot.gripper import Gripper
+from maya_un.robot.home import Home
+from maya_un.robot.line import Line
+from maya_un.robot.move import MoveJoints
+from maya_un.robot.pick import Pick
+from maya_un.robot.primitives import Primitive
+from maya_un.robot.protocol import OnPhase
+from maya_un.robot.robot import MayaRobot
+from maya_un.values import Joints, Mode, Notice, Point, Progress, State
+from tests.fakes import FakeController, state_of
+from tests.virtual_time import elapse
+
+CUBE = Point(0.5, 1.1, 0.4)
+DONE = {"success": True, "code": "", "message": ""}
+TASK = "maya_robot/Task"
+
+
+@dataclass
+class Floors:
+    """A robot floor and the controller below it, as the door sees them."""
+
+    controller: FakeController
+    robot: MayaRobot
+
+    @property
+    def state(self) -> State:
+        return self.controller.state
+
+    @property
+    def can_teleop(self) -> bool:
+        return self.robot.can_teleop
+
+    def progress(self) -> Progress | None:
+        return self.controller.progress()
+
+    async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
+        await self.robot.run(primitive, on_phase)
+
+
+@dataclass
+class Behind:
+    floors: Floors
+    bus: Bus
+    client: BusNode
+
+    async def command(self, primitive: Primitive | Message) -> Message:
+        task = primitive if isinstance(primitive, dict) else to_message(primitive)
+        return await self.client.call("/maya_command", {"task": task}, "maya_robot/MayaCommand")
+
+    async def task(self, primitive: Primitive) -> tuple[Outcome, str]:
+        ended = await self.client.do("/task", TASK, {"task": to_message(primitive)})
+        return ended.outcome, str(ended.result.get("code"))
+
+    def names(self) -> list[str]:
+        return self.floors.controller.names()
+
+
+@asynccontextmanager
+async def behind(*, homed: bool = True) -> AsyncIterator[Behind]:
+    controller = FakeController(homed=homed)
+    floors = Floors(controller, MayaRobot(controller, controller.config))
+    bus = Bus()
+    async with RobotDoor(floors).open(bus.node("robot_controller")):
+        yield Behind(floors, bus, bus.node("somebody"))
+
+
+async def test_a_pick_by_action_tells_its_phases() -> None:
+    async with behind() as robot:
+        heard = list[Message]()
+        ended = await robot.client.do("/task", TASK, {"task": to_message(Pick(CUBE))}, heard.append)
+        assert ended.result == DONE
+        phases = list(dict.fromkeys(message["phase"] for message in heard))
+        assert phases == ["approach", "open", "down", "close", "up"] or len(phases) >= 4
+        assert robot.floors.robot.holding
+        assert heard[0]["position"] != {"x": 0.0, "y": 0.0, "z": 0.0}
+
+
+async def test_every_command_goes_by_service_and_answers_when_it_is_done() -> None:
+    async with behind(homed=False) as robot:
+        for primitive in (Home(), Pick(CUBE), Line(Point(0.5, 1.1, 0.6)), MoveJoints(Joints(0.5, 1.5, 1.3))):
+            assert await robot.command(primitive) == DONE
+            assert robot.floors.robot.running is None
+        assert await robot.command(Gripper(open=True)) == DONE
+        assert not robot.floors.state.gripper_closed
+
+
+async def test_can_teleop_answers_at_once_and_says_why_not() -> None:
+    async with behind(homed=False) as robot:
+        refused = await robot.command(CanTeleop())
+        assert (refused["success"], refused["code"]) == (False, "2103")
+        await robot.command(Home())
+        assert await robot.command(CanTeleop()) == DONE
+        moving = asyncio.ensure_future(robot.task(Pick(CUBE)))
+        await elapse(1.0)
+        now = asyncio.get_running_loop().time()
+        assert (await robot.command(CanTeleop()))["code"] == "2104"
+        assert asyncio.get_running_loop().time() == now
+        assert await moving == (Outcome.SUCCEEDED, "")
+        assert await robot.command(CanTeleop()) == DONE
+
+
+@pytest.mark.parametrize(
+    ("mode", "error"),
+    [
+        (Mode.DISCONNECTED, NotConnected),
+        (Mode.FAULT, Faulted),
+        (Mode.NOT_HOMED, NotHomed),
+        (Mode.MOVING, Busy),
+        (Mode.HOMING, Busy),
+        (Mode.PAUSED, Busy),
+        (Mode.IDLE, None),
+    ],
+)
+def test_why_it_cannot_take_a_wish(mode: Mode, error: type[MayaError] | None) -> None:
+    homed = state_of(Joints(0.0, 1.5, 1.3))
+    state = replace(homed, mode=mode, fault=Notice(2301, "a limit") if mode is Mode.FAULT else None)
+    found = why_not(state, can_teleop=mode is Mode.IDLE)
+    assert (None if found is None else type(found)) is error
+    assert isinstance(why_not(homed, can_teleop=True, doing="task"), Busy)
+
+
+async def test_a_second_wish_is_refused_and_the_first_unharmed() -> None:
+    async with behind() as robot:
+        first = asyncio.ensure_future(robot.task(Pick(CUBE)))
+        await elapse(0.5)
+        assert await robot.task(Home()) == (Outcome.REJECTED, "2104")
+        assert (await robot.command(Home()))["code"] == "2104"
+        assert await first == (Outcome.SUCCEEDED, "")
+        assert "home" not in robot.names()
+
+
+async def test_a_cancel_stops_it_and_the_robot_is_free_again() -> None:
+    async with behind() as robot:
+        task = asyncio.ensure_future(robot.task(Pick(CUBE)))
+        await elapse(1.0)
+        robot.client.advertise("/task/cancel", "actionlib_msgs/GoalID").publish({})
+        assert await task == (Outcome.PREEMPTED, "2202")
+        assert await robot.command(CanTeleop()) == DONE
+
+
+async def test_what_cannot_be_done_is_rejected_with_its_code() -> None:
+    async with behind() as robot:
+        assert await robot.task(Pick(Point(3.0, 3.0, 0.4))) == (Outcome.REJECTED, "2101")
+        assert await robot.task(Pick(Point(1e308, -1e308, 1e308))) == (Outcome.REJECTED, "2101")
+        assert (await robot.command({"command": "dance"}))["code"] == "4003"
+        assert (await robot.command({"command": "pick", "target": {"x": None}}))["code"] == "4001"
+        assert robot.names() == []
+
+
+async def test_what_comes_on_the_topic_is_done_and_its_refusal_logged_and_told(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    async with behind() as robot:
+        heard = list[Message]()
+        robot.client.subscribe("/diagnostics", "diagnostic_msgs/DiagnosticArray", heard.append)
+        wish = robot.client.advertise("/maya_move", "maya_robot/MayaPrimitive")
+        wish.publish(to_message(Pick(CUBE)))
+        await elapse(0.5)
+        with caplog.at_level(logging.WARNING):
+            wish.publish(to_message(Home()))
+            await elapse(1.5)
+        assert "2104" in caplog.text
+        values = {value["key"]: value["value"] for value in heard[-1]["status"][0]["values"]}
+        assert values["last refused"].startswith("home: 2104 ")
+        await elapse(60.0)
+        assert robot.floors.robot.holding
+        wish.publish(to_message(Gripper(open=True)))
+        await elapse(5.0)
+        values = {value["key"]: value["value"] for value in heard[-1]["status"][0]["values"]}
+        assert values["last refused"] == ""
+
+
+async def test_a_door_that_closes_stops_what_runs() -> None:
+    controller = FakeController()
+    floors = Floors(controller, MayaRobot(controller, Config()))
+    bus = Bus()
+    client = bus.node("somebody")
+    async with RobotDoor(floors).open(bus.node("robot_controller")):
+        task = asyncio.ensure_future(client.do("/task", TASK, {"task": to_message(Pick(CUBE))}))
+        await elapse(1.0)
+    assert (await task).outcome is Outcome.PREEMPTED
+    assert floors.robot.running is None
+    assert await bus.directory.services() == {}
+
+
+async def test_the_task_may_have_another_name() -> None:
+    controller = FakeController()
+    door = RobotDoor(Floors(controller, MayaRobot(controller, Config())))
+    bus = Bus()
+    async with door.task(bus.node("robot_controller"), "/robot_controller/task"):
+        client = bus.node("primitive_server")
+        assert (await client.do("/robot_controller/task", TASK, {"task": {"command": "home"}})).result == DONE

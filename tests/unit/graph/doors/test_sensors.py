@@ -1,0 +1,129 @@
+"""What is measured, on a bus, from a twin that moves."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Mapping
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field
+
+import pytest
+
+from maya_un.config import Config
+from maya_un.controller.homing import homed_pose
+from maya_un.graph import types
+from maya_un.graph.bus import Bus
+from maya_un.graph.doors.sensors import SensorsDoor, raw_message
+from maya_un.graph.protocol import Message
+from maya_un.graph.table import TABLE
+from maya_un.testing.rig import Rig, rig
+from maya_un.values import Point
+from tests.virtual_time import elapse
+
+CUBE = Point(0.5, 1.1, 0.4)
+AWAY = homed_pose(Config())._replace(a=0.5)
+
+
+@dataclass
+class Scene:
+    parts: Mapping[str, Point] = field(default_factory=lambda: {"cube": CUBE})
+    carried: str | None = None
+
+
+@dataclass
+class Heard:
+    """What somebody hears, by topic, and when."""
+
+    rig: Rig
+    bus: Bus
+    messages: dict[str, list[Message]] = field(default_factory=dict[str, list[Message]])
+
+    def listen(self, *topics: str) -> None:
+        rows = {row.name: row for row in TABLE}
+        for name in topics:
+            node = self.bus.node("somebody")
+            node.subscribe(name, rows[name].type, self.messages.setdefault(name, []).append)
+
+
+@asynccontextmanager
+async def sensing(*, scene: Scene | None = None, speed: float = 1.0) -> AsyncIterator[Heard]:
+    fast = Config().model_copy(update={"controller": Config().controller.model_copy(update={"stream_rate": 50.0})})
+    bus = Bus()
+    async with rig(fast, live=True) as floor:
+        door = SensorsDoor(
+            floor.controller, fast, raw=lambda: floor.controller.record, scene=scene, clock=lambda: 7.0, speed=speed
+        )
+        async with door.open(bus.node("hw_simulator")):
+            yield Heard(floor, bus)
+
+
+async def test_before_homing_nobody_says_where_it_is() -> None:
+    async with sensing() as heard:
+        heard.listen("/maya_position", "/joint_states", "/hardware_sensor")
+        await elapse(1.0)
+        assert heard.messages["/maya_position"] == heard.messages["/joint_states"] == []
+        raw = heard.messages["/hardware_sensor"]
+        assert len(raw) == pytest.approx(50, abs=5)
+        record = heard.rig.controller.record
+        assert record is not None
+        assert raw[-1] == types.conform("maya_controller/RawSensorData", raw_message(record, Config(), 7.0))
+        assert raw[-1]["header"]["stamp"] == {"secs": 7, "nsecs": 0}
+
+
+async def test_a_listener_in_a_hurry_of_time_hears_no_more_than_fifty_a_second_of_his_own() -> None:
+    async with sensing(speed=10.0) as heard:
+        heard.listen("/hardware_sensor")
+        await elapse(10.0)  # of the twin, which is one second of the listener
+        assert 25 <= len(heard.messages["/hardware_sensor"]) <= 101
+
+
+async def test_homed_it_says_where_it_is_and_what_is_drawn() -> None:
+    async with sensing(scene=Scene()) as heard:
+        await heard.rig.controller.home()
+        heard.listen("/maya_position", "/joint_states", "/maya_markers")
+        task = asyncio.ensure_future(heard.rig.controller.move(AWAY))
+        await elapse(3.0)
+        state = heard.rig.controller.state
+        assert state.point is not None
+        assert state.joints is not None
+        joints = heard.messages["/joint_states"][-1]
+        assert joints["name"][:3] == ["a", "b", "c"]
+        assert joints["position"][:3] == pytest.approx(list(state.joints), abs=1e-6)
+        assert joints["velocity"][0] != 0.0
+        place = heard.messages["/maya_position"][-1]
+        assert (place["x"], place["y"], place["z"]) == pytest.approx(tuple(state.point), abs=1e-6)
+        assert len(heard.messages["/maya_position"]) == pytest.approx(150, rel=0.15)
+        drawn = heard.messages["/maya_markers"]
+        assert {"lines", "workspace"} <= {marker["ns"] for marker in drawn[0]["markers"]}
+        assert any("part" in marker["ns"] for marker in drawn[0]["markers"])
+        assert len(drawn) == 1  # frames move, and what is tied to them needs no message
+        await task
+
+
+async def test_whoever_comes_to_see_is_shown_everything() -> None:
+    async with sensing() as heard:
+        await heard.rig.controller.home()
+        heard.listen("/maya_markers")
+        await elapse(1.0)
+        whole = len(heard.messages["/maya_markers"][0]["markers"])
+        late = list[Message]()
+        heard.bus.node("late").subscribe("/maya_markers", "", late.append)
+        await elapse(1.0)
+        assert len(late[-1]["markers"]) == whole
+
+
+async def test_the_last_position_is_there_for_whoever_comes_later() -> None:
+    async with sensing() as heard:
+        await heard.rig.controller.home()
+        await elapse(0.1)
+        heard.listen("/maya_position")
+        await elapse(0.0)
+        assert len(heard.messages["/maya_position"]) == 1
+
+
+async def test_without_a_source_of_raw_data_there_is_no_such_topic() -> None:
+    bus = Bus()
+    async with rig() as floor, SensorsDoor(floor.controller, Config()).open(bus.node("sensor_converter")):
+        published = (await bus.directory.nodes())["/sensor_converter"].publishes
+        assert set(published) == {"/maya_position", "/joint_states", "/maya_markers"}
+    assert await bus.directory.topics() == {}
