@@ -358,7 +358,7 @@ def told(late: list[float]) -> str:
 
 
 def test_fifty_people_race_over_http(campaign: Campaign) -> None:
-    """At the gate 50 ms are asked for, and of a machine with nothing else to do over HTTP as well, one in a hundred aside.
+    """At the gate 50 ms are asked for, and of a machine with nothing else to do over HTTP too, one in a hundred aside.
 
     The crowd counts from before its thread has said a word, and its fifty threads are on the robot's own machine: what
     that takes to run them is in its figures. The short run shares the machine with other tests, so of what lies outside

@@ -12,6 +12,8 @@ SAME = 1e-6
 """Places nearer to each other than this [m] are one: less than a count of any axis moves the gripper."""
 
 _GRAIN = 1e-4
+_FAR = 1e6
+"""What is farther away than this [m] is nowhere that a robot comes to, and told apart by its distance alone."""
 
 _Square = tuple[int, ...]
 
@@ -50,4 +52,4 @@ class Standing:
 
 
 def _square(value: float) -> int:
-    return round(value / _GRAIN)
+    return round(max(-_FAR, min(_FAR, value)) / _GRAIN)

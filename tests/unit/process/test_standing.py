@@ -43,3 +43,11 @@ def test_it_finds_what_looking_at_every_part_finds(
     wanted = Point(place.x + x, place.y + y, place.z + z)
     found = [name for name, part in named.items() if part is not None and dist(part, wanted) < SAME]
     assert Standing(named).at(wanted) == (found[0] if found else None)
+
+
+def test_the_greatest_numbers_are_places_too() -> None:
+    far = Point(-2.9e16, -1.7976931348623157e308, 8e-220)
+    standing = Standing({"cube": far})
+    assert (standing.at(far), standing.at(CUBE)) == ("cube", None)
+    standing.put("cube", TRAY)
+    assert (standing.at(far), standing.at(TRAY)) == (None, "cube")
