@@ -11,7 +11,7 @@ from maya_un.values import Joints
 from tests.ros.display import Display, Picture
 from tests.ros.driven import Driver
 from tests.ros.harness import Ros
-from tests.ros.test_model import homed, reached
+from tests.ros.test_model import QUICK, homed, reached
 
 BOOM = np.array((0.96, 0.69, 0.10))
 """The colour of the boom in the description."""
@@ -32,7 +32,7 @@ def boom(picture: Picture) -> np.ndarray:
 
 
 def test_rviz_shows_the_model_and_it_moves_with_the_twin(ros: Ros, driver: Driver, display: Display) -> None:
-    launch = ros.launch("maya_controller", "controller.launch", display.environment, core_debug=False)
+    launch = ros.launch("maya_controller", "controller.launch", display.environment, core_debug=False, speed=QUICK)
     ros.until(lambda: "urdf.rviz - RViz" in display.windows(), "the window of rviz")
     ros.until_nodes("/rviz", "/hw_simulator", "/robot_state_publisher")
     markers = driver.subscribe("/maya_markers", "visualization_msgs/MarkerArray")
