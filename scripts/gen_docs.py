@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import client_page
+import graph_page
 import http_page
 
 from maya_un import messages
@@ -200,6 +201,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "reference/errors.md": errors_page,
     "reference/events.md": events_page,
     "reference/faults.md": faults_page,
+    "reference/graph.md": lambda: f"{NOTE}\n{graph_page.page()}",
     "reference/http.md": lambda: f"{NOTE}\n{http_page.page()}",
     "reference/python-client.md": lambda: f"{NOTE}\n{client_page.page()}",
     "reference/roles.md": roles_page,

@@ -30,6 +30,7 @@ class Course:
         self._look = look
         self._period = max(1.0, speed) / FEEDBACK_RATE if ticks else 0.0
         self._phase = ""
+        self._closed = False
         self._timer: asyncio.TimerHandle | None = None
 
     def hear(self, event: Event) -> None:
@@ -38,7 +39,9 @@ class Course:
             self.enter(str(event.detail["name"]) if event.kind is Kind.PHASE else event.kind.value)
 
     def enter(self, phase: str) -> None:
-        """Tell that a phase begins."""
+        """Tell that a phase begins; what comes from another loop may come late."""
+        if self._closed:
+            return
         self._phase = phase
         if self._timer is not None:
             self._timer.cancel()
@@ -46,6 +49,7 @@ class Course:
 
     def close(self) -> None:
         """Tell no more."""
+        self._closed = True
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None

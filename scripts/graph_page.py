@@ -1,0 +1,163 @@
+"""The page of docs that lists the graph, with the types of its messages; `gen_docs.py` writes it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import maya_un.graph
+from maya_un.graph import types
+from maya_un.graph.doors.acting import FEEDBACK_RATE
+from maya_un.graph.doors.sensors import DRAWING_RATE
+from maya_un.graph.events import REFUSED, SAID
+from maya_un.graph.goals import KEPT, PERIOD
+from maya_un.graph.table import TABLE, Form, Row
+
+DEFINITIONS = Path(maya_un.graph.__file__).parent / "definitions"
+SUFFIXES = {"msg": "Message", "srv": "Service", "action": "Action"}
+MANUAL = {
+    "connected", "disconnected", "not_homed", "homing", "homed", "moving", "idle", "stopped", "gripper_open",
+    "gripper_closed", "limit", "fault", "estop",
+}  # fmt: skip
+
+INTRODUCTION = """\
+# The graph
+
+Names, types and fields of the manual's chapter Communications, and what is ours beyond it. In ROS it is what
+`roslaunch maya_process process.launch` brings up; without ROS `maya up --rosbridge` serves the same by rosbridge.
+Units are SI: m, rad, s. A goal, service or topic means the same on both, for one table in the code drives them.
+"""
+
+MORE = f"""
+/tf comes from robot_state_publisher, which makes it of `/joint_states` and the parameter `robot_description`. Markers are
+told when something changes, at most {DRAWING_RATE:g} times a second, and whole to whoever comes. A queue holds so many
+messages for one reader; the oldest beyond are dropped. Rates are in the time of whoever listens, however fast the
+twin's clock runs.
+"""
+
+RULES = f"""\
+## Who waits and who refuses
+
+One wish at a time: a goal or call that comes while another is under way is refused with code 2104, and the first goes
+on unharmed. `/send_task` and `/start_queue` queue: what they bring starts when its turn comes, and waits for wishes
+that came past the queue. What a topic asks for and is refused is logged and told in `/diagnostics` ("last refused");
+of `/controller/command` and `/controller/speed` it is told on `/maya_event`, by the word `{REFUSED}`.
+
+Every result carries `code` and `message`: a [code](errors.md) and its sentence, both empty on success. The std_srvs
+services have no field for it: where `success` is false, `message` is the code, a colon, a space and the sentence.
+`/controller/stop` and `/controller/pause` answer with an object of what it comes to: `{{"was_moving":true,
+"duration":0.8,"distance":[0.1,0.0,0.0]}}`, the time [s] and the way (rad, m, m) to rest.
+
+## Actions
+
+They are those of ROS 1 (actionlib), by five topics each: `X/goal`, `X/cancel`, `X/status`, `X/feedback`, `X/result`.
+
+| a goal is | when |
+|---|---|
+| PENDING | it has come and nothing has begun; a motion waits here while motion is paused |
+| ACTIVE | from its first feedback on, which is when something begins |
+| REJECTED | it was refused, and nothing has moved |
+| PREEMPTED | it was cancelled (code 2202) or somebody stopped the robot (2201): at rest, on its path |
+| RECALLED | the same before anything had begun |
+| ABORTED | it failed on the way; the code says how |
+| SUCCEEDED | it is done |
+
+A cancel names a goal, or all that came until a time, or with neither all of them; it stops on the path, and the result
+comes when the axes are at rest. Goals of a client that had subscribed to the results and is gone are cancelled. The
+status of a goal that has ended is told for {KEPT:g} s more, {1 / PERIOD:g} times a second. Motions give feedback
+{FEEDBACK_RATE:g} times a second; homings and primitives at every phase, primitives with positions in between.
+
+## Paths
+
+`/controller/follow` and `/controller/command` take a trajectory_msgs/JointTrajectory:
+
+| joint_names | straight in |
+|---|---|
+| a, b, c, in any order | the joints [rad, m, m] |
+| x, y, z | space [m] |
+| a, d, z | angle, distance and height: around axis a [rad, m, m] |
+
+The first point is where the robot is, to 1 mrad and 0.1 mm. A point between the ends may say as `effort` how its corner
+is cut: [before, after, fall, rise], the lengths [m] on either side and the shares (above 0, up to 1) of the time over
+which the legs slow down and speed up; without it the corner is sharp, and passed next to rest. Velocities and accelerations are worked out
+here and not looked at. Where the last `time_from_start` is above 0, the motion is slowed to take that long at least.
+"""
+
+EVENTS = """\
+## /maya_event
+
+One word, a space, and one JSON object that says how everything stands, so that the last event, which is latched, tells
+whoever comes late all of it.
+
+| key | what |
+|---|---|
+| mode | disconnected, not_homed, homing, idle, moving, paused, stopping, fault |
+| homed, moving, gripper_closed | true or false |
+| override | factor on the speed of all motion, 0.01 to 1 |
+| strokes | ranges of a, b, c that homing measured, [[least, greatest], ...] (rad, m, m); null before it |
+| fault | {"code", "message"}, null where there is none |
+| code | of the event's own error, 0 where it tells of none |
+| detail | what the event says besides |
+"""
+
+BYTES = """\
+## By rosbridge
+
+Numbers that are not finite are null. Arrays of uint8 may be sent as base64 text. What a message leaves out is zero,
+empty or false, and a header without a time gets the present one. Fields that a type does not have, values that do not
+fit it and integers out of its range are refused with code 4018 and the name of the field.
+"""
+
+
+def page() -> str:
+    """Return the page."""
+    return "\n".join(_lines())
+
+
+def _lines() -> Iterator[str]:
+    yield INTRODUCTION
+    yield "## Names of the manual\n"
+    yield from _table(row for row in TABLE if row.manual)
+    yield "\n## Beyond the manual\n"
+    yield from _table(row for row in TABLE if not row.manual)
+    yield MORE
+    yield RULES
+    yield EVENTS
+    words = sorted(kind.value for kind in SAID)
+    yield f"Words of the manual: {', '.join(word for word in words if word in MANUAL)}. Ours:"
+    yield f"{', '.join(word for word in words if word not in MANUAL)}, {REFUSED}.\n"
+    yield BYTES
+    yield "## Types"
+    yield from _definitions()
+
+
+def _table(rows: Iterator[Row]) -> Iterator[str]:
+    yield "| name | type | what | from | to | kept |"
+    yield "|---|---|---|---|---|---|"
+    for row in rows:
+        kind = row.type if row.form is Form.TOPIC else f"{row.form.value} {row.type}"
+        sources, sinks = (", ".join(nodes) or "anyone" for nodes in (row.sources, row.sinks))
+        yield f"| `{row.name}` | {kind} | {row.summary} | {sources} | {sinks} | {_kept(row)} |"
+
+
+def _kept(row: Row) -> str:
+    if row.form is not Form.TOPIC:
+        return ""
+    latched = "latched, " if row.latch else ""
+    rate = f", {row.rate:g} Hz" if row.rate else ""
+    return f"{latched}queue {row.queue_size}{rate}"
+
+
+def _definitions() -> Iterator[str]:
+    for file in sorted(DEFINITIONS.glob("*/*/*.*")):
+        kind = f"{file.parent.parent.name}/{file.stem}"
+        yield f"\n### {kind}\n"
+        yield f"{SUFFIXES[file.suffix[1:]]}, md5 `{_sum(kind, file.suffix[1:])}`\n"
+        yield f"```\n{file.read_text(encoding='utf-8').strip()}\n```"
+    yield ""
+
+
+def _sum(kind: str, form: str) -> str:
+    if form == "srv":
+        return types.service_md5sum(kind)
+    return types.md5sum(kind + "Action" if form == "action" else kind)
