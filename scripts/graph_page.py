@@ -29,8 +29,8 @@ Units are SI: m, rad, s. A goal, service or topic means the same on both, for on
 """
 
 MORE = f"""
-/tf comes from robot_state_publisher, which makes it of `/joint_states` and the parameter `robot_description`. Markers are
-told when something changes, at most {DRAWING_RATE:g} times a second, and whole to whoever comes. A queue holds so many
+/tf comes from robot_state_publisher, which makes it of `/joint_states` and the parameter `robot_description`. Markers
+are told when something changes, at most {DRAWING_RATE:g} times a second, and whole to whoever comes. A queue holds so many
 messages for one reader; the oldest beyond are dropped. Rates are in the time of whoever listens, however fast the
 twin's clock runs.
 """
@@ -79,8 +79,9 @@ status of a goal that has ended is told for {KEPT:g} s more, {1 / PERIOD:g} time
 
 The first point is where the robot is, to 1 mrad and 0.1 mm. A point between the ends may say as `effort` how its corner
 is cut: [before, after, fall, rise], the lengths [m] on either side and the shares (above 0, up to 1) of the time over
-which the legs slow down and speed up; without it the corner is sharp, and passed next to rest. Velocities and accelerations are worked out
-here and not looked at. Where the last `time_from_start` is above 0, the motion is slowed to take that long at least.
+which the legs slow down and speed up; without it the corner is sharp, and passed next to rest. Velocities and
+accelerations are worked out here and not looked at. Where the last `time_from_start` is above 0, the motion is slowed
+to take that long at least.
 """
 
 EVENTS = """\
