@@ -50,7 +50,7 @@ class Below:
 async def below(
     bus: Bus, *, config: Config = CALM, parts: Mapping[str, Point] | None = None, homed: bool = False
 ) -> AsyncIterator[Below]:
-    """Open the controller floor of a twin on a bus; one that is `homed` stands at `HERE`, and took a homing over."""
+    """Open the controller floor of a twin on a bus; one that is `homed` stands at `HERE`, with an open gripper."""
     node = bus.node("hw_simulator")
     async with (
         bench_of(config, parts, homed=homed) as bench,
@@ -64,11 +64,12 @@ async def below(
 async def bench_of(
     config: Config, parts: Mapping[str, Point] | None = None, *, homed: bool = False
 ) -> AsyncIterator[Rig]:
-    """Open the controller floor of a twin alone; one that is `homed` stands at `HERE`, and took a homing over."""
+    """Open the controller floor of a twin alone; one that is `homed` stands at `HERE`, with an open gripper."""
     start = Start(*HERE) if homed else None
     async with rig(config, parts=parts, start=start, live=True) as bench:
         if homed:
             await _take_over(bench)
+            await bench.controller.gripper(open_=True)
         yield bench
 
 

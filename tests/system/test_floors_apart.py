@@ -1,0 +1,299 @@
+"""All floors as nodes of a graph, in virtual time: jobs done, ended at any instant, and what the death of a node does.
+
+The mechanics of the twin judge by their own record: where the part is, what was dropped, what moves.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from random import Random
+
+import pytest
+
+from maya_un.errors import AbortInput, Busy, Cancelled, NodeGone, NotConnected, Stopped
+from maya_un.events import Kind
+from maya_un.graph.apart import robot_floor, tasks_handed_on
+from maya_un.graph.outcome import error_of
+from maya_un.graph.primitives import to_message
+from maya_un.graph.protocol import Outcome
+from maya_un.graph.table import FOLLOW, TASK
+from maya_un.process.job import Job
+from maya_un.process.states import TaskState
+from maya_un.process.view import QueueMode
+from maya_un.robot.approach import Approach
+from maya_un.robot.pick import Pick
+from maya_un.robot.place import Place
+from maya_un.testing import faults
+from maya_un.values import Mode, Point
+from tests.campaign import Campaign
+from tests.graphs import CALM, Apart, apart
+from tests.virtual_time import elapse
+
+pytestmark = pytest.mark.system
+
+CUBE, TRAY = Point(0.50, 1.10, 0.40), Point(1.10, 0.50, 0.40)
+LONGEST = 120.0
+"""Pick and place of a homed robot have ended by then [s]."""
+
+
+def job(*steps: object) -> Job:
+    """Return a job with a cube and a tray."""
+    return Job.parse({"parts": {"cube": list(CUBE)}, "places": {"tray": list(TRAY)}, "steps": list(steps)})
+
+
+PICK_AND_PLACE = job({"pick": "cube"}, {"place": "tray"})
+
+
+def moved(floors: Apart) -> bool:
+    """Whether the part stands on the tray, by the mechanics, and nothing ever fell."""
+    x, y, _ = floors.mechanics.parts["cube"]
+    assert not floors.mechanics.record.whole.drops
+    return abs(x - TRAY.x) < 0.002 and abs(y - TRAY.y) < 0.002
+
+
+async def stands_still(floors: Apart, seconds: float = 30.0) -> None:
+    """See that nothing moves for so long."""
+    before = floors.mechanics.true_joints()
+    await elapse(seconds)
+    assert floors.mechanics.true_joints() == pytest.approx(before, abs=2e-5)
+
+
+async def ended(floors: Apart, number: int) -> tuple[TaskState, int]:
+    """Wait until a job has ended; return its state and code."""
+    report = await floors.process.result(number)
+    return report.state, report.code
+
+
+async def finishes(floors: Apart) -> None:
+    """Have the robot do what is left of its task, as a person would after whatever happened."""
+    steps = [{"place": "tray"}] if floors.robot.holding else [{"gripper": "open"}, {"pick": "cube"}, {"place": "tray"}]
+    if not floors.controller.state.homed:
+        steps = ["home", *steps]
+    if floors.process.shown.mode is not QueueMode.RUNNING:
+        await floors.process.turns.resume("a person")
+    number = await floors.process.submit(job(*steps))
+    assert await ended(floors, number) == (TaskState.DONE, 0)
+    assert moved(floors)
+
+
+async def test_a_job_from_power_up_to_the_part_on_the_tray() -> None:
+    async with apart(parts={"cube": CUBE}, homed=False) as floors:
+        steps = ("home", {"pick": "cube"}, {"place": "tray"}, {"line": [1.1, 0.5, 0.6]}, {"move": [0.3, 1.5, 1.3]})
+        assert await ended(floors, await floors.process.submit(job(*steps))) == (TaskState.DONE, 0)
+        assert moved(floors)
+        assert floors.robot.holding is False
+        assert floors.controller.state.joints == floors.below.rig.controller.state.joints
+
+
+async def test_the_phases_are_those_of_the_floor_and_in_its_order() -> None:
+    async with apart(parts={"cube": CUBE}) as floors:
+        phases: list[str] = []
+        await floors.robot.run(Pick(CUBE), phases.append)
+        assert phases == ["approach", "down", "close", "up"]
+        assert floors.robot.holding is True
+        await floors.robot.run(Place(TRAY), phases.append)
+        assert phases[4:] == ["approach", "down", "open", "up"]
+        told = [event.detail["name"] for event in floors.controller.events.since(0) if event.kind is Kind.PHASE]
+        assert told == phases
+
+
+async def test_a_preview_is_what_the_floor_then_does() -> None:
+    async with apart(parts={"cube": CUBE}) as floors:
+        preview = floors.robot.preview(Pick(CUBE), floors.robot.pose)
+        began = asyncio.get_running_loop().time()
+        await floors.robot.run(Pick(CUBE))
+        assert preview.duration is not None
+        assert asyncio.get_running_loop().time() - began == pytest.approx(preview.duration, abs=1.5)
+        assert floors.robot.pose == preview.end
+
+
+async def test_what_the_floor_refuses_is_raised_as_it_said_it() -> None:
+    async with apart() as floors:
+        task = {"task": to_message(Pick(Point(0.3, 1.0, 2.3)))}
+        there = await floors.nodes["process_controller"].do(TASK.name, TASK.type, task)
+        with pytest.raises(Exception, match="cannot be reached") as raised:
+            await floors.robot.run(Pick(Point(0.3, 1.0, 2.3)))
+        assert there.outcome is Outcome.REJECTED
+        assert (str(getattr(raised.value, "code", 0)), str(raised.value)) == (
+            there.result["code"],
+            there.result["message"],
+        )
+
+
+async def test_an_empty_gripper_that_a_person_has_seen_is_opened_for_the_pick() -> None:
+    async with apart(parts={"cube": CUBE}) as floors:
+        await floors.below.rig.controller.gripper(open_=False)
+        await floors.controller.settled()
+        floors.robot.seen(holding=False)
+        await floors.robot.run(Pick(CUBE))
+        await floors.robot.run(Place(TRAY))
+        assert moved(floors)
+
+
+@pytest.mark.parametrize("how", ["cancel", "stop"])
+async def test_a_job_ended_at_any_instant_leaves_a_robot_that_can_go_on(how: str, campaign: Campaign) -> None:
+    for case in range(campaign.size(ci=2, long=100)):
+        rng = campaign.rng(case)
+        async with apart(parts={"cube": CUBE}) as floors:
+            number = await floors.process.submit(PICK_AND_PLACE)
+            await elapse(rng.uniform(0.0, LONGEST))
+            over = (await floors.process.shown.report(number)).state.ended
+            if how == "cancel":
+                await floors.process.cancel(number)
+            elif not over:
+                floors.process.turns.halt(Stopped())
+                await floors.controller.stop()
+            state, code = await ended(floors, number)
+            assert (state, code) in {
+                (TaskState.CANCELLED, Cancelled.code if how == "cancel" else Stopped.code),
+                (TaskState.DONE, 0),
+            }
+            await stands_still(floors)
+            await finishes(floors)
+
+
+async def test_a_homing_is_stopped_at_any_instant_and_begun_anew(campaign: Campaign) -> None:
+    for case in range(campaign.size(ci=1, long=60)):
+        rng = campaign.rng(case)
+        async with apart(homed=False) as floors:
+            number = await floors.process.submit(job("home"))
+            await elapse(rng.uniform(0.0, 250.0))
+            floors.process.turns.halt(Stopped())
+            await floors.controller.stop()
+            state, _ = await ended(floors, number)
+            await stands_still(floors)
+            if state is not TaskState.DONE:
+                assert state is TaskState.CANCELLED
+                assert floors.controller.state.mode is Mode.NOT_HOMED
+                assert await ended(floors, await floors.process.submit(job("home"))) == (TaskState.DONE, 0)
+
+
+async def test_a_job_that_people_pause_and_slow_down_ends_as_if_nobody_had(campaign: Campaign) -> None:
+    for case in range(campaign.size(ci=1, long=60)):
+        rng = campaign.rng(case)
+        async with apart(parts={"cube": CUBE}) as floors:
+            number = await floors.process.submit(PICK_AND_PLACE)
+            for _ in range(3):
+                await elapse(rng.uniform(1.0, 30.0))
+                if (await floors.process.shown.report(number)).state.ended:
+                    break
+                await floors.controller.override(rng.choice([0.3, 0.6, 1.0]))
+                await _held(floors, rng)
+            assert await ended(floors, number) == (TaskState.DONE, 0)
+            assert moved(floors)
+
+
+async def _held(floors: Apart, rng: Random) -> None:
+    await floors.process.turns.pause("a person", now=True)
+    await elapse(1.5)
+    await stands_still(floors, rng.uniform(1.0, 60.0))
+    await floors.process.turns.resume("a person")
+
+
+async def test_a_fault_ends_the_job_pauses_the_queue_and_is_recovered_from() -> None:
+    async with apart(parts={"cube": CUBE}) as floors:
+        first = await floors.process.submit(PICK_AND_PLACE)
+        second = await floors.process.submit(job({"approach": "tray"}))
+        await elapse(15.0)
+        with faults.abort_input(floors.below.rig.virtual):
+            assert await ended(floors, first) == (TaskState.FAILED, AbortInput.code)
+            assert floors.controller.state.mode is Mode.FAULT
+            assert (floors.process.shown.mode, floors.process.shown.reason) == (QueueMode.PAUSED, "fault")
+        await floors.controller.recover()
+        await stands_still(floors)
+        assert not (await floors.process.shown.report(second)).state.ended
+        await floors.process.cancel(second)
+        await finishes(floors)
+
+
+async def test_a_second_task_is_refused_and_the_first_unharmed() -> None:
+    async with apart(parts={"cube": CUBE}) as floors:
+        number = await floors.process.submit(PICK_AND_PLACE)
+        somebody = floors.bus.node("somebody")
+        await elapse(10.0)
+        for _ in range(3):
+            other = await somebody.do(TASK.name, TASK.type, {"task": to_message(Approach(TRAY))})
+            assert other.outcome is Outcome.REJECTED
+            assert isinstance(error_of(other.result), Busy)
+            await elapse(20.0)
+        assert await ended(floors, number) == (TaskState.DONE, 0)
+        assert moved(floors)
+
+
+async def test_a_due_job_waits_for_somebody_elses_task() -> None:
+    async with apart(parts={"cube": CUBE}) as floors:
+        somebody = floors.bus.node("somebody")
+        other = asyncio.ensure_future(somebody.do(TASK.name, TASK.type, {"task": to_message(Approach(TRAY))}))
+        await elapse(2.0)
+        number = await floors.process.submit(PICK_AND_PLACE)
+        assert (await other).outcome is Outcome.SUCCEEDED
+        assert await ended(floors, number) == (TaskState.DONE, 0)
+        assert moved(floors)
+
+
+@pytest.mark.parametrize("name", ["robot_controller", "primitive_server"])
+async def test_a_node_between_the_floors_that_dies_stops_the_robot_and_the_queue(name: str, campaign: Campaign) -> None:
+    for case in range(campaign.size(ci=2, long=60)):
+        rng = campaign.rng(case)
+        async with apart(parts={"cube": CUBE}) as floors:
+            first = await floors.process.submit(PICK_AND_PLACE)
+            second = await floors.process.submit(job({"approach": "tray"}))
+            await elapse(rng.uniform(0.5, 50.0))
+            await floors.dies(name)
+            assert await ended(floors, first) == (TaskState.FAILED, NodeGone.code)
+            assert (floors.process.shown.mode, floors.process.shown.reason) == (QueueMode.PAUSED, "fault")
+            await elapse(2.0)
+            await stands_still(floors)
+            assert floors.below.rig.controller.state.mode is Mode.IDLE
+            node = floors.bus.node(name)
+            again = robot_floor(node, CALM) if name == "robot_controller" else tasks_handed_on(node)
+            async with again:
+                await stands_still(floors)
+                assert not (await floors.process.shown.report(second)).state.ended
+                await floors.process.cancel(second)
+                await finishes(floors)
+
+
+async def test_the_controllers_node_dies_and_everybody_above_says_so() -> None:
+    async with apart(parts={"cube": CUBE}) as floors:
+        first = await floors.process.submit(PICK_AND_PLACE)
+        second = await floors.process.submit(job({"approach": "tray"}))
+        await elapse(15.0)
+        await floors.dies("hw_simulator")
+        assert await ended(floors, first) == (TaskState.FAILED, NodeGone.code)
+        await elapse(0.5)
+        assert floors.controller.state.mode is Mode.DISCONNECTED
+        assert (floors.process.shown.mode, floors.process.shown.reason) == (QueueMode.PAUSED, "fault")
+        gone = [event for event in floors.controller.events.since(0) if event.kind is Kind.DISCONNECTED]
+        assert [event.code for event in gone] == [NodeGone.code]
+        with pytest.raises(NotConnected):
+            await floors.process.submit(PICK_AND_PLACE)
+        with pytest.raises(NotConnected):
+            await floors.controller.stop()
+        assert not (await floors.process.shown.report(second)).state.ended
+
+
+async def test_the_process_floors_node_dies_and_the_robot_stops() -> None:
+    async with apart(parts={"cube": CUBE}) as floors:
+        number = await floors.process.submit(PICK_AND_PLACE)
+        await elapse(15.0)
+        await floors.dies("process_controller")
+        await elapse(2.0)
+        assert floors.below.rig.controller.state.mode is Mode.IDLE
+        await stands_still(floors)
+        await floors.process.result(number)
+
+
+async def test_whoever_followed_a_path_and_died_has_it_stopped() -> None:
+    async with apart() as floors:
+        somebody = floors.bus.node("somebody")
+        points = [{"positions": [0.3, 1.5, 1.3]}, {"positions": [1.2, 1.0, 1.8]}]
+        goal = {"trajectory": {"joint_names": ["a", "b", "c"], "points": points}}
+        following = asyncio.ensure_future(somebody.do(FOLLOW.name, FOLLOW.type, goal))
+        await elapse(5.0)
+        assert floors.controller.state.mode is Mode.MOVING
+        somebody.close()
+        assert (await following).outcome is Outcome.LOST
+        await elapse(2.0)
+        assert floors.controller.state.mode is Mode.IDLE
+        await stands_still(floors)
