@@ -192,7 +192,9 @@ def test_a_key_stops_whatever_moves(ready: Screen, key: str) -> None:
 def test_a_dashboard_that_dies_while_it_is_held_stops_the_robot(ready: Screen, ros: Ros, driver: Driver) -> None:
     events = driver.subscribe("/maya_event", "std_msgs/String")
     other = Screen(PYTHON, ros.environment, ros.folder / "other.log", "__name:=another")
-    other.wait("jog_z_plus", enabled=True)
+    driver.publish("/controller/speed", "std_msgs/Float64", {"data": 0.02})
+    other.wait("speed_choice", "5 %")
+    other.wait("jog_z_minus", enabled=True)
     other.ask("choose", name="reach_choice", data="200 mm · 20°")
     other.ask("press", name="jog_z_minus")
     moving = events.until(lambda message: message["data"].startswith("moving "))
@@ -200,6 +202,8 @@ def test_a_dashboard_that_dies_while_it_is_held_stops_the_robot(ready: Screen, r
     after = events.messages.index(moving)
     stopped = events.until(lambda message: message["data"].startswith(("stopped ", "idle ")), after=after)
     assert stopped["data"].startswith("stopped ")
+    driver.publish("/controller/speed", "std_msgs/Float64", {"data": 1.0})
+    ready.wait("speed_choice", "100 %")
 
 
 def test_a_robot_that_is_lost_is_shown_as_disconnected_and_nothing_is_held(
@@ -217,14 +221,14 @@ def test_a_robot_that_is_lost_is_shown_as_disconnected_and_nothing_is_held(
         assert "process.launch" in alone.read("start")["tip"]
         alone.click("close_gripper")
         alone.wait("chip_gripper", "closed")
-        alone.wait("jog_y_plus", enabled=True)
-        alone.ask("press", name="jog_y_plus")
+        alone.wait("jog_z_minus", enabled=True)
+        alone.ask("press", name="jog_z_minus")
         alone.wait("mode", "Moving")
         floor.close()
         alone.wait("mode", "Disconnected")
         alone.wait("banner_text", "No robot")
         assert alone.text("value_x") == "—"
-        assert not alone.read("jog_y_plus")["enabled"]
+        assert not alone.read("jog_z_minus")["enabled"]
         alone.click("stop")
         alone.wait("note", "emergency stop", kind="bad")
 

@@ -24,7 +24,7 @@ from maya_ui.words import LANGUAGES, WORDS, sentence, word
 STOP_KEYS = ("Esc", "F12")
 """The keys that stop, wherever the focus is."""
 
-SPLIT = (3000, 1000)
+SPLIT = (3, 1)
 """How the height is shared by what is asked for and the events."""
 
 CALM = frozenset({"2201", "2202"})
@@ -62,7 +62,8 @@ class Dashboard(QWidget):
         self._offer_languages()
         self.speak(language)
         self.stop.setFocus()
-        self.split.setSizes(list(SPLIT))
+        for place, share in enumerate(SPLIT):
+            self.split.setStretchFactor(place, share)
         self._ears = _Ears()
         self._ears.heard.connect(self._hear, Qt.QueuedConnection)
         robot.open(self._ears.heard.emit)
@@ -91,6 +92,11 @@ class Dashboard(QWidget):
         """Let go of what is held and stop listening."""
         self._teleop.release()
         self._robot.close()
+
+    def showEvent(self, event: Any) -> None:  # noqa: N802 - Qt's name
+        """Share the height, now that it is known."""
+        super().showEvent(event)
+        self.split.setSizes([share * self.split.height() // sum(SPLIT) for share in SPLIT])
 
     def _stop_by_key(self) -> None:
         for key in STOP_KEYS:
