@@ -75,16 +75,16 @@ def provide() -> Workspace:
         if not (workspace / "built").exists():
             shutil.rmtree(workspace, ignore_errors=True)
             _forget_old_ones()
+            link_packages(workspace)
             make(workspace)
             (workspace / "built").touch()
     return Workspace(workspace)
 
 
-def make(workspace: Path) -> None:
+def make(workspace: Path, *targets: str) -> None:
     """Build the packages in a folder of their own, with messages for Python alone."""
-    link_packages(workspace)
     quick = {"ROS_LANG_DISABLE": "gencpp:geneus:genlisp:gennodejs", "MAYA_PYTHON": str(python())}
-    run(("catkin_make", "--no-color"), workspace, quick)
+    run(("catkin_make", "--no-color", *targets), workspace, quick)
 
 
 def run(command: Sequence[str], place: Path, more: Mapping[str, str] | None = None) -> str:

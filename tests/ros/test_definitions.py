@@ -1,0 +1,67 @@
+"""What catkin makes of the definitions is what this project says over the wire."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from maya_un.graph import types
+from maya_un.graph.catalogue import kinds, services
+from maya_un.graph.table import TABLE, Form
+from tests.ros.harness import Ros
+from tests.ros.workspace import Workspace, python, run
+
+CLASSES = """
+import json, roslib.message, sys
+wanted = json.loads(sys.argv[1])
+def told(kind):
+    return None if kind is None else [kind._md5sum, getattr(kind, "_full_text", "")]
+print(json.dumps({
+    "messages": {name: told(roslib.message.get_message_class(name)) for name in wanted["messages"]},
+    "services": {name: told(roslib.message.get_service_class(name)) for name in wanted["services"]},
+}))
+"""
+OURS = ("maya_controller/", "maya_robot/", "maya_process/")
+
+
+@pytest.fixture(scope="module")
+def classes(workspace: Workspace) -> dict[str, dict[str, tuple[str, str]]]:
+    """Return md5 sum and whole text of catkin's classes, by form and type."""
+    actions = {f"{row.type}{part}" for row in TABLE if row.form is Form.ACTION for part in ("Action", "ActionGoal")}
+    topics = {row.type for row in TABLE if row.form is Form.TOPIC}
+    ours = {kind for kind in kinds() if kind.startswith(OURS)}
+    wanted = {
+        "messages": sorted(topics | actions | ours),
+        "services": sorted({row.type for row in TABLE if row.form is Form.SERVICE}),
+    }
+    return json.loads(run([str(python()), "-c", CLASSES, json.dumps(wanted)], workspace.place, workspace.environment()))
+
+
+def test_every_message_has_a_class_with_our_sum(classes: dict[str, dict[str, tuple[str, str]]]) -> None:
+    made = {kind: told and told[0] for kind, told in classes["messages"].items()}
+    assert {"maya_controller/RawSensorData", "maya_robot/TaskActionFeedback", "maya_process/ProcessQueue"} <= set(made)
+    assert made == {kind: types.md5sum(kind) for kind in made}
+
+
+def test_every_service_has_a_class_with_our_sum(classes: dict[str, dict[str, tuple[str, str]]]) -> None:
+    made = {service: told and told[0] for service, told in classes["services"].items()}
+    assert made == {service: types.service_md5sum(service) for service in made}
+    assert set(made) <= set(services())
+
+
+def test_a_bag_holds_the_text_that_we_tell(classes: dict[str, dict[str, tuple[str, str]]]) -> None:
+    """Whoever reads a bag without our packages goes by the text in it, comments apart."""
+
+    def bare(text: str) -> list[list[str]]:
+        lines = (line.partition("#")[0].split() for line in text.splitlines())
+        return [words for words in lines if words]
+
+    ours = {kind: bare(told[1]) for kind, told in classes["messages"].items() if kind.startswith(OURS)}
+    assert ours == {kind: bare(types.text(kind)) for kind in ours}
+
+
+def test_the_tools_show_our_types(ros: Ros) -> None:
+    shown = ros.tool("rosmsg", "show", "-r", "maya_robot/MayaPrimitive")
+    assert "geometry_msgs/Point target" in shown
+    assert "bool success" in ros.tool("rossrv", "show", "maya_robot/MayaCommand")
