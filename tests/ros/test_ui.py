@@ -221,6 +221,7 @@ def test_a_robot_that_is_lost_is_shown_as_disconnected_and_nothing_is_held(
         assert "process.launch" in alone.read("start")["tip"]
         alone.click("close_gripper")
         alone.wait("chip_gripper", "closed")
+        alone.wait("note", "Gripper: done.")
         alone.wait("jog_z_minus", enabled=True)
         alone.ask("press", name="jog_z_minus")
         alone.wait("mode", "Moving")

@@ -146,7 +146,7 @@ class Teleop:
     def ended(self, end: Ended) -> None:
         """Go on, try less, or leave it: a path of ours has ended."""
         before, self._under_way = self._under_way, None
-        if self._held is not None:
+        if before is not None and self._held is not None:
             self._wants_position = self._held is not before or self._again(self._held, end)
 
     def _again(self, held: _Held, end: Ended) -> bool:

@@ -18,7 +18,7 @@ from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from maya_ui.floors import Door, answer, ask, in_thread
-from maya_ui.robot import Cell, Ended, Heard, Joints, Path, Position, Presence, Wish
+from maya_ui.robot import Cell, Ended, Heard, Joints, Path, Position, Presence, Under, Wish
 from maya_ui.seen import event
 from maya_ui.tasks import AIMED, HOME, Task
 
@@ -79,6 +79,7 @@ class UiController:
 
     def gripper(self, open_: bool) -> None:
         """Open or close the gripper, by the robot floor where it is there."""
+        self._heard(Under(Wish.GRIPPER))
         if self._graph is not None and self._graph.presence.robot:
             task = MayaPrimitive(command=MayaPrimitive.GRIPPER, open=open_)
             ask(Wish.GRIPPER, "/maya_command", MayaCommand, self._heard, task)

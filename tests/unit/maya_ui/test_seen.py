@@ -1,0 +1,134 @@
+from __future__ import annotations
+
+import pytest
+from maya_ui import reasons
+from maya_ui.robot import Ended, Happened, Joints, Position, Presence, Standing, Under, Wish
+from maya_ui.seen import Seen, event
+from maya_ui.tasks import Task
+from maya_ui.words import WORDS
+
+from maya_un.graph.events import Standing as Stands
+from maya_un.graph.events import Told
+from maya_un.values import Mode, Notice
+
+ALL = Presence(master=True, controller=True, robot=True, process=True)
+IDLE = Standing("idle", homed=True, gripper_closed=False)
+
+
+def seen(standing: Standing | None = IDLE, presence: Presence = ALL) -> Seen:
+    one = Seen()
+    one.take(presence)
+    if standing is not None:
+        one.take(Happened("idle", standing))
+    return one
+
+
+def test_an_event_is_read_as_the_controller_floor_tells_it() -> None:
+    stands = Stands(
+        Mode.FAULT, homed=True, moving=False, gripper_closed=True, override=0.5, fault=Notice(2302, "Axis b")
+    )
+    heard = event(Told("fault", stands, 2302, {"axis": "b"}).text())
+    assert heard.word == "fault"
+    assert heard.code == "2302"
+    assert heard.detail == {"axis": "b"}
+    assert heard.standing == Standing("fault", True, False, True, 0.5, "2302", "Axis b")
+
+
+def test_an_event_without_a_code_has_none() -> None:
+    stands = Stands(Mode.IDLE, homed=True, moving=False, gripper_closed=False)
+    assert event(Told("idle", stands).text()).code == ""
+
+
+@pytest.mark.parametrize(
+    "text", ["", "idle", "idle {", "idle [1]", "idle null", "some day", 'x {"mode":1,"override":"y"}']
+)
+def test_what_cannot_be_read_of_an_event_is_left_out(text: str) -> None:
+    assert event(text).word == text.partition(" ")[0]
+
+
+def test_a_floor_that_is_gone_takes_with_it_what_it_said() -> None:
+    one = seen()
+    one.take(Position(0.4, 1.1, 0.7))
+    one.take(Joints(0.1, 1.5, 1.6))
+    assert one.position == Position(0.4, 1.1, 0.7)
+    one.take(Presence(master=True))
+    assert one.standing.mode == "disconnected"
+    one.take(ALL)
+    assert one.position is None
+    assert one.joints is None
+    assert not one.connected
+
+
+def test_a_position_counts_only_once_homed() -> None:
+    one = seen(Standing("not_homed"))
+    one.take(Position(0.4, 1.1, 0.7))
+    assert one.position is None
+
+
+def test_a_wish_is_under_way_until_that_wish_has_ended() -> None:
+    one = seen()
+    one.take(Under(Wish.TASK, "lower", 0.5))
+    one.take(Ended(Wish.STOP, done=True))
+    assert one.busy
+    one.take(Ended(Wish.TASK, done=False, code="2201"))
+    assert not one.busy
+
+
+@pytest.mark.parametrize(
+    ("standing", "presence", "wish", "reason"),
+    [
+        (IDLE, ALL, Wish.TASK, ""),
+        (IDLE, ALL, Wish.JOG, ""),
+        (IDLE, ALL, Wish.RECOVER, "no_fault"),
+        (IDLE, ALL, Wish.PAUSE, "nothing_moves"),
+        (IDLE, ALL, Wish.RESUME, "nothing_paused"),
+        (None, Presence(), Wish.HOME, "no_master"),
+        (None, Presence(master=True), Wish.HOME, "no_controller"),
+        (None, ALL, Wish.HOME, "silent"),
+        (IDLE, Presence(True, True, True, True, True), Wish.HOME, "silent"),
+        (Standing("disconnected"), ALL, Wish.HOME, "no_machine"),
+        (Standing("not_homed"), ALL, Wish.HOME, ""),
+        (Standing("not_homed"), ALL, Wish.TASK, "home_first"),
+        (Standing("not_homed"), ALL, Wish.JOG, "home_first"),
+        (Standing("fault", homed=True), ALL, Wish.JOG, "recover_first"),
+        (Standing("fault", homed=True), ALL, Wish.RECOVER, ""),
+        (Standing("paused", homed=True), ALL, Wish.HOME, "resume_first"),
+        (Standing("paused", homed=True), ALL, Wish.RESUME, ""),
+        (Standing("moving", homed=True), ALL, Wish.HOME, "busy"),
+        (Standing("moving", homed=True), ALL, Wish.PAUSE, ""),
+        (IDLE, Presence(master=True, controller=True), Wish.TASK, "no_robot_floor"),
+        (IDLE, Presence(master=True, controller=True), Wish.JOG, ""),
+        (IDLE, Presence(master=True, controller=True), Wish.SEND, "no_process_floor"),
+        (None, Presence(), Wish.START_QUEUE, "no_master"),
+        (Standing("moving", homed=True), ALL, Wish.START_QUEUE, ""),
+    ],
+)
+def test_why_not(standing: Standing | None, presence: Presence, wish: Wish, reason: str) -> None:
+    assert reasons.why_not(wish, seen(standing, presence)) == reason
+
+
+def test_stop_is_always_there() -> None:
+    for presence in (Presence(), ALL):
+        for mode in ("disconnected", "homing", "moving", "fault"):
+            assert reasons.why_not(Wish.STOP, seen(Standing(mode), presence)) == ""
+
+
+def test_a_pick_needs_an_open_gripper_and_a_place_a_closed_one() -> None:
+    closed = seen(Standing("idle", homed=True, gripper_closed=True))
+    assert reasons.why_not_now(Task("pick"), closed) == "gripper_is_closed"
+    assert reasons.why_not_now(Task("place"), closed) == ""
+    assert reasons.why_not_now(Task("place"), seen()) == "gripper_is_open"
+    assert reasons.why_not_now(Task("approach"), closed) == ""
+    assert reasons.why_not_now(Task("home"), seen(Standing("not_homed"))) == ""
+    assert reasons.why_not_now(Task("gripper"), seen(Standing("not_homed"))) == ""
+
+
+def test_every_reason_has_words() -> None:
+    found = {
+        reasons.why_not(wish, seen(standing, presence))
+        for wish in Wish
+        for standing in (None, IDLE, *(Standing(mode.value, homed=True) for mode in Mode), Standing("not_homed"))
+        for presence in (Presence(), Presence(True), ALL, Presence(True, True), Presence(True, True, True))
+    }
+    assert found - {""} <= WORDS.keys()
+    assert len(found) > 10

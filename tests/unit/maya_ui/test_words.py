@@ -1,0 +1,63 @@
+from __future__ import annotations
+
+import re
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from maya_ui.robot import Wish
+from maya_ui.words import WORDS, phrase, sentence, word
+
+from maya_un import messages
+from maya_un.errors import Busy, Unreachable
+from maya_un.graph.events import WORDS as EVENTS
+from maya_un.values import Mode
+
+
+def names(text: str) -> set[str]:
+    return set(re.findall(r"\{(\w+)", text))
+
+
+@pytest.mark.parametrize("key", WORDS)
+def test_a_word_stands_in_both_languages_and_fills_in_the_same(key: str) -> None:
+    english, spanish = WORDS[key]
+    assert english
+    assert spanish
+    assert names(english) == names(spanish)
+
+
+def test_every_mode_every_event_and_every_wish_has_words() -> None:
+    assert {f"mode_{mode.value}" for mode in Mode} <= WORDS.keys()
+    assert {f"event_{event}" for event in EVENTS} <= WORDS.keys()
+    assert {f"wish_{wish.value}" for wish in Wish} <= WORDS.keys()
+
+
+def test_what_another_version_says_is_shown_readably() -> None:
+    assert phrase("event_gone_fishing", "es") == "gone fishing"
+    assert word("busy", "fr") == word("busy", "en")
+
+
+def test_a_sentence_of_an_error_is_said_in_the_other_language_with_its_details() -> None:
+    error = Busy(doing="pick")
+    assert sentence("2104", str(error), "es") == error.text("es")
+    assert sentence("2104", str(error), "en") == str(error)
+    far = Unreachable(target="(3, 3, 0.4)", reason="it is too far", nearest="(1, 1, 0.4)")
+    assert sentence("2101", str(far), "es") == far.text("es")
+
+
+@pytest.mark.parametrize("code", sorted(messages.table()))
+@given(filler=st.sampled_from(["b", "x: y.", "(0.1, 0.2)", "", "a\nb"]))
+def test_every_sentence_is_said_in_spanish(code: int, filler: str) -> None:
+    english, spanish = messages.table()[code], messages.table("es")[code]
+    plain = dict.fromkeys(names(english), filler)
+    text = re.sub(r"\{(\w+)[^}]*\}", lambda name: plain[name.group(1)], english)
+    said = sentence(str(code), text, "es")
+    assert said != text
+    if filler == "b":
+        assert said == re.sub(r"\{(\w+)[^}]*\}", lambda name: plain.get(name.group(1), ""), spanish)
+
+
+def test_a_sentence_that_nobody_knows_is_shown_as_it_came() -> None:
+    assert sentence("2104", "Something else.", "es") == "Something else."
+    assert sentence("", "plain words", "es") == "plain words"
+    assert sentence("9999", "plain words", "es") == "plain words"
