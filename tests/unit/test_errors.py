@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from maya_un import errors, messages
 from maya_un.errors import InvalidConfig, MachineError, MayaError, NotHomed, RequestError, Unreachable
+from maya_un.process.recovery import QUESTION
 
 PUBLISHED = {
     "link": [1001, 1002, 1003, 1004, 1005, 1006, 1007, 1010, 1020, 1021],
@@ -95,3 +96,26 @@ def test_an_error_that_came_in_words_keeps_them_in_every_language() -> None:
     assert isinstance(error, errors.Unreachable)
     assert str(error) == error.text("en") == error.text("es") == "La posición está fuera del alcance."
     assert error.details == {}
+
+
+@pytest.mark.parametrize(
+    ("error", "spanish"),
+    [
+        (errors.NotFound(what="job", number=7), "No existe el trabajo 7."),
+        (errors.NotFound(what="job", number="that was interrupted"), "No existe el trabajo que se interrumpió."),
+        (
+            errors.WrongState(number=7, state="running", wish="moved"),
+            "El trabajo 7 está en marcha, así que no se puede: moverlo.",
+        ),
+        (errors.NotFound(what="cosa", number="job"), "No existe cosa job."),
+    ],
+)
+def test_details_that_are_words_of_ours_are_translated_and_no_others(error: MayaError, spanish: str) -> None:
+    assert error.text("es") == spanish
+    assert "trabajo" not in str(error)
+
+
+def test_what_only_a_person_knows_is_asked_in_spanish() -> None:
+    error = errors.AnswerNeeded(question=QUESTION, options="")
+    assert "¿hay una pieza en la pinza?" in error.text("es")
+    assert QUESTION in str(error)

@@ -26,5 +26,13 @@ def table(language: str = "en") -> dict[int, str]:
 
 
 def sentence(code: int, details: dict[str, object], language: str = "en") -> str:
-    """Return the sentence of `code` with its details filled in."""
-    return table(language)[code].format_map(_Missing(details))
+    """Return the sentence of `code` with its details filled in; those that are words of ours are in `language` too."""
+    words = _words(language).get(code, {})
+    shown = {key: words.get(key, {}).get(str(value), value) for key, value in details.items()}
+    return table(language)[code].format_map(_Missing(shown))
+
+
+def _words(language: str) -> dict[int, dict[str, dict[str, str]]]:
+    """Return what details are called in a language, by code and name; what does not stand there is said as it is."""
+    name = language if language in LANGUAGES else "en"
+    return cast("dict[int, dict[str, dict[str, str]]]", getattr(import_module(f"maya_un.messages.{name}"), "WORDS", {}))

@@ -111,3 +111,57 @@ SENTENCES: dict[int, str] = {
     5012: "Desde aquí no se puede usar ROS ({reason}). `scripts/ros` instala lo necesario en Debian y Ubuntu.",
     5999: "Algo falló por dentro ({reason}). Es un defecto nuestro; repórtelo con el registro.",
 }
+
+_STATES = {
+    "queued": "en cola",
+    "held": "retenido",
+    "running": "en marcha",
+    "paused": "en pausa",
+    "interrupted": "interrumpido",
+    "done": "hecho",
+    "failed": "fallido",
+    "cancelled": "cancelado",
+    "skipped": "omitido",
+}
+
+WORDS: dict[int, dict[str, dict[str, str]]] = {
+    4004: {
+        "what": {
+            "job": "el trabajo",
+            "interrupted job": "un trabajo interrumpido",
+            "recording": "la grabación",
+            "token": "el token",
+            "zone": "la zona",
+            "twin": "un gemelo",
+            "journal": "un diario",
+        },
+        "number": {
+            "that was interrupted": "que se interrumpió",
+            "now": "ahora",
+            "on a real machine": "en una máquina real",
+            "in a file": "en un archivo",
+        },
+    },
+    4014: {
+        "state": _STATES,
+        "wish": {
+            "held": "retenerlo",
+            "released": "liberarlo",
+            "moved": "moverlo",
+            "a neighbour": "ponerle otro al lado",
+            "changed": "cambiarlo",
+            "done again": "hacerlo de nuevo",
+        },
+    },
+    4015: {
+        "question": {
+            "is a part in the gripper?": "¿hay una pieza en la pinza?",
+            "what becomes of the job that was interrupted?": "¿qué se hace con el trabajo que se interrumpió?",
+        },
+        "options": {
+            "holding: true or false; `--holding yes` or `no`": "holding: true o false; `--holding yes` o `no`",
+        },
+    },
+    4017: {"state": _STATES},
+}
+"""What details that are words of ours are called, by code and name of the detail."""

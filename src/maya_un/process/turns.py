@@ -192,9 +192,8 @@ class Turns:
             await asyncio.wait({self._runner})
 
     def _require_decided(self) -> None:
-        item = self._items.interrupted
-        if item is not None:
-            question = f"what becomes of job {item.number}, which was interrupted?"
+        if self._items.interrupted is not None:
+            question = "what becomes of the job that was interrupted?"
             raise AnswerNeeded(question=question, options=", ".join(Chosen))
 
     def _next(self) -> tuple[Item, int | None] | None:

@@ -34,7 +34,7 @@ class Operation(StrEnum):
     TEACH = "teach"
     LEASE = "lease"
     RENEW = "renew"
-    LEND = "lend"
+    LEND = "drive"
     BREAK = "break"
     RECORD = "record"
     BACKUP = "backup"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import unicodedata
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -14,7 +15,7 @@ from maya_un.cli.settings import Settings
 from maya_un.errors import InvalidCommandLine
 
 _COMMAND = "maya queue recover"
-_ANSWERS = ("yes", "no")
+_ANSWERS = {"en": ("yes", "no"), "es": ("sí", "no")}
 
 
 def recover(choice: str | None, holding: bool | None, settings: Settings, *, pause: bool) -> int:
@@ -33,7 +34,8 @@ def recover(choice: str | None, holding: bool | None, settings: Settings, *, pau
         output.say(text.recovery(offer, settings.language))
         choice = _asked("ask_choice", [one["name"] for one in offer["choices"]], settings.language)
     if holding is None and asks and _needs_answer(offer, choice):
-        holding = _asked("ask_holding", _ANSWERS, settings.language) == "yes"
+        yes, no = _ANSWERS[settings.language]
+        holding = _asked("ask_holding", (yes, no), settings.language) == yes
     body: dict[str, object] = {"choice": choice, "resume_queue": not pause}
     if holding is not None:
         body["holding"] = holding
@@ -50,10 +52,16 @@ def _asked(question: str, answers: Sequence[str], language: str) -> str:
     choices = ", ".join(answers)
     while True:
         try:
-            said = input(word(question, language, choices=choices)).strip().lower()
+            said = _plain(input(word(question, language, choices=choices)).strip().lower())
         except EOFError:
             raise InvalidCommandLine(reason="nobody chose", command=_COMMAND) from None
-        meant = [answer for answer in answers if said and answer.startswith(said)]
-        if said in answers or len(meant) == 1:
-            return said if said in answers else meant[0]
+        meant = [answer for answer in answers if said and _plain(answer).startswith(said)]
+        same = [answer for answer in meant if _plain(answer) == said]
+        if same or len(meant) == 1:
+            return (same or meant)[0]
         output.say(word("ask_again", language, choices=choices))
+
+
+def _plain(said: str) -> str:
+    """Return an answer without accents, which not every keyboard has."""
+    return "".join(letter for letter in unicodedata.normalize("NFD", said) if not unicodedata.combining(letter))

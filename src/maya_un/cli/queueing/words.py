@@ -85,7 +85,7 @@ _WORDS: dict[str, tuple[str, str]] = {
     "choice_abort": ("end the job as cancelled", "terminar el trabajo como cancelado"),
     "with_holding": ("{meaning} (with --holding yes|no)", "{meaning} (con --holding yes|no)"),
     "ask_choice": ("What becomes of it ({choices})? ", "¿Qué se hace con él ({choices})? "),
-    "ask_holding": ("Does the gripper hold a part (yes, no)? ", "¿La pinza sujeta una pieza (yes, no)? "),
+    "ask_holding": ("Does the gripper hold a part (yes, no)? ", "¿La pinza sujeta una pieza (sí, no)? "),
     "ask_again": ("One of: {choices}", "Uno de: {choices}"),
     "nothing_interrupted": ("Nothing was interrupted.", "Nada se interrumpió."),
     "cleared": ("Jobs cancelled: {count}.", "Trabajos cancelados: {count}."),

@@ -235,3 +235,14 @@ def test_who_drives_is_said(
     shown = printed(["queue"], capsys)
     assert said in shown
     assert bool(said) == ("drive" in shown)
+
+
+@pytest.mark.parametrize("said", ["sí", "si", "S"])
+def test_in_spanish_it_is_answered_in_spanish(
+    serve: Serve, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, said: str
+) -> None:
+    service = serve(**OFFERED)
+    at_terminal(monkeypatch, f"redo\nyes\n{said}\n")
+    shown = printed(["--lang", "es", "queue", "recover"], capsys)
+    assert "(sí, no)" in shown
+    assert service.said == [("POST", "/v1/queue/recovery", {"choice": "redo", "holding": True, "resume_queue": True})]
