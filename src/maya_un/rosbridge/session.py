@@ -54,9 +54,9 @@ class Session:
             **self._goals.ops, **self._acting.ops, "set_level": self._set_level, "auth": self._auth,
         }  # fmt: skip
 
-    def take(self, text: str | bytes) -> None:
-        """Carry out one message, now or when those before it have been."""
-        self._inbox.append(text)
+    def take(self, *texts: str | bytes) -> None:
+        """Carry out what came together, now or when what came before has been."""
+        self._inbox.extend(texts)
         if not self.busy:
             self._work()
 

@@ -44,8 +44,8 @@ class Conversation(Protocol):
         """Whether it should hear no more now."""
         ...
 
-    def take(self, text: str | bytes) -> None:
-        """Carry out a message."""
+    def take(self, *texts: str | bytes) -> None:
+        """Carry out what came together."""
         ...
 
 
@@ -74,7 +74,6 @@ class Wire(asyncio.Protocol):
         self._conn = ServerProtocol(max_size=LONGEST_MESSAGE)
         self._conversation: Conversation | None = None
         self._parts: list[bytes] = []
-        self._text = True
         self._timer: asyncio.TimerHandle | None = None
         self._waiting = b""
         self._pings = 0
@@ -93,11 +92,14 @@ class Wire(asyncio.Protocol):
     def data_received(self, data: bytes) -> None:
         """Take what came."""
         self._conn.receive_data(data)
+        texts: list[bytes] = []
         for event in self._conn.events_received():
             if isinstance(event, Request):
                 self._open(event)
             elif isinstance(event, Frame):
-                self._take(event)
+                texts += self._taken(event)
+        if texts and self._conversation is not None:
+            self._conversation.take(*texts)
         self._flush()
         if self._conn.close_expected():
             self._linger()
@@ -181,21 +183,19 @@ class Wire(asyncio.Protocol):
         if not self._transport.is_closing():
             self._transport.resume_reading()
 
-    def _take(self, frame: Frame) -> None:
+    def _taken(self, frame: Frame) -> tuple[bytes, ...]:
+        """Return the message that a frame ends, none where it ends none."""
         match frame.opcode:
-            case Opcode.TEXT | Opcode.BINARY:
-                self._parts, self._text = [bytes(frame.data)], frame.opcode is Opcode.TEXT
-            case Opcode.CONT:
+            case Opcode.TEXT | Opcode.BINARY | Opcode.CONT:
                 self._parts.append(bytes(frame.data))
+                if frame.fin:
+                    content, self._parts = b"".join(self._parts), []
+                    return (content,)
             case Opcode.PONG:
                 self._ponged(bytes(frame.data))
-                return
             case _:
-                return
-        if frame.fin and self._conversation is not None:
-            content = b"".join(self._parts)
-            self._parts = []
-            self._conversation.take(content)
+                pass
+        return ()
 
     def _flush(self) -> None:
         """Send what the protocol itself has to say."""

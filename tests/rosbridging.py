@@ -1,0 +1,183 @@
+"""Clients of rosbridge in tests: sessions on a bus without any socket, and websockets to an endpoint."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from typing import Any
+
+from websockets.asyncio.client import ClientConnection, connect
+
+from maya_un.graph.bus import Bus, BusNode
+from maya_un.rosbridge.client import Client
+from maya_un.rosbridge.outgoing import Press
+from maya_un.rosbridge.rosapi import Rosapi
+from maya_un.rosbridge.sending import Sender
+from maya_un.rosbridge.session import Session
+from tests.virtual_time import turn
+
+Said = dict[str, Any]
+"""A message as the other side reads it."""
+
+DATE = 1_700_000_000.0
+"""The date of every message [s since the epoch]."""
+
+
+class Mouth:
+    """Takes what goes out to a client; `full` is for tests to set."""
+
+    def __init__(self) -> None:
+        self.full = False
+        self.on_room: Callable[[], None] | None = None
+        self.frames: list[tuple[int, bytes]] = []
+        self.ended: list[tuple[int, str]] = []
+
+    def write(self, frames: bytes) -> None:
+        """Take whole frames."""
+        self.frames += unframed(frames)
+
+    def end(self, code: int, reason: str) -> None:
+        """Take the end."""
+        self.ended.append((code, reason))
+
+    def room(self) -> None:
+        """Take more again."""
+        self.full = False
+        assert self.on_room is not None
+        self.on_room()
+
+    @property
+    def said(self) -> list[Said]:
+        """What was said as text, and is not taken yet."""
+        return [json.loads(content) for kind, content in self.frames if kind == 1]
+
+    def taken(self) -> list[Said]:
+        """Return what was said as text, and forget it."""
+        said = self.said
+        self.frames.clear()
+        return said
+
+
+def unframed(data: bytes) -> list[tuple[int, bytes]]:
+    """Return opcode and content of the frames of a server (RFC 6455, 5.2)."""
+    found: list[tuple[int, bytes]] = []
+    while data:
+        assert data[0] & 0x80, "every frame is the last of its message"
+        short = data[1]
+        begin = {126: 4, 127: 10}.get(short, 2)
+        length = int.from_bytes(data[2:begin], "big") if begin > 2 else short
+        found.append((data[0] & 0x0F, data[begin : begin + length]))
+        data = data[begin + length :]
+    return found
+
+
+class Talker:
+    """A client in the loop of its bus: what it says is carried out at once, as far as nothing has to be awaited."""
+
+    def __init__(self, bus: Bus, press: Press, node: BusNode) -> None:
+        self.mouth = Mouth()
+        self.node = node
+        self.client = Client(node, Sender(self.mouth), press)
+        self.session = Session(self.client, Rosapi(node, press.now))
+        self.bus = bus
+
+    def say(self, op: str, **message: Any) -> None:
+        """Say something."""
+        self.session.take(json.dumps({"op": op, **message}))
+
+    async def told(self) -> list[Said]:
+        """Return what the client was told, once nothing is left to be done now."""
+        await settled()
+        return self.mouth.taken()
+
+    async def ask(self, op: str, **message: Any) -> list[Said]:
+        """Say something, and return what the client was told."""
+        self.say(op, **message)
+        return await self.told()
+
+
+async def settled() -> None:
+    """Let the loop do what is ready, and what that makes ready."""
+    for _ in range(20):
+        await turn()
+
+
+class Room:
+    """A bus, and as many clients as a test wants."""
+
+    def __init__(self) -> None:
+        self.bus = Bus()
+        self.robot = self.bus.node("robot")
+        self.press = Press(lambda: DATE)
+        self._talkers: list[Talker] = []
+
+    def talker(self) -> Talker:
+        """Return one more client."""
+        self._talkers.append(Talker(self.bus, self.press, self.bus.node("rosbridge")))
+        return self._talkers[-1]
+
+    async def leave(self, talker: Talker) -> None:
+        """Have a client go, as the endpoint does."""
+        self._talkers.remove(talker)
+        await talker.session.close()
+        talker.node.close()
+
+    async def close(self) -> None:
+        """Have everybody go."""
+        for talker in tuple(self._talkers):
+            await self.leave(talker)
+        self.robot.close()
+        await settled()
+
+
+@asynccontextmanager
+async def room() -> AsyncIterator[Room]:
+    """Yield a room; whoever is left in it goes at its end."""
+    one = Room()
+    try:
+        yield one
+    finally:
+        await one.close()
+
+
+class Web:
+    """A client by a websocket."""
+
+    def __init__(self, connection: ClientConnection) -> None:
+        self.connection = connection
+
+    async def say(self, op: str, **message: Any) -> None:
+        """Say something."""
+        await self.connection.send(json.dumps({"op": op, **message}))
+
+    async def hear(self) -> Said:
+        """Return the next message."""
+        return json.loads(await self.connection.recv())
+
+    async def until(self, fact: Callable[[Said], bool]) -> Said:
+        """Return the first message that is so; the others are gone."""
+        while not fact(found := await self.hear()):
+            pass
+        return found
+
+    async def answer(self, service: str, **args: Any) -> Any:
+        """Call a service and return its values; fails where it fails."""
+        name = f"call:{service}"
+        await self.say("call_service", id=name, service=service, args=args)
+        found = await self.until(lambda one: one["op"] == "service_response" and one["id"] == name)
+        assert found["result"] is True, found
+        return found["values"]
+
+
+@asynccontextmanager
+async def web(url: str, **options: Any) -> AsyncIterator[Web]:
+    """Be a client by a websocket while the block runs."""
+    async with connect(url, compression=None, **options) as connection:
+        yield Web(connection)
+
+
+def run_for_real(main: Callable[[], Any]) -> None:
+    """Run a test that has sockets in an ordinary loop."""
+    asyncio.run(main())

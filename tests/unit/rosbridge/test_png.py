@@ -1,0 +1,121 @@
+"""Messages as pictures, against the library that rosbridge itself uses for them."""
+
+from __future__ import annotations
+
+import base64
+import io
+import math
+import struct
+import zlib
+from itertools import pairwise
+
+import pytest
+from PIL import Image
+
+from maya_un.errors import InvalidRequest
+from maya_un.rosbridge import png
+from tests.campaign import Campaign
+
+MOST = 100_000
+
+
+def as_rosbridge_writes(text: str) -> str:
+    """Return a picture as rosbridge_suite makes it: nearly square, padded with line ends."""
+    content = text.encode()
+    width = max(1, math.floor(math.sqrt(len(content) / 3.0)))
+    height = math.ceil(len(content) / 3.0 / width)
+    content += b"\n" * (width * height * 3 - len(content))
+    return saved(Image.frombytes("RGB", (width, height), content))
+
+
+def saved(image: Image.Image, **options: object) -> str:
+    out = io.BytesIO()
+    image.save(out, "png", **options)
+    return base64.b64encode(out.getvalue()).decode()
+
+
+def seen(picture: str) -> bytes:
+    return Image.open(io.BytesIO(base64.b64decode(picture))).convert("RGB").tobytes()
+
+
+TEXTS = ["{}", "x" * 1000, '{"op":"publish","msg":{"data":"ä🤖"}}', "abc" * 5000]
+
+
+@pytest.mark.parametrize("text", TEXTS)
+def test_a_picture_of_ours_is_read_by_others(text: str) -> None:
+    assert seen(png.encoded(text)).rstrip(b"\n").decode() == text
+
+
+@pytest.mark.parametrize("text", TEXTS)
+def test_a_picture_of_others_is_read(text: str) -> None:
+    assert png.decoded(as_rosbridge_writes(text), MOST) == text
+
+
+def test_whatever_filters_a_writer_chose_the_text_is_the_same(campaign: Campaign) -> None:
+    for case in range(campaign.size(ci=40, long=1000)):
+        draw = campaign.rng(case)
+        text = "".join(chr(draw.choice((65, 66, 67, 120, 233))) for _ in range(draw.randrange(1, 3000)))
+        assert png.decoded(as_rosbridge_writes(text), MOST) == text
+        assert png.decoded(png.encoded(text), MOST) == text
+
+
+@pytest.mark.parametrize("filter_", range(5))
+@pytest.mark.parametrize(("mode", "channels", "colour"), [("RGB", 3, 2), ("L", 1, 0), ("LA", 2, 4), ("RGBA", 4, 6)])
+def test_every_filter_and_every_kind_of_pixel_is_undone(filter_: int, mode: str, channels: int, colour: int) -> None:
+    width, height = 7, 5
+    content = bytes((31 * place) % 94 + 33 for place in range(width * height * channels))
+    picture = drawn(content, width, height, channels, colour, filter_)
+    assert Image.open(io.BytesIO(picture)).convert(mode).tobytes() == content, "the picture itself is right"
+    assert png.decoded(base64.b64encode(picture).decode(), MOST) == content.decode()
+
+
+def drawn(content: bytes, width: int, height: int, step: int, colour: int, filter_: int) -> bytes:
+    """Return a picture whose rows are all filtered in one way."""
+    stride = step * width
+    rows = [bytes(stride), *(content[begin : begin + stride] for begin in range(0, len(content), stride))]
+    packed = b"".join(bytes([filter_]) + filtered(row, above, step, filter_) for above, row in pairwise(rows))
+    head = struct.pack(">IIBBBBB", width, height, 8, colour, 0, 0, 0)
+    parts = ((b"IHDR", head), (b"IDAT", zlib.compress(packed)), (b"IEND", b""))
+    chunks = (
+        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in parts
+    )
+    return b"\x89PNG\r\n\x1a\n" + b"".join(chunks)
+
+
+def filtered(row: bytes, above: bytes, step: int, filter_: int) -> bytes:
+    def predicted(at: int) -> int:
+        left, over = row[at - step] if at >= step else 0, above[at]
+        corner = above[at - step] if at >= step else 0
+        guess = left + over - corner
+        paeth = min((left, over, corner), key=lambda one: abs(guess - one))
+        return (0, left, over, (left + over) // 2, paeth)[filter_]
+
+    return bytes((byte - predicted(at)) % 256 for at, byte in enumerate(row))
+
+
+GOOD = base64.b64decode(png.encoded("a text of some length"))
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        "",
+        "no base64!",
+        base64.b64encode(b"no picture").decode(),
+        base64.b64encode(GOOD[:40]).decode(),
+        base64.b64encode(GOOD[:-20] + bytes(20)).decode(),
+        saved(Image.new("P", (4, 4))),
+        saved(Image.new("1", (4, 4))),
+        saved(Image.frombytes("RGB", (2, 1), b"\xff\xfe\xfd\xfc\xfb\xfa")),
+    ],
+)
+def test_what_is_no_picture_of_a_text_is_refused(data: str) -> None:
+    with pytest.raises(InvalidRequest):
+        png.decoded(data, MOST)
+
+
+def test_a_picture_that_unpacks_to_too_much_is_refused_before_it_is_unpacked() -> None:
+    bomb = saved(Image.new("RGB", (2000, 2000), (65, 65, 65)))
+    assert len(bomb) < MOST
+    with pytest.raises(InvalidRequest):
+        png.decoded(bomb, MOST)

@@ -1,0 +1,133 @@
+"""What clients ask of the graph itself."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from maya_un.graph.protocol import Feedback, Message
+from tests.rosbridging import DATE, Room, room
+
+STRING = "std_msgs/String"
+
+
+async def nothing(_: Message, __: Feedback) -> Message:
+    return {}
+
+
+async def no_answer(_: Message) -> Message:
+    return {}
+
+
+def furnished(one: Room) -> None:
+    """Put something into the graph to be asked for."""
+    one.robot.advertise("/t", STRING)
+    one.robot.act("/task", "maya_robot/Task", nothing)
+    one.robot.serve("/gripper", "std_srvs/SetBool", no_answer)
+    one.bus.node("display").subscribe("/t", STRING, lambda _: None)
+
+
+async def asked(one: Room, name: str, /, **args: Any) -> Any:
+    """Return the values of an answer, its words where it failed."""
+    (told,) = await one.talker().ask("call_service", service=f"/rosapi/{name}", args=args)
+    assert (told["op"], told["service"]) == ("service_response", f"/rosapi/{name}")
+    return told["values"]
+
+
+async def test_names_come_without_a_leading_slash_too() -> None:
+    async with room() as one:
+        (told,) = await one.talker().ask("call_service", service="rosapi/get_time")
+        assert told["values"] == {"time": {"secs": int(DATE), "nsecs": 0}}
+        assert told["service"] == "rosapi/get_time"
+
+
+async def test_topics_and_their_types() -> None:
+    async with room() as one:
+        furnished(one)
+        found = await asked(one, "topics")
+        types = dict(zip(found["topics"], found["types"], strict=True))
+        assert types["/t"] == STRING
+        assert types["/task/goal"] == "maya_robot/TaskActionGoal"
+        assert await asked(one, "topic_type", topic="/t") == {"type": STRING}
+        assert await asked(one, "topic_type", topic="t") == {"type": STRING}
+        assert await asked(one, "topic_type", topic="/nothing") == {"type": ""}
+        assert await asked(one, "topics_for_type", type=STRING) == {"topics": ["/t"]}
+        raw = await asked(one, "topics_and_raw_types")
+        assert raw["typedefs_full_text"][raw["topics"].index("/t")] == "string data\n"
+        assert "MSG: geometry_msgs/Point" in raw["typedefs_full_text"][raw["topics"].index("/task/goal")]
+
+
+async def test_services_and_their_types() -> None:
+    async with room() as one:
+        furnished(one)
+        services = (await asked(one, "services"))["services"]
+        assert {"/gripper", "/rosapi/topics"} <= set(services)
+        assert await asked(one, "service_type", service="/gripper") == {"type": "std_srvs/SetBool"}
+        assert await asked(one, "service_type", service="/rosapi/topics") == {"type": "rosapi/Topics"}
+        assert await asked(one, "service_type", service="/nothing") == {"type": ""}
+        assert await asked(one, "services_for_type", type="std_srvs/SetBool") == {"services": ["/gripper"]}
+        assert await asked(one, "service_node", service="/gripper") == {"node": "/robot"}
+        assert await asked(one, "service_providers", service="/nothing") == {"providers": []}
+
+
+async def test_nodes_and_what_they_do() -> None:
+    async with room() as one:
+        furnished(one)
+        assert {"/robot", "/display", "/rosapi"} <= set((await asked(one, "nodes"))["nodes"])
+        details = await asked(one, "node_details", node="/robot")
+        assert details["services"] == ["/gripper"]
+        assert "/t" in details["publishing"]
+        assert "/task/goal" in details["subscribing"]
+        assert await asked(one, "publishers", topic="/t") == {"publishers": ["/robot"]}
+        assert await asked(one, "subscribers", topic="/t") == {"subscribers": ["/display"]}
+        assert (await asked(one, "node_details", node="/nobody")).startswith("4019: ")
+
+
+async def test_action_servers_are_those_with_all_their_topics() -> None:
+    async with room() as one:
+        furnished(one)
+        one.robot.advertise("/half/goal", "maya_robot/TaskActionGoal")
+        assert await asked(one, "action_servers") == {"action_servers": ["/task"]}
+
+
+async def test_details_of_types() -> None:
+    async with room() as one:
+        typedefs = (await asked(one, "message_details", type="maya_robot/MayaPrimitive"))["typedefs"]
+        first, point = typedefs
+        assert first["fieldnames"] == ["command", "target", "open"]
+        assert first["fieldtypes"] == ["string", "geometry_msgs/Point", "bool"]
+        assert first["fieldarraylen"] == [-1, -1, -1]
+        assert point["type"] == "geometry_msgs/Point"
+        request = (await asked(one, "service_request_details", type="maya_robot/MayaCommand"))["typedefs"]
+        assert request[0]["fieldtypes"] == ["maya_robot/MayaPrimitive"]
+        response = (await asked(one, "service_response_details", type="std_srvs/SetBool"))["typedefs"]
+        assert response[0]["fieldnames"] == ["success", "message"]
+        assert (await asked(one, "message_details", type="maya_robot/Nothing")).startswith("4019: ")
+        assert (await asked(one, "service_request_details", type="nothing")).startswith("4019: ")
+
+
+async def test_parameters_are_set_and_read_as_json() -> None:
+    async with room() as one:
+        assert await asked(one, "set_param", name="/a/b", value='{"c": [1, 2.5, "x", null, true]}') == {}
+        assert await asked(one, "get_param", name="a/b/c") == {"value": '[1,2.5,"x",null,true]'}
+        assert await asked(one, "get_param", name="/a") == {"value": '{"b":{"c":[1,2.5,"x",null,true]}}'}
+        assert await asked(one, "get_param_names") == {"names": ["/a/b/c"]}
+        assert await asked(one, "has_param", name="/a/b") == {"exists": True}
+        assert await asked(one, "search_param", name="/a/b") == {"global_name": "/a/b"}
+        assert await asked(one, "delete_param", name="/a/b/c") == {}
+        assert await asked(one, "has_param", name="/a/b/c") == {"exists": False}
+
+
+async def test_a_parameter_that_is_not_there_is_its_default_or_null() -> None:
+    async with room() as one:
+        assert await asked(one, "get_param", name="/x") == {"value": "null"}
+        assert await asked(one, "get_param", name="/x", default='"y"') == {"value": '"y"'}
+        assert (await asked(one, "delete_param", name="/x")).startswith("4019: ")
+        assert (await asked(one, "set_param", name="/x", value="{")).startswith("4018: ")
+
+
+@pytest.mark.parametrize("args", [{"topic": 5}, {"wrong": "x"}, {"topic": "no name"}])
+async def test_a_question_that_is_none_is_refused(args: dict[str, Any]) -> None:
+    async with room() as one:
+        assert (await asked(one, "topic_type", **args))[:2] == "40"

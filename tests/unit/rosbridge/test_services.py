@@ -1,0 +1,234 @@
+"""Services that clients call, and those that they answer."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from typing import Any
+
+import pytest
+
+from maya_un.errors import ServiceFailed
+from maya_un.graph.protocol import Message
+from maya_un.rosbridge import png
+from maya_un.rosbridge.limits import UNDER_WAY
+from tests.rosbridging import Room, Said, room, settled
+from tests.virtual_time import elapse
+
+SET_BOOL = "std_srvs/SetBool"
+
+
+class Service:
+    """Answers /s once `answers` is set; counts what was begun and what was cancelled."""
+
+    def __init__(self, one: Room) -> None:
+        self.answers = asyncio.Event()
+        self.asked: list[Message] = []
+        self.cancelled = 0
+        one.robot.serve("/s", SET_BOOL, self.answer)
+
+    async def answer(self, request: Message) -> Message:
+        self.asked.append(request)
+        try:
+            await self.answers.wait()
+        except asyncio.CancelledError:
+            self.cancelled += 1
+            raise
+        return {"success": request["data"], "message": "done"}
+
+
+async def test_a_service_is_called_under_the_name_and_id_that_the_client_used() -> None:
+    async with room() as one:
+        service, talker = Service(one), one.talker()
+        assert await talker.ask("call_service", service="s", id="c", args={"data": True}) == []
+        service.answers.set()
+        values = {"success": True, "message": "done"}
+        response = {"op": "service_response", "id": "c", "service": "s", "values": values, "result": True}
+        assert await talker.told() == [response]
+
+
+@pytest.mark.parametrize("args", [None, [], {}, [{}], [{"data": False}]])
+async def test_arguments_may_be_left_out_or_stand_in_a_list(args: Any) -> None:
+    async with room() as one:
+        service, talker = Service(one), one.talker()
+        service.answers.set()
+        (told,) = await talker.ask("call_service", service="/s", args=args)
+        assert told["result"] is True
+        assert "id" not in told
+        assert service.asked == [{"data": False}]
+
+
+async def test_a_client_goes_on_talking_while_its_calls_are_under_way_and_answers_come_as_they_are_there() -> None:
+    async with room() as one:
+        service, talker = Service(one), one.talker()
+        talker.say("call_service", service="/s", id="slow", args={"data": True})
+        (told,) = await talker.ask("call_service", service="/rosapi/get_time", id="quick")
+        assert told["id"] == "quick"
+        service.answers.set()
+        assert [message["id"] for message in await talker.told()] == ["slow"]
+
+
+@pytest.mark.parametrize(
+    ("message", "code"),
+    [
+        ({"service": "/nobody"}, "4019"),
+        ({"service": "/s", "args": {"data": 3}}, "4018"),
+        ({"service": "/s", "args": {"date": True}}, "4018"),
+        ({"service": "/s", "args": [1, 2]}, "4005"),
+    ],
+)
+async def test_a_call_that_fails_is_answered_so(message: Said, code: str) -> None:
+    async with room() as one:
+        Service(one)
+        (told,) = await one.talker().ask("call_service", id=1, **message)
+        assert (told["op"], told["id"], told["service"], told["result"]) == (
+            "service_response", 1, message["service"], False,
+        )  # fmt: skip
+        assert told["values"].startswith(f"{code}: ")
+
+
+@pytest.mark.parametrize("message", [{}, {"service": 5}, {"service": "/s", "timeout": "soon"}])
+async def test_a_call_that_is_none_is_told_as_a_status(message: Said) -> None:
+    async with room() as one:
+        assert [status["code"] for status in await one.talker().ask("call_service", **message)] == [4005]
+
+
+async def test_whoever_waits_only_so_long_is_told_and_the_wish_is_cancelled() -> None:
+    async with room() as one:
+        service, talker = Service(one), one.talker()
+        assert await talker.ask("call_service", service="/s", timeout=2.5) == []
+        await elapse(2.0)
+        assert await talker.told() == []
+        await elapse(0.6)
+        (told,) = await talker.told()
+        assert (told["result"], told["values"][:5]) == (False, "4020:")
+        assert service.cancelled == 1
+
+
+async def test_a_timeout_of_nothing_is_for_ever() -> None:
+    async with room() as one:
+        Service(one)
+        talker = one.talker()
+        await talker.ask("call_service", service="/s", timeout=0)
+        await elapse(10_000.0)
+        assert await talker.told() == []
+
+
+async def test_what_a_client_called_is_cancelled_when_it_goes() -> None:
+    async with room() as one:
+        service, talker = Service(one), one.talker()
+        await talker.ask("call_service", service="/s")
+        await one.leave(talker)
+        assert service.cancelled == 1
+
+
+async def test_a_client_has_only_so_many_calls_under_way() -> None:
+    async with room() as one:
+        service, talker = Service(one), one.talker()
+        for number in range(UNDER_WAY):
+            talker.say("call_service", service="/s", id=number)
+        assert await talker.told() == []
+        assert [message["result"] for message in await talker.ask("call_service", service="/s", id="more")] == [False]
+        service.answers.set()
+        assert len(await talker.told()) == UNDER_WAY
+        assert (await talker.ask("call_service", service="/s", id="more"))[0]["result"] is True
+
+
+async def test_an_answer_may_come_as_a_picture_or_in_fragments() -> None:
+    async with room() as one:
+        service, talker = Service(one), one.talker()
+        service.answers.set()
+        (told,) = await talker.ask("call_service", service="/s", compression="png")
+        assert json.loads(png.decoded(told["data"], 1000))["values"]["message"] == "done"
+        pieces = await talker.ask("call_service", service="/s", id="f", fragment_size=20)
+        assert {(piece["op"], piece["id"]) for piece in pieces} == {("fragment", "f")}
+        assert json.loads("".join(piece["data"] for piece in pieces))["values"]["message"] == "done"
+
+
+async def served_by_a_client(one: Room) -> Any:
+    server = one.talker()
+    assert await server.ask("advertise_service", service="mine", type=SET_BOOL) == []
+    return server
+
+
+async def test_a_service_of_a_client_is_answered_by_it() -> None:
+    async with room() as one:
+        server = await served_by_a_client(one)
+        call = asyncio.ensure_future(one.robot.call("/mine", {"data": True}))
+        (request,) = await server.told()
+        assert {**request, "id": ""} == {"op": "call_service", "id": "", "service": "mine", "args": {"data": True}}
+        server.say("service_response", id=request["id"], service="mine", values={"success": True}, result=True)
+        assert await call == {"success": True, "message": ""}
+
+
+async def test_clients_call_each_other() -> None:
+    async with room() as one:
+        server, other = await served_by_a_client(one), one.talker()
+        other.say("call_service", service="/mine", id="c", args={"data": False})
+        (request,) = await server.told()
+        server.say("service_response", id=request["id"], service="/mine", values={"message": "no"}, result=True)
+        await settled()
+        assert (await other.told())[0]["values"] == {"success": False, "message": "no"}
+
+
+@pytest.mark.parametrize(
+    ("answer", "reason"),
+    [
+        ({"result": False, "values": "out of order"}, "out of order"),
+        ({"result": False}, "its server says so"),
+        ({"result": True, "values": {"success": "yes"}}, "success"),
+    ],
+)
+async def test_a_client_that_fails_fails_whoever_asked(answer: Said, reason: str) -> None:
+    async with room() as one:
+        server = await served_by_a_client(one)
+        call = asyncio.ensure_future(one.robot.call("/mine", {"data": True}))
+        (request,) = await server.told()
+        server.say("service_response", id=request["id"], service="mine", **answer)
+        with pytest.raises(ServiceFailed, match=reason):
+            await call
+
+
+@pytest.mark.parametrize("end", ["unadvertise", "leave", "advertise anew"])
+async def test_who_waits_for_a_client_that_answers_no_more_is_told(end: str) -> None:
+    async with room() as one:
+        server = await served_by_a_client(one)
+        call = asyncio.ensure_future(one.robot.call("/mine", {"data": True}))
+        await settled()
+        if end == "leave":
+            await one.leave(server)
+        elif end == "unadvertise":
+            await server.ask("unadvertise_service", service="/mine")
+        else:
+            await server.ask("advertise_service", service="/mine", type=SET_BOOL)
+        with pytest.raises(ServiceFailed):
+            await call
+        assert ("/mine" in await one.bus.directory.services()) is (end == "advertise anew")
+
+
+@pytest.mark.parametrize("name", ["/maya_command", "/gripper", "/task", "/s"])
+async def test_what_others_serve_cannot_be_taken_from_them(name: str) -> None:
+    async with room() as one:
+        service, thief = Service(one), one.talker()
+        service.answers.set()
+        assert [status["code"] for status in await thief.ask("advertise_service", service=name, type=SET_BOOL)] == [
+            4005
+        ]
+        assert (await one.robot.call("/s", {"data": True}))["success"] is True
+
+
+@pytest.mark.parametrize(
+    ("op", "message"),
+    [
+        ("service_response", {"service": "/mine", "id": "x"}),
+        ("service_response", {"service": "/other", "id": "x"}),
+        ("service_response", {"service": "/mine"}),
+        ("advertise_service", {"service": "/new", "type": "std_srvs/Nothing"}),
+        ("advertise_service", {"service": "/new"}),
+    ],
+)
+async def test_what_answers_nothing_or_serves_nothing_is_told(op: str, message: Said) -> None:
+    async with room() as one:
+        server = await served_by_a_client(one)
+        assert [status["level"] for status in await server.ask(op, **message)] == ["error"]
+        assert list(await one.bus.directory.services()) == ["/mine"]

@@ -1,0 +1,311 @@
+"""Topics that clients subscribe to: what comes, how often, in which form, and what happens to who does not read."""
+
+from __future__ import annotations
+
+import base64
+import json
+import struct
+from typing import Any
+
+import pytest
+
+from maya_un.graph.types import default, serialize
+from maya_un.rosbridge import png
+from maya_un.rosbridge.limits import REQUESTS, TOPICS, WAITING
+from tests.rosbridging import DATE, Room, Said, Talker, room, settled
+from tests.virtual_time import elapse
+
+STRING = "std_msgs/String"
+
+
+def data_of(said: list[Said]) -> list[Any]:
+    return [message["msg"]["data"] for message in said if message["op"] == "publish"]
+
+
+class Source:
+    """Publishes numbers as texts on /t."""
+
+    def __init__(self, one: Room, *, latch: bool = False) -> None:
+        self._publisher = one.robot.advertise("/t", STRING, latch=latch)
+        self._count = 0
+
+    def tell(self, times: int = 1, text: str = "") -> None:
+        for _ in range(times):
+            self._publisher.publish({"data": f"{self._count}{text}"})
+            self._count += 1
+
+
+async def test_a_client_hears_a_topic_under_the_name_that_it_used() -> None:
+    async with room() as one:
+        source, first, other = Source(one), one.talker(), one.talker()
+        first.say("subscribe", topic="/t", type=STRING)
+        other.say("subscribe", topic="t")
+        await settled()
+        source.tell()
+        assert await first.told() == [{"op": "publish", "topic": "/t", "msg": {"data": "0"}}]
+        assert await other.told() == [{"op": "publish", "topic": "t", "msg": {"data": "0"}}]
+
+
+async def test_after_unsubscribing_nothing_comes() -> None:
+    async with room() as one:
+        source, talker = Source(one), one.talker()
+        await talker.ask("subscribe", topic="/t", type=STRING, id="a")
+        await talker.ask("subscribe", topic="/t", type=STRING, id="b")
+        talker.say("unsubscribe", topic="/t", id="a")
+        source.tell()
+        assert data_of(await talker.told()) == ["0"]
+        talker.say("unsubscribe", topic="/t", id="b")
+        source.tell()
+        assert data_of(await talker.told()) == []
+
+
+async def test_unsubscribing_without_an_id_ends_all_subscriptions_of_the_topic() -> None:
+    async with room() as one:
+        source, talker = Source(one), one.talker()
+        for name in ("a", "b"):
+            await talker.ask("subscribe", topic="/t", type=STRING, id=name)
+        talker.say("unsubscribe", topic="/t")
+        source.tell()
+        assert data_of(await talker.told()) == []
+
+
+async def test_who_goes_is_told_nothing_and_listens_no_more() -> None:
+    async with room() as one:
+        source, talker = Source(one), one.talker()
+        await talker.ask("subscribe", topic="/t", type=STRING)
+        await one.leave(talker)
+        source.tell()
+        assert await talker.told() == []
+        assert (await one.bus.directory.nodes()).get("/rosbridge") is None
+
+
+@pytest.mark.parametrize(
+    ("message", "code"),
+    [
+        ({"topic": "/unknown"}, 4019),
+        ({"topic": "/t", "type": "std_msgs/Float64"}, 4018),
+        ({"topic": "/t", "type": "no_msgs/Thing"}, 4018),
+        ({"topic": "/new", "type": "no_msgs/Thing"}, 4019),
+        ({"topic": "no name"}, 4005),
+        ({}, 4005),
+        ({"topic": "/t", "throttle_rate": -1}, 4005),
+        ({"topic": "/t", "queue_length": "many"}, 4005),
+        ({"topic": "/t", "fragment_size": 1}, 4005),
+        ({"topic": "/t", "compression": "zip"}, 4005),
+    ],
+)
+async def test_a_subscription_that_cannot_be_is_told_and_leaves_nothing(message: Said, code: int) -> None:
+    async with room() as one:
+        source, talker = Source(one), one.talker()
+        told = await talker.ask("subscribe", id="s", **message)
+        assert [(status["op"], status["level"], status["id"], status["code"]) for status in told] == [
+            ("status", "error", "s", code)
+        ]
+        source.tell()
+        assert await talker.told() == []
+        assert one.bus.topics.find("/new") is None
+
+
+async def test_a_second_subscription_of_another_type_is_refused_and_the_first_goes_on() -> None:
+    async with room() as one:
+        source, talker = Source(one), one.talker()
+        await talker.ask("subscribe", topic="/t", type=STRING)
+        assert (await talker.ask("subscribe", topic="/t", type="std_msgs/Empty", id="2"))[0]["code"] == 4005
+        source.tell()
+        assert data_of(await talker.told()) == ["0"]
+
+
+async def test_messages_come_no_oftener_than_the_throttle_allows() -> None:
+    async with room() as one:
+        source, talker = Source(one), one.talker()
+        await talker.ask("subscribe", topic="/t", type=STRING, throttle_rate=125)
+        for _ in range(40):
+            source.tell()
+            await elapse(1 / 64)
+        assert data_of(await talker.told()) == ["0", "8", "16", "24", "32"]
+
+
+async def test_with_a_queue_the_newest_wait_for_the_throttle_and_older_ones_are_dropped() -> None:
+    async with room() as one:
+        source, talker = Source(one), one.talker()
+        await talker.ask("subscribe", topic="/t", type=STRING, throttle_rate=100, queue_length=3)
+        source.tell(10)
+        assert data_of(await talker.told()) == ["0"]
+        times: list[str] = []
+        for _ in range(5):
+            await elapse(0.1)
+            times += data_of(await talker.told())
+        assert times == ["7", "8", "9"]
+
+
+async def test_of_several_subscriptions_the_least_throttle_and_queue_count() -> None:
+    async with room() as one:
+        source, talker = Source(one), one.talker()
+        await talker.ask("subscribe", topic="/t", type=STRING, id="slow", throttle_rate=1000, queue_length=5)
+        await talker.ask("subscribe", topic="/t", type=STRING, id="fast", throttle_rate=100)
+        source.tell(3)
+        await elapse(0.1)
+        source.tell(2)
+        assert data_of(await talker.told()) == ["0", "3"]
+        await talker.ask("unsubscribe", topic="/t", id="fast")
+        source.tell(2)
+        assert data_of(await talker.told()) == []
+        await elapse(1.0)
+        assert data_of(await talker.told()) == ["5"]
+
+
+async def test_who_comes_late_to_a_latched_topic_is_told_its_last_message() -> None:
+    async with room() as one:
+        source, talker = Source(one, latch=True), one.talker()
+        source.tell(3)
+        await settled()
+        assert data_of(await talker.ask("subscribe", topic="/t", type=STRING)) == ["2"]
+
+
+async def test_a_second_reader_in_one_client_is_told_what_is_latched_on_a_topic_of_the_table() -> None:
+    async with room() as one:
+        events, talker = one.robot.advertise("/maya_event", STRING, latch=True), one.talker()
+        events.publish({"data": "homed {}"})
+        assert data_of(await talker.ask("subscribe", topic="/maya_event", id="a")) == ["homed {}"]
+        assert data_of(await talker.ask("subscribe", topic="/maya_event", id="b")) == ["homed {}"]
+        assert data_of(await talker.ask("subscribe", topic="/maya_event", id="b")) == [], "that is no new one"
+
+
+async def test_a_message_is_put_into_a_form_once_for_all_who_want_that() -> None:
+    async with room() as one:
+        source, talkers = Source(one), [one.talker() for _ in range(5)]
+        sent: list[bytes] = []
+        for talker in talkers:
+            talker.mouth.write = sent.append  # type: ignore[method-assign]
+            talker.say("subscribe", topic="/t", type=STRING)
+        await settled()
+        source.tell()
+        await settled()
+        assert len(sent) == 5
+        assert all(frames is sent[0] for frames in sent)
+
+
+async def test_long_messages_come_in_fragments_and_the_smallest_size_counts() -> None:
+    async with room() as one:
+        source, talker = Source(one), one.talker()
+        await talker.ask("subscribe", topic="/t", type=STRING, id="a", fragment_size=500)
+        await talker.ask("subscribe", topic="/t", type=STRING, id="b", fragment_size=40)
+        source.tell(text="x" * 100)
+        told = await talker.told()
+        assert {message["op"] for message in told} == {"fragment"}
+        assert max(len(message["data"]) for message in told) == 40
+        whole = json.loads("".join(message["data"] for message in told))
+        assert whole == {"op": "publish", "topic": "/t", "msg": {"data": "0" + "x" * 100}}
+
+
+async def test_a_picture_may_be_asked_for_whole_or_in_fragments() -> None:
+    async with room() as one:
+        source, talker = Source(one), one.talker()
+        await talker.ask("subscribe", topic="/t", type=STRING, compression="png")
+        source.tell(text="x" * 500)
+        (told,) = await talker.told()
+        assert told["op"] == "png"
+        assert json.loads(png.decoded(told["data"], 10_000))["msg"] == {"data": "0" + "x" * 500}
+        await talker.ask("subscribe", topic="/t", type=STRING, id="small", fragment_size=50)
+        source.tell(text="y" * 500)
+        pieces = await talker.told()
+        picture = json.loads("".join(message["data"] for message in pieces))
+        assert json.loads(png.decoded(picture["data"], 10_000))["msg"] == {"data": "1" + "y" * 500}
+
+
+async def test_the_strongest_compression_that_was_asked_for_is_taken() -> None:
+    async with room() as one:
+        source, talker = Source(one), one.talker()
+        for compression in ("none", "cbor-raw", "cbor", "png"):
+            await talker.ask("subscribe", topic="/t", type=STRING, id=compression, compression=compression)
+        source.tell()
+        await settled()
+        ((kind, content),) = talker.mouth.frames
+        assert kind == 2
+        assert content.endswith(b"bytes" + b"\x45" + serialize(STRING, {"data": "0"}))
+        assert struct.pack(">I", int(DATE)) in content, "and when it was heard"
+
+
+async def test_in_cbor_arrays_of_numbers_are_packed_and_bytes_are_bytes() -> None:
+    async with room() as one:
+        kind, talker = "maya_controller/RawSensorData", one.talker()
+        publisher = one.robot.advertise("/raw", kind)
+        await talker.ask("subscribe", topic="/raw", compression="cbor")
+        publisher.publish({**default(kind), "position": [1, -2, 3], "stop_code": [1, 2, 255]})
+        await settled()
+        ((opcode, content),) = talker.mouth.frames
+        assert opcode == 2
+        assert b"position\xd8\x4f\x58\x18" + struct.pack("<3q", 1, -2, 3) in content
+        assert b"stop_code\x43\x01\x02\xff" in content
+
+
+async def test_in_json_bytes_are_base64_and_what_is_no_number_is_null() -> None:
+    async with room() as one:
+        kind, talker = "maya_controller/RawSensorData", one.talker()
+        publisher = one.robot.advertise("/raw", kind)
+        await talker.ask("subscribe", topic="/raw")
+        publisher.publish({**default(kind), "stop_code": [1, 2, 255], "velocity": [1.5, float("nan"), float("inf")]})
+        ((told),) = [message["msg"] for message in await talker.told()]
+        assert told["stop_code"] == base64.b64encode(b"\x01\x02\xff").decode()
+        assert told["velocity"] == [1.5, None, None]
+        assert told["position"] == [0, 0, 0]
+
+
+async def test_who_does_not_read_keeps_the_newest_and_slows_nobody() -> None:
+    async with room() as one:
+        source, slow, well = Source(one), one.talker(), one.talker()
+        for talker in (slow, well):
+            await talker.ask("subscribe", topic="/t", type=STRING)
+        slow.mouth.full = True
+        for _ in range(3 * WAITING):
+            source.tell()
+            await settled()
+        assert data_of(await well.told()) == [str(number) for number in range(3 * WAITING)]
+        assert slow.mouth.frames == []
+        slow.mouth.room()
+        assert data_of(slow.mouth.taken()) == [str(number) for number in range(2 * WAITING, 3 * WAITING)]
+        source.tell()
+        assert data_of(await slow.told()) == [str(3 * WAITING)]
+
+
+async def test_who_asked_for_a_queue_keeps_as_many() -> None:
+    async with room() as one:
+        source, slow = Source(one), one.talker()
+        await slow.ask("subscribe", topic="/t", type=STRING, queue_length=2)
+        slow.mouth.full = True
+        for _ in range(9):
+            source.tell()
+            await settled()
+        slow.mouth.room()
+        assert data_of(slow.mouth.taken()) == ["7", "8"]
+
+
+async def test_a_client_has_only_so_many_topics_and_subscriptions() -> None:
+    async with room() as one:
+        talker = one.talker()
+        for number in range(TOPICS):
+            talker.say("subscribe", topic=f"/t{number}", type=STRING)
+        assert await talker.told() == []
+        assert (await talker.ask("subscribe", topic="/more", type=STRING))[0]["code"] == 4005
+        for number in range(REQUESTS):
+            talker.say("subscribe", topic="/t0", type=STRING, id=f"{number}")
+        assert [status["code"] for status in await talker.told()] == [4005]
+
+
+async def _level(talker: Talker, level: str) -> list[Said]:
+    return await talker.ask("set_level", level=level)
+
+
+async def test_successes_are_told_to_who_wants_to_know() -> None:
+    async with room() as one:
+        talker = one.talker()
+        assert await _level(talker, "info") == []
+        (told,) = await talker.ask("subscribe", topic="/t", type=STRING, id="s")
+        assert (told["op"], told["level"], told["id"]) == ("status", "info", "s")
+        await _level(talker, "warning")
+        assert await talker.ask("unsubscribe", topic="/t", id="s") == []
+        (told,) = await talker.ask("unsubscribe", topic="/t", id="s")
+        assert told["level"] == "warning"
+        await _level(talker, "none")
+        assert await talker.ask("subscribe", topic="///") == []
+        assert (await talker.ask("unsubscribe", topic="/t")) == []
