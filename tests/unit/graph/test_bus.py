@@ -227,9 +227,9 @@ async def test_who_leaves_cancels_what_was_being_answered_and_waits_for_its_end(
 
     async def slow(_: Message) -> Message:
         try:
-            await asyncio.sleep(100.0)
+            await elapse(100.0)
         finally:
-            await asyncio.sleep(2.0)
+            await elapse(2.0)
             ended.append(asyncio.get_running_loop().time())
         return {}
 
@@ -246,7 +246,7 @@ async def test_where_nobody_answers_any_more_the_call_fails() -> None:
     bus = Bus()
 
     async def slow(_: Message) -> Message:
-        await asyncio.sleep(100.0)
+        await elapse(100.0)
         return {}
 
     server = bus.node("one")
@@ -268,7 +268,7 @@ async def test_a_goal_is_carried_out_with_its_feedback() -> None:
 
     async def act(goal: Message, feedback: Feedback) -> Message:
         feedback({"a": goal["a"]})
-        await asyncio.sleep(1.0)
+        await elapse(1.0)
         return DONE
 
     bus.node("one").act("/move", MOVE, act)
@@ -284,7 +284,7 @@ async def test_two_clients_hear_of_their_own_goals_only() -> None:
     bus = Bus()
 
     async def act(goal: Message, _: Feedback) -> Message:
-        await asyncio.sleep(goal["a"])
+        await elapse(goal["a"])
         return {**DONE, "message": str(goal["a"])}
 
     bus.node("one").act("/move", MOVE, act)
@@ -299,9 +299,9 @@ async def test_who_leaves_cancels_his_goal_and_waits_until_it_has_ended() -> Non
     async def act(_: Message, feedback: Feedback) -> Message:
         feedback({})
         try:
-            await asyncio.sleep(100.0)
+            await elapse(100.0)
         except asyncio.CancelledError:
-            await asyncio.sleep(3.0)
+            await elapse(3.0)
             raise
         return DONE
 

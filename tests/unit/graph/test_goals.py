@@ -39,7 +39,7 @@ class Acts:
         try:
             return await self.ways[goal["a"]]
         except asyncio.CancelledError:
-            await asyncio.sleep(self.rest)
+            await elapse(self.rest)
             raise
 
 
@@ -322,7 +322,7 @@ class GoalsMachine(RuleBasedStateMachine):
     def teardown(self) -> None:
         async def over() -> None:
             self.line.server.close()
-            await asyncio.sleep(1.0)
+            await elapse(1.0)
 
         if hasattr(self, "line"):
             self.loop.run_until_complete(over())
@@ -349,7 +349,7 @@ class GoalsMachine(RuleBasedStateMachine):
 
     @rule(time=st.sampled_from([0.0, 0.1, 1.0]))
     def wait(self, time: float) -> None:
-        self.loop.run_until_complete(asyncio.sleep(time))
+        self.loop.run_until_complete(elapse(time))
 
     @precondition(lambda self: self.line.acts.ways)
     @rule(data=st.data(), end=st.sampled_from(["feedback", "done", "refused", "failed"]))
@@ -371,7 +371,7 @@ class GoalsMachine(RuleBasedStateMachine):
 
     @invariant()
     def states_follow_one_another_as_in_actionlib(self) -> None:
-        self.loop.run_until_complete(asyncio.sleep(0))
+        self.loop.run_until_complete(elapse(0))
         for statuses in self.line.statuses:
             for status in statuses:
                 name, outcome = status["goal_id"]["id"], Outcome(status["status"])

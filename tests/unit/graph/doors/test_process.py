@@ -27,7 +27,7 @@ class Queue:
     error: NotConnected | None = None
 
     async def append(self, primitives: Sequence[Primitive]) -> None:
-        await asyncio.sleep(1.0)
+        await elapse(1.0)
         if self.error is not None:
             raise self.error
         self.told.append(" ".join(primitive.command for primitive in primitives))
