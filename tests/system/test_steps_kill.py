@@ -1,0 +1,119 @@
+"""Steps in a program that is killed at any instant: none is carried out twice, each has one result in the end."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from maya_un.graph.step import INTERRUPTED
+from tests.campaign import Campaign
+
+pytestmark = pytest.mark.system
+
+WORKER = Path(__file__).with_name("step_worker.py")
+
+
+class Bridge:
+    """The program, and what it has said."""
+
+    def __init__(self, place: Path) -> None:
+        self.said: list[str] = []
+        self._popen = subprocess.Popen(
+            [sys.executable, str(WORKER), str(place)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            bufsize=1,
+            cwd=WORKER.parents[2],
+        )
+
+    def say(self, line: str) -> None:
+        assert self._popen.stdin is not None
+        self._popen.stdin.write(line + "\n")
+
+    def command(self, id_: str, name: str = "home") -> None:
+        self.say(json.dumps({"id": id_, "command": name, "args": {}}))
+
+    def hear(self, begins: str) -> str:
+        """Return the rest of the next line that begins so; fails where there is none."""
+        assert self._popen.stdout is not None
+        for line in self._popen.stdout:
+            self.said.append(line)
+            if line.startswith(begins):
+                return line.removeprefix(begins).strip()
+        raise AssertionError(f"it ended without {begins!r}")
+
+    def result(self) -> dict[str, Any]:
+        return json.loads(self.hear("result "))
+
+    def kill(self) -> str:
+        """Kill it with -9; return what it still had said."""
+        self._popen.kill()
+        rest, _ = self._popen.communicate(timeout=30.0)
+        self.said += rest.splitlines()
+        return rest
+
+
+@contextmanager
+def bridge(place: Path) -> Iterator[Bridge]:
+    program = Bridge(place)
+    try:
+        program.hear("ready")
+        yield program
+    finally:
+        program.kill()
+
+
+def test_what_was_under_way_at_the_kill_is_interrupted_and_never_repeated(tmp_path: Path) -> None:
+    place = tmp_path / "steps.db"
+    with bridge(place) as program:
+        program.command("1")
+        assert program.hear("begun ") == "home"
+    with bridge(place) as program:
+        told = program.result()
+        assert (told["id"], told["success"], told["code"]) == ("1", False, INTERRUPTED)
+        program.command("1")
+        assert program.result() == told
+        program.command("2")
+        assert program.hear("begun ") == "home"
+        program.say("end")
+        assert (program.result()["id"], "begun" in program.kill()) == ("2", False)
+
+
+def test_what_was_done_before_the_kill_stays_done(tmp_path: Path) -> None:
+    place = tmp_path / "steps.db"
+    with bridge(place) as program:
+        program.command("1")
+        program.hear("begun ")
+        program.say("end")
+        told = program.result()
+    with bridge(place) as program:
+        program.command("1")
+        assert program.result() == told
+        assert "begun" not in program.kill()
+
+
+def test_killed_at_any_instant_a_step_is_begun_at_most_once(campaign: Campaign, tmp_path: Path) -> None:
+    """The kill comes with the command, with the end of its task, or after what was said of it."""
+    for case in range(campaign.size(ci=4, long=200)):
+        rng = campaign.rng(case)
+        begun, results = 0, set[str]()
+        for _ in range(3):
+            with bridge(tmp_path / f"{case}.db") as program:
+                program.command("1")
+                if rng.random() < 0.6:
+                    program.say("end")
+                    if rng.random() < 0.5:
+                        program.result()
+                program.kill()
+            begun += sum(line.startswith("begun") for line in program.said)
+            results |= {line.strip() for line in program.said if line.startswith("result ")}
+        assert begun <= 1
+        assert len(results) <= 1
