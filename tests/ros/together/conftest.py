@@ -1,0 +1,25 @@
+"""The robot that these tests share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from tests.ros.floors import Floors, floors
+from tests.ros.workspace import Workspace
+
+
+@pytest.fixture(scope="package")
+def shared(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace) -> Iterator[Floors]:
+    """Return all floors of a robot."""
+    with floors(tmp_path_factory.mktemp("together"), workspace) as up:
+        yield up
+
+
+@pytest.fixture
+def robot(shared: Floors) -> Iterator[Floors]:
+    """Return the robot, homed and at rest; a test that leaves it otherwise is judged after the fact."""
+    shared.ready()
+    yield shared
+    shared.unharmed()

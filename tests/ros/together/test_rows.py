@@ -1,0 +1,227 @@
+"""Every row of the interface table, exercised by ROS' own tools and clients from other processes."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from maya_un.graph.protocol import Outcome
+from maya_un.graph.table import (
+    ABORT,
+    COMMAND,
+    DIAGNOSTICS,
+    EVENT,
+    FOLLOW,
+    GRIPPER,
+    HOME,
+    JOINTS,
+    MARKERS,
+    MAYA_COMMAND,
+    MOVE,
+    PAUSE,
+    POSITION,
+    PRIMITIVE,
+    RECOVER,
+    RESUME,
+    SENSORS,
+    SPEED,
+    STEP_COMMAND,
+    STEP_RESULT,
+    STOP,
+    TABLE,
+    TASK,
+    Form,
+    Row,
+)
+from tests.ros.driven import Message
+from tests.ros.floors import DONE, HERE, Floors, near, primitive
+
+pytestmark = pytest.mark.system
+
+IN_SIMULATION = [row for row in TABLE if row is not SENSORS]
+ACTION_TOPICS = {
+    "goal": "ActionGoal",
+    "cancel": None,
+    "status": None,
+    "feedback": "ActionFeedback",
+    "result": "ActionResult",
+}
+"""The topics of an action, and what their types end in; the others belong to actionlib."""
+
+
+def _joints(robot: Floors, a: float) -> Message:
+    """Return a path from where the robot stands to another angle of the boom, as ROS tools send one."""
+    _, *now = robot.twin()["joints"]
+    told = robot.driver.subscribe(JOINTS.name, JOINTS.type)
+    here = told.until(after=len(told.messages))
+    b, c = (here["position"][here["name"].index(axis)] for axis in "bc")
+    assert near((b, c), now)
+    start = here["position"][here["name"].index("a")]
+    return {"joint_names": ["a", "b", "c"], "points": [{"positions": [start, b, c]}, {"positions": [a, b, c]}]}
+
+
+@pytest.mark.parametrize("row", IN_SIMULATION, ids=lambda row: row.name)
+def test_the_row_is_in_the_graph_with_its_type_at_its_node(row: Row, robot: Floors) -> None:
+    published, heard, served = (dict(part) for part in robot.ros.ask_master("getSystemState"))
+    types = robot.ros.topics()
+    match row.form:
+        case Form.TOPIC:
+            assert types[row.name] == row.type
+            nodes = heard[row.name] if row.heard else published[row.name]
+            assert {f"/{name}" for name in (row.sinks if row.heard else row.sources)} & set(nodes)
+        case Form.SERVICE:
+            assert {f"/{name}" for name in row.sources} & set(served[row.name])
+            assert robot.ros.tool("rosservice", "type", row.name).strip() == row.type
+        case Form.ACTION:
+            for part, ending in ACTION_TOPICS.items():
+                expected = f"{row.type}{ending}" if ending else "actionlib_msgs/Goal"
+                assert types[f"{row.name}/{part}"].startswith(expected)
+            assert {f"/{name}" for name in row.sources} & set(published[f"{row.name}/result"])
+
+
+def _echo(robot: Floors, row: Row) -> str:
+    return robot.ros.tool("rostopic", "echo", "-n", "1", row.name)
+
+
+def test_what_is_published_can_be_echoed(robot: Floors) -> None:
+    assert _echo(robot, EVENT).startswith('data: "')
+    assert _echo(robot, POSITION).startswith("x: ")
+    assert "name: \n  - a\n  - b\n  - c" in _echo(robot, JOINTS).replace("name:\n", "name: \n")
+    assert "ns: " in _echo(robot, MARKERS)
+    assert "name: " in _echo(robot, DIAGNOSTICS)
+
+
+def test_the_position_is_where_the_twin_is(robot: Floors) -> None:
+    told = robot.driver.subscribe(POSITION.name, POSITION.type)
+    count = len(told.messages)
+    message = told.until(after=count)
+    assert near((message["x"], message["y"], message["z"]), robot.twin()["point"])
+
+
+def test_the_gripper_says_its_new_state(robot: Floors) -> None:
+    for open_, word in ((True, "gripper_open"), (False, "gripper_closed"), (True, "gripper_open")):
+        before = robot.mark()
+        said = robot.ros.tool("rosservice", "call", GRIPPER.name, f"data: {str(open_).lower()}")
+        assert "success: True" in said
+        assert robot.until_told(word, before)["gripper_closed"] is not open_
+        assert robot.twin()["closed"] is not open_
+
+
+@pytest.mark.parametrize(("row", "code"), [(PAUSE, "2111"), (RESUME, "2112"), (RECOVER, "2108")], ids=str)
+def test_services_that_have_nothing_to_do_refuse_with_a_code(row: Row, code: str, robot: Floors) -> None:
+    answer = robot.driver.call(row.name)
+    assert not answer["success"]
+    assert answer["message"].startswith(f"{code}: ")
+
+
+def test_stop_at_rest_says_that_nothing_moved(robot: Floors) -> None:
+    answer = robot.driver.call(STOP.name)
+    assert answer["success"]
+    assert json.loads(answer["message"])["was_moving"] is False
+
+
+def test_pause_and_resume_hold_a_motion_and_let_it_go_on(robot: Floors) -> None:
+    goal = robot.begun("approach", robot.away())
+    assert robot.driver.call(PAUSE.name)["success"]
+    robot.eventually(lambda: robot.told[1]["mode"] == "paused", "paused")
+    assert robot.driver.call(RESUME.name)["success"]
+    assert goal.ended() == (Outcome.SUCCEEDED, DONE)
+
+
+def test_stop_ends_a_motion_on_its_path_with_its_code(robot: Floors) -> None:
+    goal = robot.begun("approach", robot.away())
+    assert robot.driver.call(STOP.name)["success"]
+    outcome, result = goal.ended()
+    assert (outcome, result["code"]) == (Outcome.PREEMPTED, "2201")
+    robot.at_rest()
+
+
+def test_home_says_its_phases(robot: Floors) -> None:
+    goal = robot.driver.do(HOME.name, HOME.type)
+    assert goal.ended() == (Outcome.SUCCEEDED, DONE)
+    phases = [message["phase"] for message in goal.feedback.messages]
+    assert phases[0] == "homing"
+    assert {"raise", "stroke_b", "stroke_c"} <= set(phases)
+
+
+def test_move_and_follow_go_where_they_are_told_and_say_how_far_they_are(robot: Floors) -> None:
+    goal = robot.driver.do(MOVE.name, MOVE.type, {"a": 0.5, "b": 1.7, "c": 1.7})
+    assert goal.ended() == (Outcome.SUCCEEDED, DONE)
+    assert near(robot.twin()["joints"], (0.5, 1.7, 1.7))
+    assert 0.0 <= goal.feedback.messages[-1]["progress"] <= 1.0
+    robot.at_rest()
+    goal = robot.driver.do(FOLLOW.name, FOLLOW.type, {"trajectory": _joints(robot, 0.9)})
+    assert goal.ended() == (Outcome.SUCCEEDED, DONE)
+    assert near(robot.twin()["joints"], (0.9, 1.7, 1.7))
+
+
+def test_what_cannot_be_reached_is_refused_with_its_code(robot: Floors) -> None:
+    outcome, result = robot.driver.do(MOVE.name, MOVE.type, {"a": 0.5, "b": 0.6, "c": 0.6}).ended()
+    assert (outcome, result["code"]) == (Outcome.REJECTED, "2101")
+    assert robot.command("pick", (9.0, 9.0, 0.4))["code"] == "2101"
+    assert robot.task("pick", (9.0, 9.0, 0.4)).ended()[1]["code"] == "2101"
+
+
+def test_a_cancel_of_a_task_stops_on_the_path(robot: Floors) -> None:
+    goal = robot.begun("approach", robot.away())
+    goal.cancel()
+    outcome, result = goal.ended()
+    assert (outcome, result["code"]) == (Outcome.PREEMPTED, "2202")
+    robot.at_rest()
+
+
+def test_controller_command_moves_and_its_refusal_is_told_as_an_event(robot: Floors) -> None:
+    robot.at_rest()
+    a = 0.6 if robot.twin()["joints"][0] > 0.8 else 1.1
+    before = robot.mark()
+    robot.driver.publish(COMMAND.name, COMMAND.type, _joints(robot, a))
+    robot.until_told("moving", before)
+    robot.eventually(lambda: near(robot.twin()["joints"][:1], (a,)), "the boom is there")
+    robot.eventually(robot.can_teleop, "at rest")
+    before = robot.mark()
+    robot.driver.publish(COMMAND.name, COMMAND.type, {"joint_names": ["a", "b", "d"], "points": []})
+    assert robot.until_told("refused", before)["code"] == 4018
+
+
+def test_the_speed_of_all_motion_is_scaled_by_a_topic(robot: Floors) -> None:
+    for ratio in (0.5, 1.0):
+        before = robot.mark()
+        robot.driver.publish(SPEED.name, SPEED.type, {"data": ratio})
+        assert robot.until_told("speed", before)["override"] == ratio
+
+
+def test_maya_move_does_a_primitive(robot: Floors) -> None:
+    before = robot.mark()
+    robot.driver.publish(PRIMITIVE.name, PRIMITIVE.type, primitive("approach", robot.away()))
+    robot.until_told("moving", before)
+    robot.eventually(robot.can_teleop, "done")
+
+
+def test_can_teleop_by_the_command_line(robot: Floors) -> None:
+    said = robot.ros.tool("rosservice", "call", MAYA_COMMAND.name, "task: {command: can_teleop}")
+    assert "success: True" in said
+
+
+def test_a_task_says_its_phase_how_far_it_is_and_where(robot: Floors) -> None:
+    goal = robot.driver.do(TASK.name, TASK.type, {"task": primitive("approach", robot.away())})
+    assert goal.ended() == (Outcome.SUCCEEDED, DONE)
+    assert goal.feedback.messages
+    assert near(list(goal.feedback.messages[-1]["position"].values()), robot.twin()["point"], within=3.0)
+
+
+def test_a_step_is_carried_out_and_told(robot: Floors) -> None:
+    results = robot.driver.subscribe(STEP_RESULT.name, STEP_RESULT.type)
+    x, y, z = HERE
+    step = {"id": "row", "command": "approach", "args": {"x": x, "y": y, "z": z}}
+    robot.driver.publish(STEP_COMMAND.name, STEP_COMMAND.type, {"data": json.dumps(step)})
+    told = json.loads(results.until(lambda message: json.loads(message["data"])["id"] == "row")["data"])
+    assert (told["success"], told["error"]) == (True, None)
+
+
+def test_abort_stops_without_deceleration_and_a_person_recovers(robot: Floors) -> None:
+    goal = robot.begun("approach", robot.away())
+    robot.driver.call(ABORT.name)
+    outcome, _ = goal.ended()
+    assert outcome in {Outcome.ABORTED, Outcome.PREEMPTED}
+    robot.at_rest()
