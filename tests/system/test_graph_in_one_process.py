@@ -1,0 +1,220 @@
+"""The whole graph of `maya up` on a bus, in virtual time: every way to a pick-and-place, and its end at any instant."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass, field
+from random import Random
+
+import pytest
+
+from maya_un.api.access.caller import ROS
+from maya_un.assembly import Stack, stack
+from maya_un.config import Config
+from maya_un.graph.bus import Bus, BusNode
+from maya_un.graph.doors.controller import ControllerDoor
+from maya_un.graph.doors.process import ProcessDoor
+from maya_un.graph.doors.robot import RobotDoor
+from maya_un.graph.events import Told, read
+from maya_un.graph.primitives import to_message
+from maya_un.graph.protocol import Message, Outcome
+from maya_un.graph.queue import Queue, status_of
+from maya_un.process.view import QueueMode
+from maya_un.robot.pick import Pick
+from maya_un.robot.place import Place
+from maya_un.rosbridge.near import NearController, NearRobot, echoed
+from maya_un.server.bridge import Bridge
+from maya_un.values import Mode, Point
+from tests.campaign import Campaign
+from tests.virtual_time import elapse
+
+pytestmark = pytest.mark.system
+
+CUBE, TRAY = Point(0.50, 1.10, 0.40), Point(1.10, 0.50, 0.40)
+PICK, PLACE, HOME = to_message(Pick(CUBE)), to_message(Place(TRAY)), {"command": "home"}
+LONGEST = 120.0
+"""Pick and place of a homed robot have ended by then [s]."""
+
+PATIENT = 1000.0
+
+
+@dataclass
+class House:
+    """All floors behind their doors, and somebody on the other side."""
+
+    stack: Stack
+    bus: Bus
+    client: BusNode
+    told: list[Told] = field(default_factory=list[Told])
+
+    def publish(self, topic: str, kind: str, message: Message) -> None:
+        publisher = self.client.advertise(topic, kind)
+        publisher.publish(message)
+        publisher.close()
+
+    async def do(self, task: Message) -> None:
+        ended = await self.client.do("/task", "maya_robot/Task", {"task": task})
+        assert (ended.outcome, ended.result["code"]) == (Outcome.SUCCEEDED, "")
+
+    async def call(self, task: Message) -> None:
+        answer = await self.client.call("/maya_command", {"task": task}, "maya_robot/MayaCommand")
+        assert answer == {"success": True, "code": "", "message": ""}
+
+    def moved(self) -> bool:
+        """Whether the part stands on the tray, by the mechanics, and nothing ever fell."""
+        assert self.stack.twin is not None
+        mechanics = self.stack.twin.mechanics
+        x, y, _ = mechanics.parts["cube"]
+        assert not mechanics.record.whole.drops
+        return abs(x - TRAY.x) < 0.002 and abs(y - TRAY.y) < 0.002
+
+    async def until(self, seen: Callable[[], bool]) -> None:
+        """Wait until something is so."""
+        began = asyncio.get_running_loop().time()
+        while not seen():
+            assert asyncio.get_running_loop().time() < began + PATIENT
+            await elapse(0.1)
+
+    async def stands_still(self) -> None:
+        """See that nothing moves."""
+        assert self.stack.twin is not None
+        before = self.stack.twin.mechanics.true_joints()
+        await elapse(20.0)
+        assert self.stack.twin.mechanics.true_joints() == pytest.approx(before, abs=2e-5)
+
+
+@asynccontextmanager
+async def house(*, homed: bool = True) -> AsyncIterator[House]:
+    async with AsyncExitStack() as held:
+        floors = await held.enter_async_context(stack(Config(), live=False, parts={"cube": CUBE}))
+        if homed:
+            await floors.controller.home()
+        bus = Bus()
+        bridge = Bridge(asyncio.get_running_loop(), floors.service, gate=floors.gate)
+        echo = await held.enter_async_context(echoed(bridge, 1.0))
+        queue = Queue(bridge.carry, lambda: status_of(echo.view, floors.controller))
+        doors = (
+            ("hw_simulator", ControllerDoor(NearController(floors, bridge, echo))),
+            ("robot_controller", RobotDoor(NearRobot(floors, bridge, echo))),
+            ("process_controller", ProcessDoor(queue)),
+        )
+        for name, door in doors:
+            await held.enter_async_context(door.open(bus.node(name)))
+        seen = House(floors, bus, bus.node("somebody"))
+        seen.client.subscribe("/maya_event", "std_msgs/String", lambda event: seen.told.append(read(event["data"])))
+        await elapse(0.1)
+        yield seen
+
+
+async def by_task(robot: House) -> None:
+    await robot.do(PICK)
+    await robot.do(PLACE)
+
+
+async def by_command(robot: House) -> None:
+    await robot.call(PICK)
+    await robot.call(PLACE)
+
+
+async def by_move(robot: House) -> None:
+    robot.publish("/maya_move", "maya_robot/MayaPrimitive", PICK)
+    await robot.until(lambda: robot.stack.robot.holding is True)
+    await robot.until(lambda: robot.stack.service.direct.doing == "")
+    await elapse(0.1)
+    robot.publish("/maya_move", "maya_robot/MayaPrimitive", PLACE)
+
+
+async def by_send_task(robot: House) -> None:
+    robot.publish("/send_task", "maya_robot/MayaPrimitive", PICK)
+    robot.publish("/send_task", "maya_robot/MayaPrimitive", PLACE)
+
+
+async def by_start_queue(robot: House) -> None:
+    robot.publish("/start_queue", "maya_process/ProcessQueue", {"tasks": [PICK, PLACE]})
+
+
+WAYS = {
+    "/task": by_task,
+    "/maya_command": by_command,
+    "/maya_move": by_move,
+    "/send_task": by_send_task,
+    "/start_queue": by_start_queue,
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+async def test_every_way_moves_the_part(way: str) -> None:
+    async with house() as robot:
+        await WAYS[way](robot)
+        await robot.until(robot.moved)
+        await robot.until(lambda: robot.stack.robot.holding is False)
+
+
+def homing(robot: House) -> Awaitable[None]:
+    async def wished() -> None:
+        robot.publish("/maya_move", "maya_robot/MayaPrimitive", HOME)
+
+    return wished()
+
+
+@pytest.mark.parametrize("way", [*WAYS, "homing"])
+async def test_the_end_of_everything_stops_it_at_any_instant_and_all_can_go_on(way: str, campaign: Campaign) -> None:
+    for case in range(campaign.size(ci=2, long=100)):
+        rng = campaign.rng(case)
+        async with house(homed=way != "homing") as robot:
+            begun = asyncio.ensure_future(WAYS.get(way, homing)(robot))
+            await elapse(_instant(rng))
+            robot.publish("/stop_queue", "std_msgs/Empty", {})
+            await elapse(3.0)
+            begun.cancel()
+            await asyncio.gather(begun, return_exceptions=True)
+            await robot.until(lambda robot=robot: robot.told[-1].standing.mode in (Mode.IDLE, Mode.NOT_HOMED))
+            await robot.stands_still()
+            await _finishes(robot)
+
+
+def _instant(rng: Random) -> float:
+    return rng.uniform(0.0, LONGEST)
+
+
+async def _finishes(robot: House) -> None:
+    """Have the robot do what is left, as a person would after whatever happened."""
+    assert robot.stack.process.shown.mode is QueueMode.RUNNING
+    if robot.moved() and not robot.stack.robot.holding:
+        return
+    if not robot.stack.controller.state.homed:
+        await robot.do(HOME)
+    if not robot.stack.robot.holding:
+        await robot.call({"command": "gripper", "open": True})
+        await robot.do(PICK)
+    await robot.do(PLACE)
+    assert robot.moved()
+
+
+async def test_whoever_drives_is_not_driven_past() -> None:
+    async with house() as robot:
+        robot.stack.lease.take("ana", "http")
+        ended = await robot.client.do("/task", "maya_robot/Task", {"task": PICK})
+        assert (ended.outcome, ended.result["code"]) == (Outcome.REJECTED, "4103")
+        ended = await robot.client.do("/home", "maya_controller/Home", {})
+        assert (ended.outcome, ended.result["code"]) == (Outcome.REJECTED, "4103")
+        answer = await robot.client.call("/controller/stop", {})
+        assert answer["success"]  # which needs no lease
+        assert robot.stack.lease.holder is not None
+        assert robot.stack.lease.holder.name != ROS.name
+
+
+async def test_a_wish_on_the_graph_is_refused_while_a_job_runs_which_goes_on_unharmed() -> None:
+    async with house() as robot:
+        robot.publish("/start_queue", "maya_process/ProcessQueue", {"tasks": [PICK, PLACE]})
+        await elapse(2.0)
+        for name, kind, goal in (
+            ("/task", "maya_robot/Task", {"task": HOME}),
+            ("/home", "maya_controller/Home", {}),
+            ("/move", "maya_controller/Move", {"b": 1.5, "c": 1.3}),
+        ):
+            ended = await robot.client.do(name, kind, goal)
+            assert (ended.outcome, ended.result["code"]) == (Outcome.REJECTED, "2104"), name
+        await robot.until(robot.moved)
