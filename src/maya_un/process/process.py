@@ -18,7 +18,7 @@ from collections.abc import Callable, Mapping
 
 from maya_un.config import Config
 from maya_un.controller.protocol import Controller
-from maya_un.errors import Cancelled, Faulted, InvalidValue, NotConnected, WrongState
+from maya_un.errors import Cancelled, Faulted, InvalidValue, NotConnected, StorageFailed, WrongState
 from maya_un.process.changes import Changes
 from maya_un.process.editing import Editing
 from maya_un.process.inspection import JobInspection, inspect_job
@@ -153,13 +153,16 @@ class Process:
     async def cancel(self, number: int) -> JobReport:
         """End a job early; one that runs stops on its path. Returns when it has ended.
 
-        Raises `NotFound`, `StorageFailed`.
+        Raises `NotFound`, and `StorageFailed` where the end cannot be written: one that ran is at rest all the same.
         """
         item = self._items.find(number)
         if item is not None and item is not self.turns.running:
             await self._whole.do(self._cancel_waiting(item))
         if item is not None and item is self.turns.running:
             self.turns.end(item, Cancelled())
+            await self.turns.left(item)
+            if self._ledger.failing:
+                raise StorageFailed(reason=self._ledger.failing)
         return await self.result(number)
 
     async def clear(self) -> None:

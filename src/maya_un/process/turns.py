@@ -52,6 +52,7 @@ class Turns:
         self._steps_allowed = 0
         self._closed = False
         self._aside = 0
+        self._leaving: list[asyncio.Future[None]] = []
         self.running: Item | None = None
         self.halts = 0
         shared.ledger.on_failure = lambda: shared.pausing.pause("storage")
@@ -147,6 +148,13 @@ class Turns:
         if brake and item.moving and self._runner is not None and not self._runner.cancelling():
             self._runner.cancel()
 
+    async def left(self, item: Item) -> None:
+        """Wait until a job is under way no longer, be its end written or not."""
+        while self.running is item:
+            leaving: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+            self._leaving.append(leaving)
+            await leaving
+
     async def pause_motion(self) -> StopReport:
         """Brake on the path and hold all motion, also of the job under way; raises as `Controller.pause` does."""
         running = self.running
@@ -219,10 +227,19 @@ class Turns:
                 self._steps_allowed = 0
                 self.running = item
                 await self._perform(item, limit)
-                self.running = None
+                self._leave()
                 await self.lift()
         finally:
-            self.running = self._runner = None
+            self._runner = None
+            self._leave()
+
+    def _leave(self) -> None:
+        """Have nothing be under way, and tell who waits for that."""
+        self.running = None
+        leaving, self._leaving = self._leaving, []
+        for one in leaving:
+            if not one.done():
+                one.set_result(None)
 
     async def _perform(self, item: Item, limit: int | None) -> None:
         item.end_by, item.concludes = None, False

@@ -168,3 +168,19 @@ async def test_what_is_paused_while_something_else_is_written_is_announced_all_t
         assert [event.detail["reason"] for event in floor.told(Kind.QUEUE)] == ["stop"]
         kept_now = await floor.journal.unfinished()
         assert (kept_now.queue.paused, kept_now.queue.reason) == (True, "stop")
+
+
+async def test_who_cancels_is_answered_when_the_robot_is_at_rest_also_where_that_cannot_be_written() -> None:
+    async with Machine().running() as floor:
+        process = floor.process
+        await process.submit(job("home", "home"))
+        await floor.until(1, 1)
+        floor.journal.broken = "the disk is full"
+        with pytest.raises(StorageFailed, match="the disk is full"):
+            await process.cancel(1)
+        assert process.running is None
+        assert floor.controller.state.moving is False
+        floor.journal.broken = ""
+        await elapse(2 * RETRY)
+        assert await kept(floor, 1) == ("cancelled", ["cancelled"])
+        assert (await process.result(1)).state is TaskState.CANCELLED
