@@ -1,0 +1,134 @@
+"""Every node is killed in turn while the robot moves: it stops, somebody says why, nothing moves by itself again."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+
+import pytest
+
+from maya_un.graph.protocol import Outcome
+from maya_un.graph.table import STEP_COMMAND, STEP_RESULT
+from tests.ros.floors import DONE, HERE, THERE, Floors, floors, near, primitive
+from tests.ros.workspace import Workspace
+
+pytestmark = pytest.mark.system
+
+NODE_GONE = "1011"
+SLOW = 0.1
+"""Share of the speed at which a motion lasts long enough for rospy to notice who is gone: that takes half a second."""
+
+
+@pytest.fixture(scope="module")
+def launched(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace) -> Iterator[Floors]:
+    with floors(tmp_path_factory.mktemp("deaths"), workspace) as up:
+        yield up
+
+
+@pytest.fixture
+def robot(launched: Floors) -> Floors:
+    launched.ready()
+    launched.at_speed(SLOW)
+    return launched
+
+
+def comes_to_rest(robot: Floors, before: int) -> None:
+    """Wait until the motion that was under way has been stopped on its path."""
+    robot.until_told("stopped", before)
+    robot.at_rest()
+    robot.unharmed()
+
+
+def returns_without_motion(robot: Floors, node: str, package: str, ready: str) -> None:
+    """Start a node again; nothing moves because of that."""
+    before = robot.mark()
+    stood = robot.twin()["joints"]
+    again = robot.ros.start("rosrun", package, f"{node}.py")
+    again.until(ready)
+    diagnosed = robot.driver.subscribe("/diagnostics", "diagnostic_msgs/DiagnosticArray")
+    for _ in range(3):
+        diagnosed.until(after=len(diagnosed.messages))
+    assert "moving" not in robot.words(before)
+    assert "homing" not in robot.words(before)
+    assert near(robot.twin()["joints"], stood, within=1e-9)
+
+
+def works(robot: Floors) -> None:
+    """Fail where the robot does not do what it is told."""
+    robot.at_speed(1.0)
+    place = robot.away()
+    assert robot.task("approach", place).ended() == (Outcome.SUCCEEDED, DONE)
+    assert near(robot.twin()["point"][:2], place[:2])
+
+
+def test_without_its_client_a_task_is_stopped(robot: Floors) -> None:
+    before = robot.mark()
+    client = robot.ros.driver()
+    client.do("/task", "maya_robot/Task", {"task": primitive("approach", robot.away())})
+    robot.until_told("moving", before)
+    client.program.kill()
+    comes_to_rest(robot, before)
+    works(robot)
+
+
+def test_without_firebase_bridge_its_step_is_stopped_and_not_begun_again(robot: Floors) -> None:
+    results = robot.driver.subscribe(STEP_RESULT.name, STEP_RESULT.type)
+    before = robot.mark()
+    x, y, z = robot.away()
+    step = {"id": "dead", "command": "approach", "args": {"x": x, "y": y, "z": z}}
+    robot.driver.publish(STEP_COMMAND.name, STEP_COMMAND.type, {"data": json.dumps(step)})
+    robot.until_told("moving", before)
+    robot.kill("/firebase_bridge")
+    comes_to_rest(robot, before)
+    returns_without_motion(robot, "firebase_bridge", "maya_process", "Steps from")
+    told = json.loads(results.until(lambda message: json.loads(message["data"])["id"] == "dead")["data"])
+    assert told["success"] is False
+    works(robot)
+
+
+def test_without_process_controller_the_job_is_stopped_and_waits_for_a_person(robot: Floors) -> None:
+    before = robot.mark()
+    tasks = [primitive("approach", place) for place in (robot.away(), HERE, THERE)]
+    robot.driver.publish("/start_queue", "maya_process/ProcessQueue", {"tasks": tasks})
+    robot.until_told("moving", before)
+    robot.kill("/process_controller")
+    comes_to_rest(robot, before)
+    returns_without_motion(robot, "process_controller", "maya_process", "The queue")
+    works(robot)
+
+
+def test_without_primitive_server_the_robot_floor_stops_what_it_asked_for(robot: Floors) -> None:
+    before = robot.mark()
+    goal = robot.begun("approach", robot.away())
+    robot.kill("/primitive_server")
+    comes_to_rest(robot, before)
+    returns_without_motion(robot, "primitive_server", "maya_robot", "Primitives are done")
+    assert goal.status.messages[-1]["state"] in {Outcome.ACTIVE, Outcome.LOST}
+    works(robot)
+
+
+def test_without_robot_controller_the_controller_floor_stops_what_it_asked_for(robot: Floors) -> None:
+    before = robot.mark()
+    goal = robot.begun("approach", robot.away())
+    robot.kill("/robot_controller")
+    outcome, result = goal.ended()
+    assert (outcome, result["code"]) == (Outcome.ABORTED, NODE_GONE)
+    comes_to_rest(robot, before)
+    returns_without_motion(robot, "robot_controller", "maya_robot", "The robot floor is offered")
+    robot.until_homed()
+    works(robot)
+
+
+def test_without_hw_simulator_wishes_end_with_the_code_and_a_new_one_is_not_homed(robot: Floors) -> None:
+    goal = robot.begun("approach", robot.away())
+    robot.kill("/hw_simulator")
+    outcome, result = goal.ended()
+    assert (outcome, result["code"]) == (Outcome.ABORTED, NODE_GONE)
+    before = robot.mark()
+    robot.ros.start("rosrun", "maya_controller", "hw_simulator.py").until("is offered to the graph")
+    standing = robot.until_told("not_homed", before)
+    assert (standing["homed"], standing["moving"]) == (False, False)
+    assert robot.driver.do("/move", "maya_controller/Move", {"a": 0.5, "b": 1.6, "c": 1.6}).ended()[1]["code"] == "2103"
+    assert {"moving", "homing"}.isdisjoint(robot.words(before))
+    robot.home()
+    works(robot)
