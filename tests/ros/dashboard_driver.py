@@ -103,6 +103,7 @@ class Driver(QObject):
         QTest.keyClick(QApplication.focusWidget() or self._dashboard, getattr(Qt, f"Key_{key}"))
 
     def do_focus(self, name: str) -> Any:
+        QApplication.setActiveWindow(self._dashboard)
         self._part(name).setFocus()
         focus = QApplication.focusWidget()
         return None if focus is None else focus.objectName()
@@ -163,14 +164,15 @@ class Driver(QObject):
         shown = {name: _text(self._part(name)) for name in ("mode", "note", "banner_text", "progress", "task_why")}
         return {**shown, "events": self.do_rows("event_list")[-8:]}
 
-    def do_tell(self, fact: str, **fields: Any) -> Any:
-        """Have the stand-in tell a fact, and answer when it has been heard."""
+    def do_tell(self, fact: str, times: int = 1, **fields: Any) -> Any:
+        """Have the stand-in tell a fact, once or more, and answer when it has been heard."""
         kind = getattr(facts, fact)
         if "wish" in fields:
             fields["wish"] = facts.Wish(fields["wish"])
         if fields.get("standing") is not None:
             fields["standing"] = facts.Standing(**fields["standing"])
-        self._robot.heard(kind(**fields))
+        for _ in range(times):
+            self._robot.heard(kind(**fields))
         QTimer.singleShot(0, lambda: print("null", flush=True))
         return self
 
@@ -190,6 +192,13 @@ class Driver(QObject):
     def do_size(self, width: int, height: int) -> Any:
         self._dashboard.resize(width, height)
         return [self._dashboard.width(), self._dashboard.height()]
+
+    def do_hide(self) -> Any:
+        self._dashboard.hide()
+
+    def do_show(self) -> Any:
+        self._dashboard.show()
+        QApplication.setActiveWindow(self._dashboard)
 
     def do_grab(self, path: str) -> Any:
         picture = self._dashboard.grab()

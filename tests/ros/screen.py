@@ -49,6 +49,10 @@ class Screen:
     def kill(self) -> None:
         """End it as a crash does."""
         self._process.kill()
+        self._process.wait()
+        for pipe in (self._process.stdin, self._process.stdout, self._log):
+            assert pipe is not None
+            pipe.close()
 
     def ask(self, do: str, **details: Any) -> Any:
         """Have the driver do something and return its answer."""

@@ -21,8 +21,10 @@ class EventPanel:
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
         self._events: list[tuple[str, Happened]] = []
+        header = desk.ui.event_list.header()
+        header.setResizeContentsPrecision(0)
         for column in (0, 1):
-            desk.ui.event_list.header().setSectionResizeMode(column, QHeaderView.ResizeToContents)
+            header.setSectionResizeMode(column, QHeaderView.ResizeToContents)
 
     def add(self, event: Happened) -> None:
         """Show an event that has just come."""

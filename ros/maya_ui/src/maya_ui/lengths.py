@@ -28,7 +28,7 @@ def parsed(text: str) -> float:
     found = _WRITTEN.fullmatch(text.strip())
     if found is None:
         raise NotALength("length_unreadable")
-    length = float(found.group(1).replace(",", ".")) * _METRES[found.group(2).lower()]
+    length = round(float(found.group(1).replace(",", ".")) * _METRES[found.group(2).lower()], 9)
     if not isfinite(length) or abs(length) > FARTHEST:
         raise NotALength("length_too_long")
     return length

@@ -33,11 +33,12 @@ class Desk:
 
     def allow(self, button: Any, reason: Reason) -> None:
         """Enable a button, or disable it and have it say why."""
-        button.setEnabled(not reason)
         hint = f"{button.objectName()}_hint"
         text = self.word(reason or hint) if reason or hint in WORDS else ""
-        button.setToolTip(text)
-        button.setAccessibleDescription(text)
+        if button.isEnabled() == bool(reason) or button.toolTip() != text:
+            button.setEnabled(not reason)
+            button.setToolTip(text)
+            button.setAccessibleDescription(text)
 
     def explain(self, label: Any, reason: Reason) -> None:
         """Show a reason where people read it who have no pointer to rest on a button."""

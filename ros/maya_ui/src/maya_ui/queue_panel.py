@@ -30,7 +30,7 @@ class QueuePanel:
         ui.load.clicked.connect(self._ask_load)
         ui.save.clicked.connect(self._ask_save)
         ui.start.clicked.connect(self._start)
-        ui.stop_queue.clicked.connect(desk.robot.stop_queue)
+        ui.stop_queue.clicked.connect(lambda _: desk.robot.stop_queue())
         ui.task_list.currentRowChanged.connect(lambda _: self.refresh())
 
     def add(self, task: Task) -> None:

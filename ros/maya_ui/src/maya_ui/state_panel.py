@@ -32,8 +32,8 @@ class StatePanel:
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
         ui = desk.ui
-        ui.stop.clicked.connect(self.stop)
-        ui.recover.clicked.connect(desk.robot.recover)
+        ui.stop.clicked.connect(lambda _: self.stop())
+        ui.recover.clicked.connect(lambda _: desk.robot.recover())
         ui.pause.clicked.connect(self._pause)
         for percent in SPEEDS:
             ui.speed_choice.addItem(f"{percent} %", percent / 100.0)

@@ -30,7 +30,7 @@ class TaskPanel:
         self._add = add
         self._touched = False
         ui = desk.ui
-        ui.home.clicked.connect(desk.robot.home)
+        ui.home.clicked.connect(lambda _: desk.robot.home())
         ui.open_gripper.clicked.connect(lambda: desk.robot.gripper(True))
         ui.close_gripper.clicked.connect(lambda: desk.robot.gripper(False))
         ui.here.clicked.connect(self._take_position)

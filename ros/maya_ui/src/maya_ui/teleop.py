@@ -133,9 +133,9 @@ class Teleop:
 
     def release(self) -> None:
         """Let go of whatever is held."""
-        self._held = None
+        held, self._held = self._held, None
         self._wants_position = False
-        if self._under_way is not None:
+        if held is not None and self._under_way is not None:
             self._end()
 
     def positioned(self) -> None:

@@ -60,7 +60,7 @@ class TeleopPanel(QObject):
     def refresh(self) -> None:
         """Show whether the robot can be moved by hand now, and by what."""
         ours = self.teleop.held is not None or self.teleop.under_way
-        reason = "" if ours else reasons.why_not(Wish.JOG, self._desk.seen)
+        reason = reasons.link(self._desk.seen) if ours else reasons.why_not(Wish.JOG, self._desk.seen)
         for name in BUTTONS:
             self._desk.allow(getattr(self._desk.ui, name), reason)
         self._desk.explain(self._desk.ui.teleop_why, reason)
