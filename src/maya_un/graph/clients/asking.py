@@ -20,9 +20,13 @@ async def done(graph: Graph, row: Row, goal: Message, feedback: Feedback | None 
     Raises the error that its server tells of, and `NodeGone` where there is none, or none any more. Being cancelled
     cancels the goal, and ends when the server says that it has ended.
     """
-    ended = await whole(graph.do(row.name, row.type, goal, feedback))
+    gone = NodeGone(node=row.sources[0])
+    try:
+        ended = await whole(graph.do(row.name, row.type, goal, feedback))
+    except NodeGone:  # it knows the action only, not whose it is
+        raise gone from None
     if not ended.result:
-        raise NodeGone(node=row.sources[0])
+        raise gone
     error = error_of(ended.result, row.name)
     if error is not None:
         raise error

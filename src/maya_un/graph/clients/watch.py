@@ -153,6 +153,7 @@ class Watch:
 
     def _hear_point(self, message: Message) -> None:
         self._point = Point(message["x"], message["y"], message["z"])
+        self.renew()
 
     async def _keep_looking(self) -> None:
         while True:

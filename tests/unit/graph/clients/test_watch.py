@@ -1,0 +1,203 @@
+"""What a controller floor tells, put together again: by who comes late, of who goes and comes back, of nonsense."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field, replace
+
+import pytest
+
+from maya_un.config import Config, Units
+from maya_un.controller.homing import homed_pose
+from maya_un.errors import NodeGone
+from maya_un.events import Kind
+from maya_un.graph.bus import Bus
+from maya_un.graph.clients.watch import SETTLES, Watch
+from maya_un.graph.events import REFUSED, Standing, Strokes, Told
+from maya_un.graph.table import EVENT, JOINTS, POSITION
+from maya_un.values import Joints, Mode, Notice, Point
+from tests.virtual_time import elapse, turn
+
+STROKES: Strokes = ((0.0, 2.09), (0.575, 2.2), (0.565, 2.25))
+IDLE = Standing(Mode.IDLE, homed=True, moving=False, gripper_closed=False, strokes=STROKES)
+
+
+@dataclass
+class Teller:
+    """A controller floor's node that says what the test wants."""
+
+    bus: Bus
+    watch: Watch
+    config: Config = field(default_factory=Config)
+
+    def __post_init__(self) -> None:
+        self.starts()
+
+    def starts(self) -> None:
+        self.node = self.bus.node("hw_simulator")
+        self._events = self.node.advertise(EVENT.name, EVENT.type, latch=True)
+        self._joints = self.node.advertise(JOINTS.name, JOINTS.type)
+        self._point = self.node.advertise(POSITION.name, POSITION.type, latch=True)
+
+    async def says(self, word: str, standing: Standing, code: int = 0, **detail: object) -> None:
+        await self.says_text(Told(word, standing, code, detail).text())
+
+    async def says_text(self, text: str) -> None:
+        self._events.publish({"data": text})
+        await turn()
+        await turn()
+
+    async def measures(self, joints: Joints, *names: str) -> None:
+        self._joints.publish({"name": names or ("c", "b", "a"), "position": joints[::-1], "velocity": (0.3, 0.2, 0.1)})
+        self._point.publish({"x": 0.1, "y": 0.2, "z": 0.3})
+        await turn()
+        await turn()
+
+
+@asynccontextmanager
+async def watched() -> AsyncIterator[Teller]:
+    bus = Bus()
+    watch = Watch(bus.node("robot_controller"), Config(), 1.0)
+    try:
+        yield Teller(bus, watch)
+    finally:
+        await watch.close()
+
+
+def kinds(watch: Watch) -> list[Kind]:
+    return [event.kind for event in watch.events.since(0)]
+
+
+def place() -> Joints:
+    units = Units.of(Config())
+    return units.to_joints(units.to_counts(homed_pose(Config())))
+
+
+async def test_before_anything_is_told_it_is_disconnected() -> None:
+    async with watched() as teller:
+        state = teller.watch.state
+        assert (state.mode, state.homed, state.joints, state.motors_on) == (
+            Mode.DISCONNECTED,
+            False,
+            None,
+            (False,) * 3,
+        )
+        assert not teller.watch.there
+
+
+async def test_the_state_is_what_three_topics_tell() -> None:
+    async with watched() as teller:
+        await teller.says("idle", replace(IDLE, override=0.5, gripper_closed=True))
+        await teller.measures(place())
+        state = teller.watch.state
+        assert (state.mode, state.homed, state.gripper_closed, state.override) == (Mode.IDLE, True, True, 0.5)
+        assert state.joints == place()
+        assert state.counts == Units.of(Config()).to_counts(place())
+        assert (state.point, state.velocity) == (Point(0.1, 0.2, 0.3), (0.1, 0.2, 0.3))
+        workspace = teller.watch.workspace
+        assert (workspace.boom, workspace.line_b, workspace.line_c) == STROKES
+
+
+async def test_before_homing_there_are_no_joints_whatever_is_drawn() -> None:
+    async with watched() as teller:
+        await teller.says("not_homed", replace(IDLE, mode=Mode.NOT_HOMED, homed=False, strokes=None))
+        await teller.measures(place())
+        assert (teller.watch.state.joints, teller.watch.state.point) == (None, None)
+
+
+async def test_who_comes_late_knows_all_from_the_last_event() -> None:
+    async with watched() as teller:
+        fault = Notice(2301, "limit switch b")
+        await teller.says("limit", replace(IDLE, mode=Mode.FAULT, fault=fault), 2301, message="limit switch b")
+        late = Watch(teller.bus.node("process_controller"), Config(), 1.0)
+        await turn()
+        await turn()
+        assert (late.state.mode, late.state.fault, late.state.homed) == (Mode.FAULT, fault, True)
+        assert [event.kind for event in late.events.since(0)] == [Kind.CONNECTED, Kind.LIMIT]
+        await late.close()
+
+
+async def test_equal_strokes_leave_the_workspace_as_it_is() -> None:
+    async with watched() as teller:
+        await teller.says("homed", IDLE)
+        before = teller.watch.workspace
+        await teller.says("moving", replace(IDLE, mode=Mode.MOVING))
+        assert teller.watch.workspace is before
+
+
+@pytest.mark.parametrize("text", ["", "idle", "idle {}", 'dance {"mode":"idle"}', "idle [1]", 'idle {"mode":"asleep"}'])
+async def test_nonsense_of_anybody_changes_nothing(text: str) -> None:
+    async with watched() as teller:
+        await teller.says("idle", IDLE)
+        before = teller.watch.state
+        await teller.says_text(text)
+        assert teller.watch.state is before
+
+
+async def test_joints_of_something_else_are_not_those_of_the_robot() -> None:
+    async with watched() as teller:
+        await teller.says("idle", IDLE)
+        await teller.measures(place())
+        await teller.measures(Joints(1.0, 1.0, 1.0), "left_wheel", "right_wheel", "a")
+        assert teller.watch.state.joints == place()
+
+
+async def test_a_refusal_of_somebodys_wish_is_no_event_but_tells_how_it_stands() -> None:
+    async with watched() as teller:
+        await teller.says("idle", IDLE)
+        known = len(teller.watch.events)
+        await teller.says(REFUSED, replace(IDLE, override=0.2), 2104, wish="/controller/command")
+        assert len(teller.watch.events) == known
+        assert teller.watch.state.override == 0.2
+
+
+async def test_a_detail_may_be_called_as_it_likes() -> None:
+    async with watched() as teller:
+        await teller.says_text(Told("moving", IDLE, 0, {"kind": "x", "code": "y", "to": "there"}).text())
+        last = teller.watch.events.last
+        assert last is not None
+        assert dict(last.detail) == {"to": "there"}
+
+
+async def test_a_node_that_goes_is_missed_and_one_that_comes_is_welcome() -> None:
+    async with watched() as teller:
+        await teller.says("idle", IDLE)
+        await teller.measures(place())
+        teller.node.close()
+        await elapse(0.3)
+        state, last = teller.watch.state, teller.watch.events.last
+        assert (state.mode, state.joints) == (Mode.DISCONNECTED, None)
+        assert last is not None
+        assert (last.kind, last.code) == (Kind.DISCONNECTED, NodeGone.code)
+        await elapse(60.0)
+        assert len(kinds(teller.watch)) == 3
+        teller.starts()
+        await teller.says("not_homed", replace(IDLE, mode=Mode.NOT_HOMED, homed=False, strokes=None))
+        assert kinds(teller.watch)[3:] == [Kind.CONNECTED, Kind.NOT_HOMED]
+        assert (teller.watch.state.mode, teller.watch.state.joints) == (Mode.NOT_HOMED, None)
+
+
+async def test_the_end_of_a_wish_is_waited_for_until_it_shows() -> None:
+    async with watched() as teller:
+        await teller.says("moving", replace(IDLE, mode=Mode.MOVING, moving=True))
+        settling = asyncio.ensure_future(teller.watch.settled())
+        for _ in range(3):
+            await teller.measures(place())
+        assert not settling.done(), "it still says that it moves"
+        await teller.says("idle", IDLE)
+        await settling
+        settling = asyncio.ensure_future(teller.watch.settled())
+        await teller.measures(place())
+        assert not settling.done(), "what comes first may have been measured before"
+        await teller.measures(place())
+        await settling
+
+
+async def test_one_that_tells_nothing_is_not_waited_for_for_ever() -> None:
+    async with watched() as teller:
+        await teller.says("idle", IDLE)
+        began = asyncio.get_running_loop().time()
+        await teller.watch.settled()
+        assert asyncio.get_running_loop().time() - began == pytest.approx(SETTLES)
