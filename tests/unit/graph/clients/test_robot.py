@@ -1,0 +1,116 @@
+"""The robot floor across a graph, where it refuses, is somebody else's turn, or is not there."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+
+import pytest
+
+from maya_un.errors import Busy, MayaError, NodeGone
+from maya_un.events import Kind
+from maya_un.graph.bus import Bus, BusNode
+from maya_un.graph.clients.controller import GraphController
+from maya_un.graph.clients.robot import GraphRobot
+from maya_un.graph.outcome import failure, success
+from maya_un.graph.protocol import Feedback, Message, Refused
+from maya_un.graph.table import TASK
+from maya_un.robot.home import Home
+from maya_un.robot.pick import Pick
+from maya_un.values import Point
+from tests.graphs import CALM
+from tests.virtual_time import elapse
+
+CUBE = Point(0.50, 1.10, 0.40)
+
+
+@dataclass
+class Floor:
+    """A robot floor that says what the test wants: phases, and how a task ends; seconds between them."""
+
+    phases: tuple[str, ...] = ()
+    refusals: int = 0
+    error: MayaError | None = None
+    begun: int = 0
+
+    async def act(self, _goal: Message, feedback: Feedback) -> Message:
+        if self.refusals:
+            self.refusals -= 1
+            raise Refused(failure(Busy(doing="task")))
+        self.begun += 1
+        for phase in self.phases:
+            feedback({"phase": phase})
+            feedback({"phase": phase, "progress": 0.5})
+            await elapse(1.0)
+        if self.error is not None:
+            raise self.error
+        return success()
+
+
+@asynccontextmanager
+async def robot_on(floor: Floor) -> AsyncIterator[tuple[GraphRobot, GraphController, BusNode]]:
+    bus = Bus()
+    server, node = bus.node("primitive_server"), bus.node("process_controller")
+    server.act(TASK.name, TASK.type, floor.act)
+    async with GraphController.on(node, CALM) as controller:
+        yield GraphRobot(node, controller, CALM), controller, server
+
+
+async def test_every_phase_is_told_once_and_is_an_event() -> None:
+    async with robot_on(Floor(("approach", "down"))) as (robot, controller, _):
+        phases: list[str] = []
+        await robot.run(Pick(CUBE), phases.append)
+        told = [event for event in controller.events.since(0) if event.kind is Kind.PHASE]
+        assert phases == [event.detail["name"] for event in told] == ["approach", "down"]
+        assert {event.detail["primitive"] for event in told} == {"pick"}
+        assert robot.running is None
+
+
+async def test_what_is_refused_for_somebody_elses_task_waits_for_its_turn() -> None:
+    floor = Floor(("home",), refusals=5)
+    async with robot_on(floor) as (robot, _, __):
+        await robot.run(Home())
+        assert (floor.refusals, floor.begun) == (0, 1)
+
+
+async def test_who_waits_for_his_turn_can_be_cancelled() -> None:
+    floor = Floor(refusals=10_000)
+    async with robot_on(floor) as (robot, _, __):
+        wish = asyncio.ensure_future(robot.run(Home()))
+        await elapse(10.0)
+        wish.cancel()
+        await asyncio.wait({wish})
+        assert wish.cancelled()
+        assert floor.begun == 0
+
+
+async def test_busy_in_the_middle_is_an_error_and_nothing_is_repeated() -> None:
+    floor = Floor(("approach",), error=Busy(doing="move"))
+    async with robot_on(floor) as (robot, _, __):
+        with pytest.raises(Busy):
+            await robot.run(Pick(CUBE))
+        assert floor.begun == 1
+
+
+async def test_one_wish_at_a_time_from_here() -> None:
+    async with robot_on(Floor(("home",))) as (robot, _, __):
+        first = asyncio.ensure_future(robot.run(Home()))
+        await elapse(0.5)
+        assert robot.running == Home()
+        with pytest.raises(Busy):
+            await robot.run(Home())
+        await first
+
+
+async def test_a_floor_that_is_not_there_is_gone() -> None:
+    async with robot_on(Floor(("home",))) as (robot, _, server):
+        wish = asyncio.ensure_future(robot.run(Home()))
+        await elapse(0.5)
+        server.close()
+        with pytest.raises(NodeGone):
+            await wish
+        with pytest.raises(NodeGone, match="primitive_server"):
+            await robot.run(Home())
+        assert not robot.can_teleop

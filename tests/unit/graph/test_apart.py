@@ -1,0 +1,108 @@
+"""/task handed on to the node that decides: how it ends there is how it ends here."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from maya_un.errors import Busy, Cancelled, FollowingError, MayaError, NodeGone, NotConnected, Stopped
+from maya_un.graph.apart import INNER, robot_floor, tasks_handed_on
+from maya_un.graph.bus import Bus
+from maya_un.graph.outcome import error_of, failure, success
+from maya_un.graph.primitives import to_message
+from maya_un.graph.protocol import Ended, Feedback, Message, Outcome, Refused
+from maya_un.graph.table import MAYA_COMMAND, TASK
+from maya_un.robot.home import Home
+from tests.graphs import CALM, below
+from tests.virtual_time import elapse
+
+HOME = {"task": to_message(Home())}
+
+
+async def handed_on(ending: MayaError | Refused | None) -> tuple[Ended, list[Message]]:
+    bus, heard = Bus(), list[Message]()
+
+    async def act(_goal: Message, feedback: Feedback) -> Message:
+        if isinstance(ending, Refused):
+            raise ending
+        feedback({"phase": "home", "progress": 0.5})
+        if ending is not None:
+            raise ending
+        return success()
+
+    bus.node("robot_controller").act(INNER, TASK.type, act)
+    async with tasks_handed_on(bus.node("primitive_server")):
+        return await bus.node("process_controller").do(TASK.name, TASK.type, HOME, heard.append), heard
+
+
+@pytest.mark.parametrize(
+    ("ending", "outcome", "code"),
+    [
+        (None, Outcome.SUCCEEDED, ""),
+        (FollowingError(axis="b"), Outcome.ABORTED, "2302"),
+        (Stopped(), Outcome.PREEMPTED, "2201"),
+        (Refused(failure(Busy(doing="task"))), Outcome.REJECTED, "2104"),
+    ],
+)
+async def test_it_ends_as_it_ended_there(ending: MayaError | Refused | None, outcome: Outcome, code: str) -> None:
+    ended, heard = await handed_on(ending)
+    assert (ended.outcome, ended.result["code"]) == (outcome, code)
+    assert [message["phase"] for message in heard] == ([] if isinstance(ending, Refused) else ["home"])
+
+
+async def test_where_nobody_decides_the_node_is_said_to_be_gone() -> None:
+    bus = Bus()
+    async with tasks_handed_on(bus.node("primitive_server")):
+        ended = await bus.node("process_controller").do(TASK.name, TASK.type, HOME)
+        assert ended.outcome is Outcome.ABORTED
+        assert isinstance(error_of(ended.result), NodeGone)
+
+
+async def test_a_cancel_goes_through_and_waits_for_rest() -> None:
+    bus, rested = Bus(), list[float]()
+
+    async def act(_goal: Message, feedback: Feedback) -> Message:
+        feedback({"phase": "home"})
+        try:
+            await elapse(60.0)
+        except asyncio.CancelledError:
+            await elapse(2.0)
+            rested.append(asyncio.get_running_loop().time())
+            raise
+        return success()
+
+    bus.node("robot_controller").act(INNER, TASK.type, act)
+    async with tasks_handed_on(bus.node("primitive_server")):
+        client = bus.node("process_controller")
+        wish = asyncio.ensure_future(client.do(TASK.name, TASK.type, HOME))
+        await elapse(1.0)
+        wish.cancel()
+        await asyncio.wait({wish})
+    assert rested == [3.0]
+
+
+async def test_the_robot_floor_refuses_until_the_controller_floor_is_there() -> None:
+    bus = Bus()
+    somebody = bus.node("somebody")
+    async with robot_floor(bus.node("robot_controller"), CALM) as controller:
+        answer = await somebody.call(MAYA_COMMAND.name, HOME, MAYA_COMMAND.type)
+        assert isinstance(error_of(answer), NotConnected)
+        async with below(bus, homed=True):
+            await controller.connected()
+            teleop = {"task": {"command": "can_teleop"}}
+            await elapse(0.5)
+            assert (await somebody.call(MAYA_COMMAND.name, teleop, MAYA_COMMAND.type))["success"]
+
+
+async def test_what_runs_is_at_rest_when_the_robot_floor_ends() -> None:
+    bus = Bus()
+    async with below(bus) as low:
+        async with robot_floor(bus.node("robot_controller"), CALM) as controller:
+            await controller.connected()
+            wish = asyncio.ensure_future(bus.node("somebody").do(INNER, TASK.type, HOME))
+            await elapse(20.0)
+            assert low.rig.controller.state.moving
+        assert not low.rig.controller.state.moving
+        ended = await wish
+        assert (ended.outcome, ended.result["code"]) == (Outcome.PREEMPTED, str(Cancelled.code))

@@ -1,0 +1,94 @@
+"""The queue as its door offers it: jobs of primitives, through the gate, and the end of everything."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from maya_un.assembly import ProcessFloor, process_floor
+from maya_un.config import Config
+from maya_un.errors import InvalidJob
+from maya_un.graph.diagnostics import Level
+from maya_un.graph.queue import Queue, job_of, status_of
+from maya_un.process.states import TaskState
+from maya_un.process.tasks import expand
+from maya_un.robot.approach import Approach
+from maya_un.robot.can_teleop import CanTeleop
+from maya_un.robot.gripper import Gripper
+from maya_un.robot.home import Home
+from maya_un.robot.line import Line
+from maya_un.robot.move import MoveJoints
+from maya_un.robot.pick import Pick
+from maya_un.robot.place import Place
+from maya_un.robot.primitives import Primitive
+from maya_un.robot.robot import MayaRobot
+from maya_un.values import Joints, Point
+from tests.fakes import FakeController
+from tests.virtual_time import elapse
+
+CUBE, TRAY = Point(0.5, 1.1, 0.4), Point(1.1, 0.5, 0.4)
+NUMBERS = st.floats(-1e6, 1e6)
+PRIMITIVES = st.one_of(
+    st.builds(Approach, st.builds(Point, NUMBERS, NUMBERS, NUMBERS)),
+    st.builds(Pick, st.builds(Point, NUMBERS, NUMBERS, NUMBERS)),
+    st.builds(Place, st.builds(Point, NUMBERS, NUMBERS, NUMBERS)),
+    st.builds(Line, st.builds(Point, NUMBERS, NUMBERS, NUMBERS)),
+    st.builds(MoveJoints, st.builds(Joints, NUMBERS, NUMBERS, NUMBERS)),
+    st.builds(Gripper, st.booleans()),
+    st.just(Home()),
+)
+
+
+@given(st.lists(PRIMITIVES, min_size=1, max_size=8))
+def test_a_job_of_primitives_comes_to_these_primitives(primitives: list[Primitive]) -> None:
+    assert [task.primitive for task in expand(job_of(primitives), 0.4).tasks] == primitives
+
+
+def test_a_question_is_no_job() -> None:
+    with pytest.raises(InvalidJob, match=r"tasks\.1"):
+        job_of([Home(), CanTeleop()])
+
+
+@asynccontextmanager
+async def floor_of(controller: FakeController) -> AsyncIterator[tuple[ProcessFloor, Queue]]:
+    robot = MayaRobot(controller, controller.config)
+    async with process_floor(robot, controller, Config()) as floor:
+        yield floor, Queue(floor.gate.call, lambda: status_of(floor.service.queue.view(), controller))
+
+
+async def test_what_is_appended_is_done_in_its_turn_for_the_graph() -> None:
+    controller = FakeController()
+    async with floor_of(controller) as (floor, queue):
+        await queue.append([Pick(CUBE), Place(TRAY)])
+        await queue.append([Home()])
+        reports = [await floor.process.result(number) for number in (1, 2)]
+        assert [report.state for report in reports] == [TaskState.DONE, TaskState.DONE]
+        assert [line.owner for line in floor.process.shown.lines()] == ["ros", "ros"]
+        assert controller.names()[-1] == "home"
+
+
+async def test_the_end_of_everything_stops_and_empties() -> None:
+    controller = FakeController()
+    async with floor_of(controller) as (floor, queue):
+        await queue.append([Home()])
+        await queue.append([Pick(CUBE)])
+        await elapse(5.0)
+        assert queue.status().level is Level.OK
+        await queue.end_all()
+        states = [(await floor.process.result(number)).state for number in (1, 2)]
+        assert states == [TaskState.CANCELLED, TaskState.CANCELLED]
+        await queue.append([Home()])
+        assert (await floor.process.result(3)).state is TaskState.DONE
+
+
+async def test_the_status_says_whether_the_queue_goes_on() -> None:
+    controller = FakeController()
+    async with floor_of(controller) as (floor, queue):
+        await floor.process.turns.pause("ana", now=False)
+        status = queue.status()
+        assert status.level is Level.WARN
+        assert "paused" in status.message
