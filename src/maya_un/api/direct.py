@@ -86,7 +86,7 @@ class Direct:
     async def _do(self, name: str, work: Coroutine[Any, Any, None]) -> None:
         try:
             self.require_free()
-            with self._process.turns.aside():
+            with self._process.turns.aside(name):
                 await self._carried(name, work)
         finally:
             work.close()

@@ -51,7 +51,7 @@ class Turns:
         self._runner: asyncio.Task[None] | None = None
         self._steps_allowed = 0
         self._closed = False
-        self._aside = 0
+        self._aside = ""
         self._leaving: list[asyncio.Future[None]] = []
         self.running: Item | None = None
         self.halts = 0
@@ -96,7 +96,7 @@ class Turns:
     async def step(self, by: str) -> None:
         """Do one step and pause again; where the queue runs, pause after the step under way.
 
-        Raises as `resume`.
+        Raises as `resume`, and `Busy` while somebody drives past the queue.
         """
         self._require_decided()
         await self._ledger.flush()
@@ -104,6 +104,8 @@ class Turns:
             self._pausing.pause("step", by)
         elif self.running is not None:
             await self._let_motion_go_on()
+        elif self._aside:
+            raise Busy(doing=self._aside)
         else:
             self._steps_allowed = 1
             self.wake()
@@ -170,15 +172,17 @@ class Turns:
             await self._mark(self.running, TaskState.RUNNING)
 
     @contextmanager
-    def aside(self) -> Iterator[None]:
+    def aside(self, wish: str) -> Iterator[None]:
         """Begin no job while the block runs, which drives the robot past the queue; raises `Busy` while one does."""
+        if self._aside:
+            raise Busy(doing=self._aside)
         if self.running is not None and not self.running.row.state.ended:
             raise Busy(doing=f"job {self.running.number}")
-        self._aside += 1
+        self._aside = wish
         try:
             yield
         finally:
-            self._aside -= 1
+            self._aside = ""
             self.wake()
 
     def shut(self) -> None:

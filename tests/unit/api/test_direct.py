@@ -103,6 +103,18 @@ async def test_a_due_job_waits_for_a_direct_wish_and_then_begins() -> None:
         assert (await floors.service.wait(job.id)).state is TaskState.DONE
 
 
+async def test_a_step_of_a_paused_queue_is_refused_meanwhile() -> None:
+    async with robot() as floors:
+        await floors.service.queue.pause()
+        job = await floors.service.submit({"steps": [{"approach": list(CUBE)}]})
+        task = await begun(floors, WISHES["move"])
+        with pytest.raises(Busy, match="move"):
+            await floors.service.queue.step()
+        await task
+        await floors.service.queue.step()
+        assert (await floors.service.wait(job.id)).state is TaskState.DONE
+
+
 async def test_jogs_and_zones_wait_for_nobody_and_are_refused_meanwhile() -> None:
     async with robot() as floors:
         task = await begun(floors, WISHES["primitive"])
