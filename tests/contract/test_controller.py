@@ -73,7 +73,7 @@ def kinds(held: Held, since: int = 0) -> list[Kind]:
 
 REFUSALS: dict[str, tuple[Callable[[Controller], Awaitable[object]], type[MayaError]]] = {
     "a line too long": (lambda c: c.move(Joints(0.3, 3.0, 1.3)), Unreachable),
-    "no number": (lambda c: c.move(Joints(float("nan"), 1.5, 1.3)), InvalidValue),
+    "no number": (lambda c: c.follow([HERE, Joints(float("nan"), 1.5, 1.3)]), InvalidValue),
     "from elsewhere": (lambda c: c.follow([Joints(0.5, 1.5, 1.3), FAR]), TrajectoryRefused),
     "one point": (lambda c: c.follow([HERE]), TrajectoryRefused),
     "out of reach": (lambda c: c.follow(_line(c, Point(0.3, 1.0, 2.3))), Unreachable),

@@ -180,8 +180,11 @@ class GraphController:
         await self._watch.until(lambda: self.state.gripper_closed is not open_, SETTLES)
 
     async def stop(self) -> StopReport:
-        """Begin to brake at once, on the path; tell how long and how far it takes. Raises `NotConnected`."""
-        return _report(await self._call(STOP, {}))
+        """Begin to brake at once, on the path; tell how long and how far it takes.
+
+        It is said whatever is known of the floor; raises `NotConnected` where nobody hears it.
+        """
+        return _report(await self._urgent(STOP))
 
     async def override(self, ratio: float) -> None:
         """Scale the speed of the motion under way and of all later ones by `ratio`, from 0.01 to 1."""
@@ -217,8 +220,8 @@ class GraphController:
         await self._watch.until(lambda: self.state.mode is not Mode.PAUSED, SETTLES)
 
     async def abort(self) -> None:
-        """Stop without deceleration."""
-        await self._call(ABORT, {})
+        """Stop without deceleration; said as a stop is."""
+        await self._urgent(ABORT)
 
     async def recover(self) -> None:
         """Clear a fault, once its cause is gone; moves nothing."""
@@ -237,6 +240,12 @@ class GraphController:
     async def _call(self, row: Row, request: Message) -> Message:
         self._require_there()
         return await called(self._graph, row, request)
+
+    async def _urgent(self, row: Row) -> Message:
+        try:
+            return await called(self._graph, row, {})
+        except NodeGone:
+            raise NotConnected from None
 
     def _require_there(self) -> None:
         if not self._watch.there:

@@ -1,7 +1,8 @@
 """What a controller floor tells over a graph, put together: its state, its events in order, whether it is there.
 
 The last event says how everything stands (`graph.events`), /joint_states where the axes are, /maya_position where the
-gripper is. Limit switches, motors and stop codes are not told: they count as in order while there is no fault.
+gripper is. Limit switches, motors and stop codes are not told: they count as in order while there is no fault. Events
+and joints may come from two nodes; where one of them is gone, the floor counts as disconnected.
 """
 
 from __future__ import annotations
@@ -54,8 +55,9 @@ class Watch:
         self.workspace = Workspace.of(config)
         self.events = EventLog(self._loop.time)
         self.progress: Progress | None = None
-        self.node = EVENT.sources[0]
+        self.node, self._sensor = EVENT.sources[0], JOINTS.sources[0]
         self._standing = _AWAY
+        self._blind = False
         self._strokes: Strokes | None = None
         self._joints: Joints | None = None
         self._velocity = (0.0, 0.0, 0.0)
@@ -64,23 +66,21 @@ class Watch:
         self._newer = asyncio.Event()
         self.state = self._compose()
         self._told = graph.subscribe(EVENT.name, EVENT.type, self._hear_event, queue_size=EVENT.queue_size)
-        self._held = (
-            graph.subscribe(JOINTS.name, JOINTS.type, self._hear_joints, queue_size=JOINTS.queue_size),
-            graph.subscribe(POSITION.name, POSITION.type, self._hear_point, queue_size=POSITION.queue_size),
-        )
+        self._sensed = graph.subscribe(JOINTS.name, JOINTS.type, self._hear_joints, queue_size=JOINTS.queue_size)
+        self._placed = graph.subscribe(POSITION.name, POSITION.type, self._hear_point, queue_size=POSITION.queue_size)
         self._looking = self._loop.create_task(self._keep_looking(), name="look at the controller's node")
 
     async def close(self) -> None:
         """Listen no more."""
-        for held in (self._told, *self._held):
+        for held in (self._told, self._sensed, self._placed):
             held.close()
         self._looking.cancel()
         await asyncio.wait({self._looking})
 
     @property
     def there(self) -> bool:
-        """Whether the floor's node is there, and has told how it stands."""
-        return self._standing is not _AWAY
+        """Whether the floor's nodes are there, and have told how it stands."""
+        return self._standing is not _AWAY and not self._blind
 
     async def watch(self) -> AsyncIterator[State]:
         """Yield the state now and every newer one; a slow reader skips to the newest."""
@@ -103,7 +103,7 @@ class Watch:
     async def settled(self) -> None:
         """Wait until what is told shows how a wish has ended that is over: at rest, and where."""
         fresh = self._measured + _FRESH
-        await self.until(lambda: not self.there or (self._at_rest and self._measured >= fresh), SETTLES)
+        await self.until(lambda: not self.there or (self._at_rest and self._known(fresh)), SETTLES)
 
     def renew(self) -> None:
         """Put the state together again, and wake whoever watches."""
@@ -115,13 +115,17 @@ class Watch:
     def _at_rest(self) -> bool:
         return self._standing.mode not in UNDER_WAY
 
+    def _known(self, fresh: int) -> bool:
+        """Whether it is known where the axes are; before homing nobody knows, and nothing is told of it."""
+        return self._measured >= fresh or not self._standing.homed
+
     def _hear_event(self, message: Message) -> None:
         try:
             told = read(message["data"])
         except InvalidMessage as error:
             log.warning("%s", error)
             return
-        new = not self.there
+        new = self._standing is _AWAY
         self._stand(told.standing)
         self.node = next(iter(self._told.writers), self.node)
         if new and told.word != Kind.CONNECTED:
@@ -158,14 +162,22 @@ class Watch:
     async def _keep_looking(self) -> None:
         while True:
             await asyncio.sleep(LOOK * self._speed)
-            if self.there and not self._told.writers:
-                self._lose()
+            self._sensor = next(iter(self._sensed.writers), self._sensor)
+            if self._standing is not _AWAY and not self._told.writers:
+                self._lose(self.node, _AWAY)
+            elif self.there and not self._sensed.writers:
+                self._blind = True
+                self._lose(self._sensor, self._standing)
+            elif self._blind and self._sensed.writers:
+                self._blind = False
+                self._stand(self._standing)
+                self.events.emit(Kind.CONNECTED, address=self._sensor)
 
-    def _lose(self) -> None:
-        """Say that the node is gone; what it told is worth nothing any more."""
-        gone = NodeGone(node=self.node)
+    def _lose(self, node: str, standing: Standing) -> None:
+        """Say that a node is gone; what it told is worth nothing any more."""
+        gone = NodeGone(node=node)
         self._joints = self._point = None
-        self._stand(_AWAY)
+        self._stand(standing)
         self.events.emit(Kind.DISCONNECTED, gone.code, message=str(gone))
 
     def _compose(self) -> State:
@@ -173,7 +185,7 @@ class Watch:
         joints, powered = self._joints if standing.homed else None, self.there and standing.fault is None
         return State(
             time=self._loop.time(),
-            mode=standing.mode,
+            mode=Mode.DISCONNECTED if self._blind else standing.mode,
             homed=standing.homed,
             counts=(0, 0, 0) if joints is None else self._units.to_counts(joints),
             joints=joints,

@@ -13,7 +13,7 @@ from maya_un.config import Config, Units
 from maya_un.controller.homing import homed_pose
 from maya_un.errors import NodeGone
 from maya_un.events import Kind
-from maya_un.graph.bus import Bus
+from maya_un.graph.bus import Bus, BusNode
 from maya_un.graph.clients.watch import SETTLES, Watch
 from maya_un.graph.events import REFUSED, Standing, Strokes, Told
 from maya_un.graph.table import EVENT, JOINTS, POSITION
@@ -38,8 +38,15 @@ class Teller:
     def starts(self) -> None:
         self.node = self.bus.node("hw_simulator")
         self._events = self.node.advertise(EVENT.name, EVENT.type, latch=True)
-        self._joints = self.node.advertise(JOINTS.name, JOINTS.type)
-        self._point = self.node.advertise(POSITION.name, POSITION.type, latch=True)
+        self.senses(self.node)
+
+    def senses(self, node: BusNode) -> None:
+        self._joints = node.advertise(JOINTS.name, JOINTS.type)
+        self._point = node.advertise(POSITION.name, POSITION.type, latch=True)
+
+    def goes_blind(self) -> None:
+        self._joints.close()
+        self._point.close()
 
     async def says(self, word: str, standing: Standing, code: int = 0, **detail: object) -> None:
         await self.says_text(Told(word, standing, code, detail).text())
@@ -177,6 +184,25 @@ async def test_a_node_that_goes_is_missed_and_one_that_comes_is_welcome() -> Non
         await teller.says("not_homed", replace(IDLE, mode=Mode.NOT_HOMED, homed=False, strokes=None))
         assert kinds(teller.watch)[3:] == [Kind.CONNECTED, Kind.NOT_HOMED]
         assert (teller.watch.state.mode, teller.watch.state.joints) == (Mode.NOT_HOMED, None)
+
+
+async def test_without_its_sensors_the_floor_counts_as_disconnected_until_they_are_back() -> None:
+    async with watched() as teller:
+        await teller.says("idle", IDLE)
+        await teller.measures(place())
+        teller.goes_blind()
+        await elapse(0.3)
+        state, last = teller.watch.state, teller.watch.events.last
+        assert (state.mode, state.homed, state.joints) == (Mode.DISCONNECTED, True, None)
+        assert last is not None
+        assert (last.kind, last.code) == (Kind.DISCONNECTED, NodeGone.code)
+        await teller.says("stopped", IDLE)
+        assert teller.watch.state.mode is Mode.DISCONNECTED
+        teller.senses(teller.bus.node("sensor_converter"))
+        await elapse(0.3)
+        await teller.measures(place())
+        assert (teller.watch.state.mode, teller.watch.state.joints) == (Mode.IDLE, place())
+        assert kinds(teller.watch)[-1] is Kind.CONNECTED
 
 
 async def test_the_end_of_a_wish_is_waited_for_until_it_shows() -> None:
