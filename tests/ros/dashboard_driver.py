@@ -41,11 +41,15 @@ class StandIn:
 
     def __getattr__(self, name: str) -> Any:
         def ask(*arguments: Any) -> None:
-            plain = [dataclasses.asdict(one) if dataclasses.is_dataclass(one) else one for one in arguments]
-            plain = [[dataclasses.asdict(task) for task in one] if isinstance(one, list) else one for one in plain]
-            self.asked.append([name, *plain])
+            self.asked.append([name, *(_plain(one) for one in arguments)])
 
         return ask
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_plain(one) for one in value]
+    return dataclasses.asdict(value) if isinstance(value, (Task, facts.Path)) else value
 
 
 class Driver(QObject):

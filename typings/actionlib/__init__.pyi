@@ -2,7 +2,7 @@ from collections.abc import Callable
 from typing import Any
 
 from genpy import Message
-from rospy import Publisher
+from rospy import Publisher, Subscriber
 
 class ServerGoalHandle:
     goal: Any
@@ -28,4 +28,34 @@ class ActionServer:
         auto_start: bool = True,
     ) -> None: ...
     def start(self) -> None: ...
+    def stop(self) -> None: ...
+
+class CommState:
+    WAITING_FOR_GOAL_ACK: int
+    DONE: int
+
+class TerminalState:
+    PREEMPTED: int
+    RECALLED: int
+    LOST: int
+
+class ClientGoalHandle:
+    def cancel(self) -> None: ...
+    def get_comm_state(self) -> int: ...
+    def get_terminal_state(self) -> int: ...
+    def get_result(self) -> Any: ...
+
+class ActionClient:
+    pub_goal: Publisher
+    pub_cancel: Publisher
+    status_sub: Subscriber
+    feedback_sub: Subscriber
+    result_sub: Subscriber
+    def __init__(self, ns: str, ActionSpec: type[Message]) -> None: ...
+    def send_goal(
+        self,
+        goal: Message,
+        transition_cb: Callable[[ClientGoalHandle], None] | None = None,
+        feedback_cb: Callable[[ClientGoalHandle, Any], None] | None = None,
+    ) -> ClientGoalHandle: ...
     def stop(self) -> None: ...

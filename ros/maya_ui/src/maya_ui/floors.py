@@ -6,6 +6,7 @@ import threading
 from typing import Any, Callable
 
 import actionlib
+import rosgraph
 import rospy
 
 from maya_ui.robot import Ended, Under, Wish
@@ -25,6 +26,15 @@ Tell = Callable[[Any], None]
 def in_thread(work: Callable[..., None], *arguments: object) -> None:
     """Do something in a thread of its own, which ends with the program whatever it waits for."""
     threading.Thread(target=work, args=arguments, daemon=True).start()
+
+
+def master_answers(caller: str) -> bool:
+    """Return whether there is a ROS master now."""
+    try:
+        rosgraph.Master(caller).getPid()
+    except (OSError, rosgraph.MasterException):
+        return False
+    return True
 
 
 def ask(wish: Wish, service: str, kind: Any, tell: Tell, *arguments: object) -> None:

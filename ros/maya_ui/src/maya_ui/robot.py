@@ -4,12 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any, Callable, Sequence, Union
-
-try:
-    from typing import Protocol
-except ImportError:  # pragma: no cover - a Python older than any that is served
-    Protocol = object  # type: ignore[assignment, misc]
+from typing import Any, Callable, Protocol, Sequence, Union
 
 from maya_ui.tasks import Task
 

@@ -7,6 +7,7 @@ import shutil
 import signal
 import sys
 import threading
+from typing import Callable
 
 from maya_ui.resources import perspective
 
@@ -55,13 +56,14 @@ def window(arguments: list[str]) -> int:
     return int(code)
 
 
-def join(leave: object) -> None:
+def join(leave: Callable[[], object]) -> None:
     """Make this program a node as soon as there is a master; `leave` is called when ROS ends it."""
-    import rosgraph  # noqa: PLC0415 - rospy takes long to load, and the window is there before
-    import rospy  # noqa: PLC0415
+    import rospy  # noqa: PLC0415 - it takes long to load, and the window is there before
+
+    from maya_ui.floors import master_answers  # noqa: PLC0415
 
     wait = threading.Event()
-    while not rosgraph.is_master_online():
+    while not master_answers(NODE):
         wait.wait(LOOK)
     rospy.init_node(NODE, disable_signals=True)
     rospy.on_shutdown(leave)

@@ -76,7 +76,7 @@ class TeleopPanel(QObject):
         """Learn how a path of ours has ended."""
         self.teleop.ended(end)
 
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
+    def eventFilter(self, watched: QObject, event: Any) -> bool:  # noqa: N802 - Qt's name
         """Take the keys where they are meant for the robot, and let go where the focus is lost."""
         if event.type() in _LOST:
             self._lost(watched)

@@ -17,7 +17,7 @@ from std_msgs.msg import Empty, Float64, String
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from maya_ui.floors import Door, answer, ask, in_thread
+from maya_ui.floors import Door, answer, ask, in_thread, master_answers
 from maya_ui.robot import Cell, Ended, Heard, Joints, Path, Position, Presence, Under, Wish
 from maya_ui.seen import event
 from maya_ui.tasks import AIMED, HOME, Task
@@ -163,11 +163,7 @@ class UiController:
     def _watch_master(self) -> None:
         """Look whether the master answers; a thread of its own, since one that hangs does not."""
         while self._graph is not None and not self._ended.wait(LOOK):
-            try:
-                rospy.get_master().getPid()
-                self._graph.master = True
-            except (OSError, rospy.ROSException):
-                self._graph.master = False
+            self._graph.master = master_answers(rospy.get_name())
 
     def _stop(self, graph: _Part) -> None:
         heard = threading.Event()
@@ -242,7 +238,7 @@ class _Part:
             process=all(topic.get_num_connections() for topic in (self.send_task, self.start_queue, self.stop_queue)),
         )
 
-    def _joints(self, message: JointState) -> None:
+    def _joints(self, message: Any) -> None:
         self._spoken = monotonic()
         places = dict(zip(message.name, message.position))
         if {"a", "b", "c"} <= places.keys():
@@ -257,7 +253,7 @@ class _Part:
             self._heard(Cell(float(height)))
 
 
-def _jog(graph: _Part, goal: FollowGoal) -> None:
+def _jog(graph: _Part, goal: Any) -> None:
     """Ask first whether anything else has the robot: between two motions of a task it looks idle."""
     may = Ended(Wish.JOG, done=True)
     if graph.presence.robot:
@@ -272,10 +268,10 @@ def _jog(graph: _Part, goal: FollowGoal) -> None:
         graph.follow.end(done=False, code=may.code, message=may.message)
 
 
-def _primitive(task: Task) -> MayaPrimitive:
+def _primitive(task: Task) -> Any:
     return MayaPrimitive(command=task.command, target=Point(*task.target), open=task.open)
 
 
-def _trajectory(path: Path) -> JointTrajectory:
+def _trajectory(path: Path) -> Any:
     points = [JointTrajectoryPoint(positions=list(point)) for point in path.points]
     return JointTrajectory(joint_names=list(path.names), points=points)

@@ -1,0 +1,8 @@
+from typing import Any
+
+from python_qt_binding.QtCore import QObject
+
+def __getattr__(name: str) -> Any: ...
+
+class QWidget(QObject):
+    def showEvent(self, event: Any) -> None: ...  # noqa: N802 - Qt's name
