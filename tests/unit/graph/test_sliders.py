@@ -14,6 +14,7 @@ from maya_un.graph.sliders import DRAWN, ROBOT, SILENCE, SLIDERS, Relay, Sliders
 from maya_un.kinematics import Mechanism
 from maya_un.values import Joints
 from tests.fakes import state_of
+from tests.virtual_time import elapse
 
 MECHANISM = Mechanism.of(Config())
 KIND = "sensor_msgs/JointState"
@@ -97,16 +98,16 @@ async def test_on_a_graph_one_of_both_is_drawn_and_the_robots_topic_is_left_alon
     relay = Relay(bus.node("joint_gui"), Sliders(MECHANISM, loop.time))
     speaking, moving = bus.node("hw_simulator").advertise(ROBOT, KIND), bus.node("window").advertise(SLIDERS, KIND)
     moving.publish(slid(0.1))
-    await asyncio.sleep(0.01)
+    await elapse(0.01)
     speaking.publish(robot(0.2))
-    await asyncio.sleep(0.01)
+    await elapse(0.01)
     moving.publish(slid(0.3))
-    await asyncio.sleep(2.0 * SILENCE)
+    await elapse(2.0 * SILENCE)
     moving.publish(slid(0.4))
-    await asyncio.sleep(0.01)
+    await elapse(0.01)
     assert [message["position"][0] for message in drawn] == [0.1, 0.2, 0.4]
     assert [message["position"][0] for message in of_robot] == [0.2]
     relay.close()
     moving.publish(slid(0.5))
-    await asyncio.sleep(0.01)
+    await elapse(0.01)
     assert len(drawn) == 3

@@ -13,6 +13,7 @@ from maya_un.graph.ways import Ways
 from maya_un.motion import Path
 from maya_un.values import Point
 from tests.strategies import WORKSPACE
+from tests.virtual_time import elapse
 
 MECHANISM = WORKSPACE.mechanism
 START, END = Point(0.5, 1.2, 0.4), Point(1.1, 0.6, 0.9)
@@ -33,7 +34,7 @@ class Controller:
         if self._busy:
             raise Refused({**DONE, "success": False, "code": "2104"})
         self._busy = True
-        await asyncio.sleep(10.0)
+        await elapse(10.0)
         self._busy = False
         return DONE
 
@@ -49,7 +50,7 @@ async def test_the_way_of_a_goal_is_known_until_its_result_comes() -> None:
     assert ways.way == ()
     line = Path.line(START, END)
     going = asyncio.ensure_future(bus.node("robot").do("/controller/follow", "maya_controller/Follow", follow(line)))
-    await asyncio.sleep(1.0)
+    await elapse(1.0)
     assert ways.way[0] == pytest.approx(START)
     assert ways.way[-1] == pytest.approx(END)
     await going
@@ -61,7 +62,7 @@ async def test_a_move_goes_from_where_the_robot_is() -> None:
     Controller(bus)
     ways = Ways(bus.node("sensors"), MECHANISM, lambda: HERE)
     going = asyncio.ensure_future(bus.node("robot").do("/move", "maya_controller/Move", THERE._asdict()))
-    await asyncio.sleep(1.0)
+    await elapse(1.0)
     assert ways.way[0] == pytest.approx(START)
     assert ways.way[-1] == pytest.approx(END)
     ways.close()
@@ -77,7 +78,7 @@ async def test_a_goal_that_is_refused_leaves_the_way_of_the_other() -> None:
     first = asyncio.ensure_future(
         robot.do("/controller/follow", "maya_controller/Follow", follow(Path.line(START, END)))
     )
-    await asyncio.sleep(1.0)
+    await elapse(1.0)
     await robot.do("/controller/follow", "maya_controller/Follow", follow(Path.line(END, START)))
     assert ways.way[-1] == pytest.approx(END)
     await first
@@ -95,6 +96,6 @@ async def test_what_is_no_path_and_a_move_from_nowhere_have_no_way() -> None:
         ("/move", "maya_controller/Move", THERE._asdict()),
     ):
         going = asyncio.ensure_future(robot.do(action, kind, goal))
-        await asyncio.sleep(1.0)
+        await elapse(1.0)
         assert ways.way == ()
         await going

@@ -1,0 +1,57 @@
+"""The program that launch files take the robot's description from."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from maya_un.graph.drawn import GRIPPER, NAMES, positions
+from maya_un.kinematics import Mechanism
+from maya_un.ros.description import main
+from maya_un.values import Joints
+from tests.description import MACROS, Tree
+from tests.strategies import configuration
+
+
+@pytest.fixture
+def config(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return where the configuration is looked for; the program is called as the launch file calls it."""
+    place = tmp_path / "config.toml"
+    monkeypatch.setenv("MAYA_CONFIG", str(place))
+    monkeypatch.setattr(sys, "argv", ["describe.py", str(MACROS)])
+    return place
+
+
+def test_it_prints_the_description_in_the_configuration_that_is_in_force(
+    config: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config.write_text("[geometry]\nheight = 2.6\n", encoding="utf-8")
+    assert main() == 0
+    mechanism = Mechanism.of(configuration(geometry={"height": 2.6}))
+    joints = Joints(0.5, 2.0, 2.0)
+    frame = Tree(capsys.readouterr().out).frame(GRIPPER, dict(zip(NAMES, positions(mechanism, joints), strict=True)))
+    assert frame[:3, 3] == pytest.approx(mechanism.fk(joints), abs=1e-9)
+
+
+def test_a_configuration_that_is_wrong_is_refused_with_its_code(
+    config: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config.write_text("[geometry]\nheight = -1.0\n", encoding="utf-8")
+    assert main() == 1
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.startswith("50")
+    assert "geometry.height" in told.err
+
+
+def test_without_xacro_it_says_what_is_missing(
+    config: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config.write_text("", encoding="utf-8")
+    monkeypatch.setitem(sys.modules, "xacro", None)
+    assert main() == 1
+    told = capsys.readouterr().err
+    assert told.startswith("5012 ")
+    assert "xacro" in told
