@@ -1,0 +1,88 @@
+"""One wish at a time, and what is told of it while it goes on."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from maya_un.errors import Busy, EndNotReached, NotHomed, Stopped
+from maya_un.events import EventLog, Kind
+from maya_un.graph.doors.acting import FEEDBACK_RATE, Course, Desk
+from maya_un.graph.protocol import Message, Refused
+from tests.virtual_time import elapse
+
+
+def course(told: list[Message], *, ticks: bool = False, speed: float = 1.0) -> Course:
+    return Course(told.append, lambda phase: {"phase": phase}, ticks=ticks, speed=speed)
+
+
+async def test_phases_are_told_as_they_begin_and_nothing_after_the_end() -> None:
+    told = list[Message]()
+    events = EventLog(asyncio.get_running_loop().time)
+    going = course(told)
+    with events.listening(going.hear):
+        events.emit(Kind.GRIPPER_OPEN)
+        assert not going.begun
+        events.emit(Kind.HOMING)
+        events.emit(Kind.PHASE, name="seek b")
+        going.close()
+        events.emit(Kind.MOVING)
+    going.enter("late")
+    await elapse(5.0)
+    assert told == [{"phase": "homing"}, {"phase": "seek b"}]
+
+
+@pytest.mark.parametrize("speed", [1.0, 20.0])
+async def test_it_is_told_ten_times_a_second_of_whoever_listens(speed: float) -> None:
+    told = list[Message]()
+    going = course(told, ticks=True, speed=speed)
+    going.enter("one")
+    await elapse(0.95 * speed)
+    going.enter("two")
+    await elapse(0.95 * speed)
+    going.close()
+    assert len(told) == pytest.approx(2 * FEEDBACK_RATE, abs=1)
+    assert {message["phase"] for message in told} == {"one", "two"}
+
+
+async def test_one_at_a_time() -> None:
+    desk, never = Desk(), asyncio.Event()
+
+    async def work() -> None:
+        await never.wait()
+
+    first = asyncio.ensure_future(desk.do("first", work, course([])))
+    await elapse(0.0)
+    assert desk.doing == "first"
+    with pytest.raises(Busy, match="first"):
+        await desk.do("second", work, course([]))
+    assert desk.doing == "first"
+    never.set()
+    await first
+    await desk.free()
+    assert desk.doing == ""
+
+
+@pytest.mark.parametrize(
+    ("error", "begun", "raised"),
+    [
+        (NotHomed(), False, Refused),
+        (NotHomed(), True, NotHomed),
+        (Stopped(), False, Stopped),
+        (EndNotReached(axis="a", distance="1 count"), False, EndNotReached),
+    ],
+)
+async def test_what_is_wrong_before_anything_began_is_a_refusal(
+    error: Exception, begun: bool, raised: type[Exception]
+) -> None:
+    desk, going = Desk(), course([])
+
+    async def work() -> None:
+        if begun:
+            going.enter("x")
+        raise error
+
+    with pytest.raises(raised):
+        await desk.act("wish", work, going)
+    await desk.free()
