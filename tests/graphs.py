@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import AsyncIterator, Mapping
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
@@ -22,6 +21,7 @@ from maya_un.values import Point
 from maya_un.virtual.maya.mechanics import MayaMechanics
 from maya_un.virtual.maya.start import Start
 from tests.unit.controller.bench import HERE, _take_over
+from tests.virtual_time import turn
 
 CALM = parse({"controller": {"stream_rate": 10.0}, "safety": {"guard_time": 0.0}})
 """The machine, looked at ten times a second, without a guard: what is told costs more than what moves."""
@@ -43,7 +43,7 @@ class Below:
     async def dies(self) -> None:
         """End the node as a kill does."""
         self.node.close()
-        await asyncio.sleep(0)
+        await turn()
 
 
 @asynccontextmanager
@@ -102,7 +102,7 @@ class Apart:
     async def dies(self, name: str) -> None:
         """End a node as a kill does."""
         self.nodes[name].close()
-        await asyncio.sleep(0)
+        await turn()
 
     async def at_rest(self) -> None:
         """Wait until nothing moves, by the controller floor itself."""
