@@ -12,6 +12,7 @@ from maya_un.graph.protocol import Feedback, Message, Refused
 from maya_un.graph.ways import Ways
 from maya_un.motion import Path
 from maya_un.values import Point
+from tests.graphs import below
 from tests.strategies import WORKSPACE
 from tests.virtual_time import elapse
 
@@ -99,3 +100,24 @@ async def test_what_is_no_path_and_a_move_from_nowhere_have_no_way() -> None:
         await elapse(1.0)
         assert ways.way == ()
         await going
+
+
+async def test_whoever_looks_on_sees_the_path_come_and_go() -> None:
+    bus = Bus()
+    told: list[tuple[str, int]] = []
+
+    def hear(array: Message) -> None:
+        told.extend((one["ns"], one["action"]) for one in array["markers"])
+
+    async with below(bus, homed=True) as floor:
+        viewer = bus.node("rviz")
+        viewer.subscribe("/maya_markers", "visualization_msgs/MarkerArray", hear)
+        await elapse(1.0)
+        assert ("workspace", 0) in told
+        assert ("path", 0) not in told
+        there = floor.rig.controller.mechanism.ik(Point(0.6, 1.3, 1.2))
+        await viewer.do("/move", "maya_controller/Move", there._asdict())
+        assert ("path", 0) in told
+        assert ("path", 2) not in told
+        await elapse(1.0)
+        assert ("path", 2) in told
