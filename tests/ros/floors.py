@@ -47,7 +47,7 @@ class Floors:
     @property
     def told(self) -> tuple[str, Message]:
         """The last event: its word, and how everything stands."""
-        return _read(self.events.messages[-1])
+        return read_event(self.events.messages[-1])
 
     def mark(self) -> int:
         """Return how many events have been told."""
@@ -55,11 +55,11 @@ class Floors:
 
     def until_told(self, word: str, after: int = 0) -> Message:
         """Wait for an event and return how everything stands with it."""
-        return _read(self.events.until(lambda message: _read(message)[0] == word, after=after))[1]
+        return read_event(self.events.until(lambda message: read_event(message)[0] == word, after=after))[1]
 
     def words(self, after: int = 0) -> list[str]:
         """Return the words of the events."""
-        return [_read(message)[0] for message in self.events.messages[after:]]
+        return [read_event(message)[0] for message in self.events.messages[after:]]
 
     def twin(self) -> dict[str, Any]:
         """Return what the twin's mechanics know."""
@@ -145,7 +145,8 @@ class Floors:
         assert seen["slack"] <= 0.25
 
 
-def _read(message: Message) -> tuple[str, Message]:
+def read_event(message: Message) -> tuple[str, Message]:
+    """Return the word of an event, and how everything stands."""
     word, _, rest = str(message["data"]).partition(" ")
     return word, json.loads(rest)
 

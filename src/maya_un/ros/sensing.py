@@ -43,11 +43,14 @@ class Probe:
         link = Link(self._dial, self._address, self._config.controller.timeout, _nothing, _nothing_else)
         try:
             await link.open()
+            now = asyncio.get_running_loop().time
+            due = now()
             while True:
                 message = await self._measured(link)
                 if message is not None:
                     publisher.publish(message)
-                await asyncio.sleep(1.0 / SENSORS.rate)
+                due = max(due + 1.0 / SENSORS.rate, now())
+                await asyncio.sleep(due - now())
         finally:
             await link.close()
             publisher.close()

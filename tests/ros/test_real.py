@@ -1,0 +1,112 @@
+"""With sim_mode:=false the floors run on a box; here one that is served on this machine, and in a hurry."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from maya_un.config import Config, Units
+from maya_un.graph.protocol import Outcome
+from maya_un.kinematics.mechanism import Mechanism
+from tests.ros.driven import Driver
+from tests.ros.floors import DONE, near, read_event
+from tests.ros.harness import Ros
+from tests.ros.programs import Program
+from tests.ros.workspace import Workspace
+
+pytestmark = pytest.mark.system
+
+HURRY = 100
+MOVE = "maya_controller/Move"
+NO_GUARD = {"safety": {"guard_time": 0.0}}
+"""The guard counts its seconds by the box's clock, and that one hurries."""
+
+
+class Box:
+    """A box, and the controller floor on it."""
+
+    def __init__(self, ros: Ros) -> None:
+        self.ros = ros
+        self.program = ros.start(
+            str(Path(sys.executable).with_name("maya")), "dmc", "serve", "--port", "0", "--speed", str(HURRY)
+        )
+        self.program.until("maya dmc fault")
+        self.address = self.program.lines[0]
+        self.driver: Driver = ros.driver()
+        self.events = self.driver.subscribe("/maya_event", "std_msgs/String")
+
+    def launch(self, *, skip_home: bool = False) -> Program:
+        """Launch the controller floor on it."""
+        seen = len(self.events.messages)
+        launched = self.ros.launch(
+            "maya_controller", "controller.launch", sim_mode=False, address=self.address, speed=1, skip_home=skip_home
+        )
+        launched.until("is offered to the graph")
+        self.events.until(after=seen)
+        return launched
+
+    def until_told(self, word: str, after: int = 0) -> None:
+        """Wait for an event."""
+        self.events.until(lambda message: read_event(message)[0] == word, after=after)
+
+
+@pytest.fixture(scope="module")
+def box(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace) -> Iterator[Box]:
+    with Ros(tmp_path_factory.mktemp("real"), workspace) as ros:
+        ros.set_param("/maya/config", NO_GUARD)
+        yield Box(ros)
+
+
+def move(box: Box, a: float, b: float = 1.6, c: float = 1.6) -> tuple[int, str]:
+    """Go to joints and return how that ended."""
+    outcome, result = box.driver.do("/move", MOVE, {"a": a, "b": b, "c": c}).ended()
+    return outcome, result["code"]
+
+
+def test_without_a_mark_of_homing_the_graph_is_up_and_motion_is_refused(box: Box) -> None:
+    launched = box.launch(skip_home=True)
+    launched.until("skip_home: error 2106")
+    assert move(box, 0.5) == (Outcome.REJECTED, "2103")
+    assert box.driver.do("/home", "maya_controller/Home").ended() == (Outcome.SUCCEEDED, DONE)
+    assert launched.end() == 0
+    assert box.ros.param("/maya/config") == NO_GUARD
+
+
+def test_its_homing_is_taken_over_and_what_it_measures_is_converted(box: Box) -> None:
+    seen = len(box.events.messages)
+    launched = box.launch(skip_home=True)
+    box.until_told("homed", seen)
+    a, b, c, *_ = box.driver.subscribe("/joint_states", "sensor_msgs/JointState").until()["position"]
+    assert move(box, a + 0.02, b, c) == (Outcome.SUCCEEDED, "")
+    sensors = box.driver.subscribe("/hardware_sensor", "maya_controller/RawSensorData")
+    positions = box.driver.subscribe("/maya_position", "geometry_msgs/Point")
+    raw = sensors.until(lambda message: not any(message["moving"]), after=len(sensors.messages))
+    told = positions.until(after=len(positions.messages) + 2)
+    config = Config()
+    expected = Mechanism.of(config).fk(Units.of(config).to_joints(tuple(raw["position"])))
+    assert near((told["x"], told["y"], told["z"]), expected, within=1e-6)
+    before = len(box.events.messages)
+    box.program.kill()
+    box.until_told("disconnected", before)
+    assert move(box, 0.7)[1] in {"1010", "2105"}
+    assert launched.end() == 0
+
+
+@pytest.mark.parametrize("node", ["hardware_interface", "sensor_converter"])
+def test_without_a_box_a_node_says_so_and_ends(node: str, box: Box) -> None:
+    program = box.ros.start("rosrun", "maya_controller", f"{node}.py", "_address:=127.0.0.1:1", f"__name:=alone_{node}")
+    if node == "hardware_interface":
+        assert program.wait() == 1
+        assert "error 1002: " in program.said
+    else:
+        program.until("Waiting for the controller's node.")
+        assert program.end() == 0
+
+
+def test_the_twin_is_no_address_of_a_machine(box: Box) -> None:
+    program = box.ros.start("rosrun", "maya_controller", "hardware_interface.py", "_address:=sim", "__name:=wrong")
+    assert program.wait() == 2
+    assert "error 4001: " in program.said
