@@ -34,10 +34,6 @@ class Colour(NamedTuple):
     b: float
     a: float = 1.0
 
-    def at(self, opacity: float) -> Colour:
-        """Return the same colour, as opaque as that."""
-        return self._replace(a=opacity)
-
 
 class Quaternion(NamedTuple):
     """A rotation."""
