@@ -32,11 +32,15 @@ class Mouth:
         self.full = False
         self.on_room: Callable[[], None] | None = None
         self.frames: list[tuple[int, bytes]] = []
+        self.said: list[Said] = []
         self.ended: list[tuple[int, str]] = []
 
     def write(self, frames: bytes) -> None:
-        """Take whole frames."""
-        self.frames += unframed(frames)
+        """Take whole frames; what was said as text is read at once."""
+        for kind, content in unframed(frames):
+            self.frames.append((kind, content))
+            if kind == 1 and content[:1] == b"{":
+                self.said.append(json.loads(content))
 
     def end(self, code: int, reason: str) -> None:
         """Take the end."""
@@ -48,14 +52,9 @@ class Mouth:
         assert self.on_room is not None
         self.on_room()
 
-    @property
-    def said(self) -> list[Said]:
-        """What was said as text, and is not taken yet."""
-        return [json.loads(content) for kind, content in self.frames if kind == 1]
-
     def taken(self) -> list[Said]:
         """Return what was said as text, and forget it."""
-        said = self.said
+        said, self.said = self.said, []
         self.frames.clear()
         return said
 

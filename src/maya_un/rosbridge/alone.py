@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import socket
-from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import AsyncExitStack, asynccontextmanager, contextmanager
+from collections.abc import AsyncIterator, Iterator
+from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager, contextmanager
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from maya_un.address import SIM
 from maya_un.assembly import Stack
@@ -17,12 +17,13 @@ from maya_un.graph.doors.controller import ControllerDoor
 from maya_un.graph.doors.process import ProcessDoor
 from maya_un.graph.doors.robot import RobotDoor
 from maya_un.graph.doors.sensors import SensorsDoor
+from maya_un.graph.doors.working import Clock
 from maya_un.graph.protocol import Graph
 from maya_un.graph.queue import Queue, status_of
 from maya_un.graph.step_store import StepStore
 from maya_un.graph.table import POSITION
 from maya_un.rosbridge.endpoint import NODE, Endpoint
-from maya_un.rosbridge.near import NearController, NearRobot, Scenery, echoed
+from maya_un.rosbridge.near import Echo, NearController, NearRobot, Scenery, echoed
 from maya_un.server import dates
 from maya_un.server.bridge import Bridge
 from maya_un.server.edge import Edge
@@ -38,49 +39,58 @@ class Place(NamedTuple):
 
 @asynccontextmanager
 async def endpoint(
-    stack: Stack, bridge: Bridge, place: Place, *, speed: float = 1.0, now: Callable[[], float] = dates.epoch
+    stack: Stack, bridge: Bridge, place: Place, *, speed: float = 1.0, now: Clock = dates.epoch
 ) -> AsyncIterator[Endpoint]:
-    """Serve rosbridge for `stack`, which lives in the bridge's loop with a clock of `speed`, while the block runs.
+    """Serve rosbridge for `stack` at a place, on the graph that `graph_of` makes of it, while the block runs."""
+    async with graph_of(stack, bridge, place.steps, speed=speed, now=now) as bus:
+        serving = Endpoint(lambda: _seat(bus), now, place.edge)
+        async with serving.serving(place.door):
+            yield serving
 
-    `now` is the date [s since the epoch], which messages are stamped with. Raises `StorageInUse` and its kin.
+
+@asynccontextmanager
+async def graph_of(
+    stack: Stack, bridge: Bridge, steps: Path, *, speed: float = 1.0, now: Clock = dates.epoch
+) -> AsyncIterator[Bus]:
+    """Yield a graph on which all floors of `stack` are offered, which lives in the bridge's loop at `speed`.
+
+    The file `steps` keeps which steps were carried out; `now` is the date [s since the epoch] that messages are stamped
+    with. At the end everything that was wished here is at rest. Raises `StorageInUse` and its kin.
     """
     bus = Bus(now)
+    await _describe(bus, stack, speed)
     async with AsyncExitStack() as held:
-        store = await StepStore.open(place.steps)
+        store = await StepStore.open(steps)
         held.push_async_callback(store.close)
-        await _describe(bus, stack, speed)
-        await _open_doors(held, bus, stack, bridge, store, speed, now)
-        serving = Endpoint(lambda: _seat(bus), now, place.edge)
-        await held.enter_async_context(serving.serving(place.door))
-        yield serving
+        echo = await held.enter_async_context(echoed(bridge, speed))
+        for name, door in _doors(stack, bridge, echo, now):
+            await _open(held, bus, name, door)
+        await _open(held, bus, "firebase_bridge", BridgeDoor(store, dates.now, clock=now))
+        yield bus
 
 
-async def _open_doors(
-    held: AsyncExitStack,
-    bus: Bus,
-    stack: Stack,
-    bridge: Bridge,
-    store: StepStore,
-    speed: float,
-    now: Callable[[], float],
-) -> None:
-    echo = await held.enter_async_context(echoed(bridge, speed))
+class _Door(Protocol):
+    def open(self, graph: Graph, /) -> AbstractAsyncContextManager[object]: ...
+
+
+def _doors(stack: Stack, bridge: Bridge, echo: Echo, now: Clock) -> tuple[tuple[str, _Door], ...]:
+    """Return what is offered, by the nodes that offer it in a graph of ROS."""
     floor = NearController(stack, bridge, echo)
-    hardware = "hw_simulator" if stack.address == SIM else "hardware_interface"
     scene = None if stack.twin is None else Scenery(stack.twin)
+    hardware, sensor = ("hw_simulator",) * 2 if stack.address == SIM else ("hardware_interface", "sensor_converter")
     queue = Queue(bridge.carry, lambda: status_of(echo.view, stack.controller))
-    sensors = SensorsDoor(floor, stack.config, raw=lambda: stack.controller.record, scene=scene, clock=now)
-    doors = (
+    return (
         (hardware, ControllerDoor(floor, address=stack.address, clock=now)),
-        ("sensor_converter" if scene is None else hardware, sensors),
+        (sensor, SensorsDoor(floor, stack.config, raw=lambda: stack.controller.record, scene=scene, clock=now)),
         ("robot_controller", RobotDoor(NearRobot(stack, bridge, echo), clock=now)),
         ("process_controller", ProcessDoor(queue, clock=now)),
-        ("firebase_bridge", BridgeDoor(store, dates.now, clock=now)),
     )
-    for name, door in doors:
-        node = bus.node(name)
-        held.callback(node.close)
-        await held.enter_async_context(door.open(node))
+
+
+async def _open(held: AsyncExitStack, bus: Bus, name: str, door: _Door) -> None:
+    node = bus.node(name)
+    held.callback(node.close)
+    await held.enter_async_context(door.open(node))
 
 
 async def _describe(bus: Bus, stack: Stack, speed: float) -> None:
