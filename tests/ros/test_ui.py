@@ -21,6 +21,7 @@ SPEED = 60
 PYTHON = Path("/usr/bin/python3")
 CUBE = [0.41, 1.13, 0.40]
 TRAY = [1.18, 0.21, 0.40]
+FLOOR = ("rosrun", "maya_controller", "hw_simulator.py")
 SCRIPT = ("rosrun", "maya_ui", "maya_ui.py", "--window")
 
 
@@ -210,17 +211,13 @@ def test_a_robot_that_is_lost_is_shown_as_disconnected_and_nothing_is_held(
 ) -> None:
     with Ros(tmp_path, workspace) as own, screen(own) as alone:
         alone.wait("banner_text", "No robot")
-        floor = own.launch("maya_controller", "controller.launch", speed=SPEED)
-        alone.wait("mode", "Not homed")
+        own.set_param("/maya/speed", SPEED)
+        floor = own.start(*FLOOR)
         alone.wait("home", enabled=True)
-        assert "robot.launch" in alone.read("now")["tip"] or "Home first" in alone.read("now")["tip"]
         alone.click("home")
         alone.wait("mode", "Ready")
         assert "robot.launch" in alone.wait("now", enabled=False)["tip"]
         assert "process.launch" in alone.read("start")["tip"]
-        alone.click("close_gripper")
-        alone.wait("chip_gripper", "closed")
-        alone.wait("note", "Gripper: done.")
         alone.wait("jog_z_minus", enabled=True)
         alone.ask("press", name="jog_z_minus")
         alone.wait("mode", "Moving")
@@ -231,6 +228,22 @@ def test_a_robot_that_is_lost_is_shown_as_disconnected_and_nothing_is_held(
         assert not alone.read("jog_z_minus")["enabled"]
         alone.click("stop")
         alone.wait("note", "emergency stop", kind="bad")
+
+
+def test_without_a_master_the_stop_still_reaches_the_robot(tmp_path: Path, workspace: Workspace) -> None:
+    with Ros(tmp_path, workspace) as own, screen(own) as alone:
+        own.start(*FLOOR)
+        alone.wait("home", enabled=True)
+        alone.click("open_gripper")
+        alone.wait("chip_gripper", "open")
+        own._core.close()
+        alone.wait("banner_text", "The ROS master is gone")
+        alone.wait("home", enabled=True)
+        alone.click("home")
+        alone.wait("mode", "Homing")
+        alone.click("stop")
+        alone.wait("note", "Nobody confirmed the stop")
+        alone.wait("mode", "Not homed")
 
 
 def test_it_waits_for_a_master_and_then_takes_part(tmp_path: Path, workspace: Workspace) -> None:

@@ -8,6 +8,7 @@ from typing import Any, Callable
 import actionlib
 import rosgraph
 import rospy
+from actionlib_msgs.msg import GoalID
 
 from maya_ui.robot import Ended, Under, Wish
 
@@ -118,6 +119,10 @@ class Door:
             goal = self._goal if self._wish is not None else None
         if goal is not None:
             goal.cancel()
+
+    def cancel_all(self) -> None:
+        """Give up the goal of whoever has one here; needs no master."""
+        self._client.pub_cancel.publish(GoalID())
 
     def end(self, *, done: bool, code: str = "", message: str = "") -> None:
         """Tell how the goal of ours ended; what is told twice is told once."""

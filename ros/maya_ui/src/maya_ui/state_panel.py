@@ -92,6 +92,8 @@ class StatePanel:
             return f"{said} ({standing.fault_code})" if standing.fault_code else said, look.BAD
         if standing.mode == "paused":
             return self._desk.word("resume_first"), look.WARN
+        if not self._desk.seen.presence.master:
+            return self._desk.word("master_gone"), look.WARN
         return (self._desk.word("home_first"), look.WARN) if standing.mode == "not_homed" else ("", "")
 
     def _pausing(self) -> None:

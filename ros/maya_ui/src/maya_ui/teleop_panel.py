@@ -59,13 +59,17 @@ class TeleopPanel(QObject):
 
     def refresh(self) -> None:
         """Show whether the robot can be moved by hand now, and by what."""
-        ours = self.teleop.held is not None or self.teleop.under_way
-        reason = reasons.link(self._desk.seen) if ours else reasons.why_not(Wish.JOG, self._desk.seen)
+        reason = self._why_not()
         for name in BUTTONS:
             self._desk.allow(getattr(self._desk.ui, name), reason)
         self._desk.explain(self._desk.ui.teleop_why, reason)
         live = self._desk.ui.keys.isChecked()
         self._desk.ui.keys_text.setText(self._desk.word("keys_live" if live else "keys_off"))
+
+    def _why_not(self) -> str:
+        """Return why nothing can be moved by hand; what moves by ours is no reason."""
+        ours = self.teleop.held is not None or self.teleop.under_way
+        return reasons.link(self._desk.seen) if ours else reasons.why_not(Wish.JOG, self._desk.seen)
 
     def release(self) -> None:
         """Let go of whatever is held."""
@@ -102,7 +106,7 @@ class TeleopPanel(QObject):
             return True
         if event.key() not in _KEYS:
             return False
-        if not event.isAutoRepeat() and self._key is None and not reasons.why_not(Wish.JOG, self._desk.seen):
+        if not event.isAutoRepeat() and self._key is None and not self._why_not():
             self._key = event.key()
             self.teleop.press(_KEYS[event.key()])
         return True

@@ -28,6 +28,9 @@ LOOK = 0.5
 SILENCE = 3.0
 """A controller floor that publishes no joints for so long is silent [s]."""
 
+LEAVE = 1.0
+"""A jog that is under way when the dashboard is closed has so long to come to rest [s]; then the floor ends it."""
+
 STOP_ANSWER = 2.0
 """A stop that is not confirmed within this is told to be unheard [s]."""
 
@@ -57,6 +60,7 @@ class UiController:
         self.end_jog()
         self._ended.set()
         if self._graph is not None:
+            self._graph.follow.wait(LEAVE)
             self._graph.leave()
 
     def home(self) -> None:
@@ -87,7 +91,7 @@ class UiController:
             ask(Wish.GRIPPER, "/gripper", SetBool, self._heard, open_)
 
     def stop(self) -> None:
-        """Stop by all that stops: the queue and the controller floor, and where that fails our own goals."""
+        """Stop by all that stops: the queue and the controller floor, and where it does not answer, by its actions."""
         if self._graph is None:
             self._heard(Ended(Wish.STOP, done=False, message="stop_unheard"))
             return
@@ -167,18 +171,21 @@ class UiController:
 
     def _stop(self, graph: _Part) -> None:
         heard = threading.Event()
+        confirmed: list[Ended] = []
 
         def tell(end: Ended) -> None:
+            confirmed.extend([end] if end.done or end.code else [])
             heard.set()
-            unheard = end.done or end.code
-            self._heard(end if unheard else Ended(Wish.STOP, done=False, message="stop_unheard"))
 
         ask(Wish.STOP, "/controller/stop", Trigger, tell)
         graph.follow.cancel()
-        if not heard.wait(STOP_ANSWER):
-            graph.task.cancel()
-            graph.home.cancel()
-            self._heard(Ended(Wish.STOP, done=False, message="stop_unheard"))
+        heard.wait(STOP_ANSWER)
+        if confirmed:
+            self._heard(confirmed[0])
+            return
+        for door in (graph.follow, graph.home, graph.task):
+            door.cancel_all()
+        self._heard(Ended(Wish.STOP, done=False, message="stop_unheard"))
 
     def _see_it_end(self, graph: _Part) -> None:
         if not graph.follow.wait(STOP_ANSWER):

@@ -148,6 +148,10 @@ WORDS: dict[str, tuple[str, str]] = {
     "unknown_position": ("Not known before homing.", "Se desconoce antes de buscar el origen."),
     # Why something cannot be done now.
     "no_master": ("No ROS master answers.", "No responde ningún maestro de ROS."),
+    "master_gone": (
+        "The ROS master is gone. What is connected goes on; nothing new can connect before it and the robot restart.",
+        "El maestro de ROS ya no está. Lo conectado sigue; nada nuevo puede conectarse hasta reiniciarlo con el robot.",
+    ),
     "no_controller": (
         "No robot: nothing publishes /maya_event. Start controller.launch.",
         "Sin robot: nadie publica /maya_event. Inicie controller.launch.",
