@@ -176,6 +176,8 @@ update_packages() {
 provide_ros() {
     # shellcheck disable=SC2086  # a list of words
     missing=$(missing_packages $ros_packages "$@")
+    # roslaunch must find localhost, which a container without /etc/hosts does not
+    getent hosts localhost >/dev/null || missing="$missing libnss-myhostname"
     # shellcheck disable=SC2086
     [ -z "$missing" ] || install_packages $missing
     venv_ros=$root/.venv-ros
