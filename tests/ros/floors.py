@@ -169,7 +169,7 @@ def floors(folder: Path, workspace: Workspace, **arguments: Any) -> Iterator[Flo
     """Launch all floors for as long as the block runs."""
     with Ros(folder, workspace) as ros:
         ros.set_param("/maya/parts", {name: list(place) for name, place in PARTS.items()})
-        launched = ros.launch("maya_process", "process.launch", **{"speed": FAST, **arguments})
+        launched = ros.launch("maya_process", "process.launch", environment=None, **{"speed": FAST, **arguments})
         ros.until_nodes(*NODES)
         launched.until("The queue is worked")
         yield Floors(ros, launched)

@@ -1,0 +1,125 @@
+"""What the nodes cost: a service that is answered from the snapshot, and the position 50 times a second.
+
+/maya_command can_teleop is called in turns with an empty service of rospy's own, by one process: over a connection that
+is kept, and over a new one for every call. The servers are bound to one CPU, the caller to another. What the position
+costs is the CPU time, in a second, of a node that tells it and /joint_states to one listener and does nothing else.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+from threading import Event
+from xmlrpc.client import ServerProxy
+
+from harness import Case, Goal, Sample, measure, report
+
+from tests.ros import workspace
+from tests.ros.harness import Ros
+from tests.ros.programs import Program
+
+CALLS = 200
+SECONDS = 2.0
+"""How long one sample of the position lasts."""
+
+PEER = str(Path(__file__).with_name("ros_peer.py"))
+
+
+def pinned(pid: int, cpu: int) -> None:
+    """Bind all threads of a process, and those they will begin, to a CPU."""
+    for thread in Path(f"/proc/{pid}/task").iterdir():
+        os.sched_setaffinity(int(thread.name), {cpu})
+
+
+def pid_of(ros: Ros, node: str) -> int:
+    """Return the process of a node."""
+    with ServerProxy(ros.ask_master("lookupNode", node)) as at:
+        _, _, pid = at.getPid("/bench")  # type: ignore[misc]
+    return int(str(pid))
+
+
+def cpu_time(pid: int) -> float:
+    """Return the CPU time that a process has used [s]."""
+    words = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
+
+
+@contextmanager
+def robot() -> Iterator[Ros]:
+    """Have a ROS with the robot floor on the twin, in real time."""
+    with TemporaryDirectory() as folder, Ros(Path(folder), workspace.provide()) as ros:
+        launched = ros.launch("maya_robot", "robot.launch", speed=1)
+        launched.until("The robot floor is offered")
+        yield ros
+
+
+def peer(ros: Ros, what: str) -> Program:
+    """Start a process of `ros_peer`."""
+    program = ros.start(str(workspace.python()), PEER, what)
+    program.until("ready")
+    return program
+
+
+def called(caller: Program, answers: Iterator[str], service: str, how: str) -> Sample:
+    """Return a sample of the time that a call takes, which `caller` says in its next line."""
+
+    def sample() -> float:
+        caller.write(f"{CALLS} {service} {how}")
+        return float(next(answers))
+
+    return sample
+
+
+def used(pid: int) -> Sample:
+    """Return a sample of the CPU time that a process uses in a second."""
+
+    def sample() -> float:
+        before = cpu_time(pid)
+        Event().wait(SECONDS)
+        return (cpu_time(pid) - before) / SECONDS
+
+    return sample
+
+
+def main() -> None:
+    reason = workspace.missing()
+    if reason is not None:
+        print(f"left out: {reason}", file=sys.stderr)
+        return
+    with robot() as ros:
+        empty, caller = peer(ros, "empty"), peer(ros, "calls")
+        answers = caller.follow()
+        while "ready" not in next(answers):
+            pass
+        cpus = sorted(os.sched_getaffinity(0))
+        pinned(pid_of(ros, "/robot_controller"), cpus[0])
+        pinned(empty.pid, cpus[0])
+        pinned(caller.pid, cpus[-1])
+        cases = [
+            Case("an empty service, kept", called(caller, answers, "/bench/empty", "kept")),
+            Case(
+                "/maya_command can_teleop, kept", called(caller, answers, "/maya_command", "kept"),
+                goal=Goal(1.5, "an empty service, kept"),
+            ),
+            Case("an empty service, new", called(caller, answers, "/bench/empty", "new")),
+            Case(
+                "/maya_command can_teleop, new", called(caller, answers, "/maya_command", "new"),
+                goal=Goal(1.5, "an empty service, new"),
+            ),
+        ]  # fmt: skip
+        figures = measure(cases, 15, by=median)
+    with TemporaryDirectory() as folder, Ros(Path(folder), workspace.provide()) as ros:
+        sensors = peer(ros, "sensors")
+        peer(ros, "listens")
+        costs = [Case("/maya_position at 50 Hz, CPU in a second", used(sensors.pid), unit="ms", goal=Goal(50.0))]
+        figures += measure(costs, 5, by=median)
+    report(figures)
+
+
+if __name__ == "__main__":
+    main()
