@@ -1,0 +1,33 @@
+"""The graph recorded by rosbag, and read again without ROS."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from rosbags.rosbag1 import Reader
+
+from tests.ros.harness import Ros
+
+TOPICS = ("/maya_event", "/maya_position", "/joint_states")
+
+
+@pytest.mark.timeout(240)
+def test_a_bag_holds_what_was_said(ros: Ros, tmp_path: Path) -> None:
+    ros.launch("maya_robot", "robot.launch")
+    ros.until_nodes("/robot_controller", "/hw_simulator")
+    bag = tmp_path / "graph.bag"
+    recorder = ros.start("rosbag", "record", "-O", str(bag), *TOPICS)
+    recorder.until("Recording to")
+    driver = ros.driver()
+    events = driver.subscribe("/maya_event", "std_msgs/String")
+    events.until(lambda said: said["data"].startswith("not_homed"))
+    assert driver.call("/maya_command", {"task": {"command": "home"}}, within=120.0)["success"]
+    driver.subscribe("/maya_position", "geometry_msgs/Point").until()
+    assert recorder.end() == 0
+    with Reader(bag) as reader:
+        counts = {connection.topic: connection.msgcount for connection in reader.connections}
+        words = [bytes(raw[4:]).partition(b" ")[0] for at, _, raw in reader.messages() if at.topic == "/maya_event"]
+    assert counts.keys() == set(TOPICS)
+    assert min(counts.values()) > 0
+    assert {b"not_homed", b"homing", b"homed"} <= set(words)
