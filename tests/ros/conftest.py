@@ -10,9 +10,10 @@ import pytest
 from tests.ros import workspace as workspaces
 from tests.ros.driven import Driver
 from tests.ros.harness import Ros
-from tests.ros.workspace import Workspace
+from tests.ros.workspace import Workspace, clean_environment
 
 HERE = Path(__file__).parent
+OTHER_PYTHON = "#!/bin/sh\necho 'this is no Python for ROS' >&2\nexit 1\n"
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -50,3 +51,14 @@ def ros(tmp_path: Path, workspace: Workspace) -> Iterator[Ros]:
 def driver(ros: Ros) -> Driver:
     """Return a node that does what the test says."""
     return ros.driver()
+
+
+@pytest.fixture
+def other_python(tmp_path: Path) -> str:
+    """Return a PATH whose first python3 is one that knows nothing of ROS, as pyenv's does not."""
+    shims = tmp_path / "shims"
+    shims.mkdir()
+    for name in ("python", "python3"):
+        (shims / name).write_text(OTHER_PYTHON)
+        (shims / name).chmod(0o755)
+    return f"{shims}:{clean_environment()['PATH']}"

@@ -11,27 +11,15 @@ import pytest
 from maya_un.config.load import parse
 from maya_un.ros.constants import constants
 from tests.ros import workspace as workspaces
-from tests.ros.workspace import PACKAGES, ROOT, Workspace, clean_environment, python, run, sourced
+from tests.ros.workspace import PACKAGES, ROOT, Workspace, python, run, sourced
 
 NODES = {
     "maya_controller": {"hw_simulator.py", "hardware_interface.py", "sensor_converter.py", "on_display.py"},
     "maya_robot": {"robot_controller.py", "primitive_server.py"},
     "maya_process": {"process_controller.py", "firebase_bridge.py", "rosbridge.py"},
 }
-OTHER_PYTHON = "#!/bin/sh\necho 'this is no Python for ROS' >&2\nexit 1\n"
 BUILD_TIME = 400
 """Wall limit of a whole build [s]: two cores, which others use as well."""
-
-
-@pytest.fixture
-def other_python(tmp_path: Path) -> str:
-    """Return a PATH whose first python3 is one that knows nothing of ROS, as pyenv's does not."""
-    shims = tmp_path / "shims"
-    shims.mkdir()
-    for name in ("python", "python3"):
-        (shims / name).write_text(OTHER_PYTHON)
-        (shims / name).chmod(0o755)
-    return f"{shims}:{clean_environment()['PATH']}"
 
 
 def programs(space: Path) -> dict[str, set[str]]:

@@ -218,8 +218,8 @@ def test_the_robot_floor_runs_without_the_process_floor(ros: Ros) -> None:
 
 
 @pytest.mark.timeout(240)
-def test_without_any_argument_the_whole_graph_is_there(ros: Ros) -> None:
-    program = ros.start("roslaunch", "maya_process", "process.launch")
+def test_without_any_argument_the_whole_graph_is_there_whatever_python_comes_first(ros: Ros, other_python: str) -> None:
+    program = ros.start("roslaunch", "maya_process", "process.launch", environment={"PATH": other_python})
     ros.until_nodes(*(f"/{name}" for name in {"hw_simulator"} | FLOORS[PROCESS]), within=START)
     program.until("maya_dashboard is left out", START)
     assert ros.param("/maya/speed") == 1.0
