@@ -109,8 +109,8 @@ def test_a_module_stays_readable_in_one_sitting(module: Module) -> None:
     assert module.lines <= MAX_LINES
 
 
-@every_module
-def test_exported_names_exist(module: Module) -> None:
+@pytest.mark.parametrize("module", [one for one in source.modules() if source.floor(one) != "ros"], ids=by_name)
+def test_exported_names_exist(module: Module) -> None:  # nodes are loaded by a Python that has ROS, and export nothing
     loaded = importlib.import_module(module.name)
     exported: list[str] = getattr(loaded, "__all__", [])
     assert [name for name in exported if not hasattr(loaded, name)] == []

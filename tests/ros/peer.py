@@ -41,7 +41,7 @@ class Peer:
         try:
             await asyncio.Event().wait()
         except asyncio.CancelledError:
-            await asyncio.sleep(0.1 * self._node.speed)
+            await work(0.1 * self._node.speed)
             self._say("cancelled", of=what)
             raise
 
@@ -57,7 +57,7 @@ class Peer:
         if wish is Wish.LASTS:
             await self._until_cancelled("goal")
         if wish is Wish.TAKES_A_WHILE:
-            await asyncio.sleep(0.2 * self._node.speed)
+            await work(0.2 * self._node.speed)
         return success()
 
     async def _lasting(self, _: Message) -> Message:
@@ -69,7 +69,7 @@ class Peer:
         raise Busy(doing="something else")
 
     async def _late(self, _: Message) -> Message:
-        await asyncio.sleep(0.01)
+        await work(0.01)
         return {"success": True, "message": "in the loop"}
 
     def _heard(self, message: Message) -> None:
@@ -101,6 +101,14 @@ class Peer:
         self._say("feedback", message=message)
 
 
+async def work(seconds: float) -> None:
+    """Be busy for so long by the loop's clock."""
+    loop = asyncio.get_running_loop()
+    done: asyncio.Future[None] = loop.create_future()
+    loop.call_later(seconds, lambda: done.done() or done.set_result(None))  # it may have been cancelled meanwhile
+    await done
+
+
 async def serve(node: Node) -> None:
     """Be there until cancelled, and take a while to come to rest."""
     Peer(node)
@@ -109,7 +117,7 @@ async def serve(node: Node) -> None:
         await asyncio.Event().wait()
     finally:
         node.say("resting")
-        await asyncio.sleep(0.1 * node.speed)
+        await work(0.1 * node.speed)
         node.say("rested")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from maya_un.rosbridge import fragments, png
 from maya_un.rosbridge.limits import AT_ONCE
 from maya_un.server.log import log_path
 from tests.rosbridging import Said, Talker, room, settled
+from tests.virtual_time import elapse
 
 STRING = "std_msgs/String"
 
@@ -229,5 +229,5 @@ async def is_well(talker: Talker) -> bool:
         told = await talker.ask("call_service", service="/rosapi/get_time", id="well?")
         if told:
             break
-        await asyncio.sleep(1.0)
+        await elapse(1.0)
     return any(message.get("id") == "well?" for message in told)
