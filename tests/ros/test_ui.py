@@ -206,7 +206,7 @@ def test_a_dashboard_that_dies_while_it_is_held_stops_the_robot(ready: Screen, r
     ready.wait("speed_choice", "100 %")
 
 
-def test_a_robot_that_is_lost_is_shown_as_disconnected_and_nothing_is_held(
+def test_it_stops_the_robot_without_a_master_and_shows_a_lost_one_as_disconnected(
     tmp_path: Path, workspace: Workspace
 ) -> None:
     with Ros(tmp_path, workspace) as own, screen(own) as alone:
@@ -218,32 +218,19 @@ def test_a_robot_that_is_lost_is_shown_as_disconnected_and_nothing_is_held(
         alone.wait("mode", "Ready")
         assert "robot.launch" in alone.wait("now", enabled=False)["tip"]
         assert "process.launch" in alone.read("start")["tip"]
-        alone.wait("jog_z_minus", enabled=True)
-        alone.ask("press", name="jog_z_minus")
-        alone.wait("mode", "Moving")
-        floor.close()
-        alone.wait("mode", "Disconnected")
-        alone.wait("banner_text", "No robot")
-        assert alone.text("value_x") == "—"
-        assert not alone.read("jog_z_minus")["enabled"]
-        alone.click("stop")
-        alone.wait("note", "emergency stop", kind="bad")
-
-
-def test_without_a_master_the_stop_still_reaches_the_robot(tmp_path: Path, workspace: Workspace) -> None:
-    with Ros(tmp_path, workspace) as own, screen(own) as alone:
-        own.start(*FLOOR)
-        alone.wait("home", enabled=True)
-        alone.click("open_gripper")
-        alone.wait("chip_gripper", "open")
         own._core.close()
         alone.wait("banner_text", "The ROS master is gone")
         alone.wait("home", enabled=True)
         alone.click("home")
         alone.wait("mode", "Homing")
         alone.click("stop")
-        alone.wait("note", "Nobody confirmed the stop")
+        alone.wait("note", "Nobody confirmed the stop", kind="bad")
         alone.wait("mode", "Not homed")
+        floor.close()
+        alone.wait("mode", "Disconnected")
+        alone.wait("banner_text", "No ROS master answers.")
+        assert not alone.read("home")["enabled"]
+        assert alone.read("stop")["enabled"]
 
 
 def test_it_waits_for_a_master_and_then_takes_part(tmp_path: Path, workspace: Workspace) -> None:
@@ -259,6 +246,18 @@ def test_the_script_opens_a_window_that_is_a_node_and_ends_when_it_is_told_to(ro
     ros.until_nodes("/window")
     window.send(signal.SIGINT)
     assert window.wait() == 0
+
+
+def test_where_there_is_rqt_the_script_opens_it_with_the_perspective(ros: Ros, tmp_path: Path) -> None:
+    rqt = tmp_path / "rqt"
+    rqt.write_text('#!/bin/sh\necho "rqt $@"\n', encoding="utf-8")
+    rqt.chmod(0o755)
+    environment = {"PATH": f"{tmp_path}:{ros.environment['PATH']}", "QT_QPA_PLATFORM": "offscreen"}
+    opened = ros.start(*SCRIPT[:3], "__name:=another_dashboard", environment=environment)
+    words = opened.until("rqt ").split()
+    assert words[1] == "--perspective-file"
+    assert json.loads(Path(words[2]).read_text(encoding="utf-8"))["groups"]["pluginmanager"]
+    assert words[3] == "__name:=another_dashboard"
 
 
 def test_without_a_display_one_line_says_so(ros: Ros) -> None:
