@@ -12,13 +12,19 @@ from tests.ros.harness import Ros
 TOPICS = ("/maya_event", "/maya_position", "/joint_states")
 
 
+def listened_to_by(ros: Ros, name: str) -> set[str]:
+    """Return the topics that a node whose name begins so subscribes."""
+    listeners = ros.ask_master("getSystemState")[1]
+    return {topic for topic, nodes in listeners if any(node.startswith(name) for node in nodes)}
+
+
 @pytest.mark.timeout(240)
 def test_a_bag_holds_what_was_said(ros: Ros, tmp_path: Path) -> None:
     ros.launch("maya_robot", "robot.launch")
     ros.until_nodes("/robot_controller", "/hw_simulator")
     bag = tmp_path / "graph.bag"
     recorder = ros.start("rosbag", "record", "-O", str(bag), *TOPICS)
-    recorder.until("Recording to")
+    ros.until(lambda: listened_to_by(ros, "/record") == set(TOPICS), "a recorder that listens")
     driver = ros.driver()
     events = driver.subscribe("/maya_event", "std_msgs/String")
     events.until(lambda said: said["data"].startswith("not_homed"))
