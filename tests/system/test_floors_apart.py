@@ -11,7 +11,7 @@ from random import Random
 import pytest
 
 from maya_un.errors import AbortInput, Busy, Cancelled, NodeGone, NotConnected, Stopped
-from maya_un.events import Kind
+from maya_un.events import Event, Kind
 from maya_un.graph.apart import robot_floor, tasks_handed_on
 from maya_un.graph.outcome import error_of
 from maya_un.graph.primitives import to_message
@@ -296,4 +296,35 @@ async def test_whoever_followed_a_path_and_died_has_it_stopped() -> None:
         assert (await following).outcome is Outcome.LOST
         await elapse(2.0)
         assert floors.controller.state.mode is Mode.IDLE
+        await stands_still(floors)
+
+
+@pytest.mark.parametrize("word", ["stop", "abort"])
+@pytest.mark.parametrize("kind", [Kind.IDLE, Kind.GRIPPER_CLOSED])
+async def test_a_stop_between_two_motions_of_a_primitive_ends_it_too(word: str, kind: Kind) -> None:
+    """Just there nothing moves that could be stopped: the next motion is still on its way over the graph."""
+    async with apart(parts={"cube": CUBE}) as floors:
+        somebody, saying = floors.bus.node("somebody"), list[asyncio.Task[object]]()
+
+        def hear(event: Event) -> None:
+            if event.kind is kind and not saying:
+                call = somebody.call(f"/controller/{word}", {}, "std_srvs/Trigger")
+                saying.append(asyncio.get_running_loop().create_task(call))
+
+        floors.below.rig.controller.events.heard_by(hear)
+        with pytest.raises(Stopped):
+            await floors.robot.run(Pick(CUBE))
+        assert saying
+        await elapse(1.0)
+        await stands_still(floors)
+        assert floors.below.rig.controller.state.mode in {Mode.IDLE, Mode.FAULT, Mode.NOT_HOMED}
+
+
+async def test_a_stop_as_a_task_sets_out_ends_it() -> None:
+    async with apart(parts={"cube": CUBE}) as floors:
+        somebody = floors.bus.node("somebody")
+        running = asyncio.ensure_future(floors.robot.run(Pick(CUBE)))
+        await somebody.call("/controller/stop", {}, "std_srvs/Trigger")
+        await asyncio.wait({running})
+        assert isinstance(running.exception(), Stopped)
         await stands_still(floors)

@@ -15,6 +15,7 @@ from maya_un.controller.protocol import Controller
 from maya_un.errors import NodeGone
 from maya_un.graph.clients.asking import whole
 from maya_un.graph.clients.controller import GraphController
+from maya_un.graph.clients.stopping import stoppable
 from maya_un.graph.doors.robot import RobotDoor
 from maya_un.graph.doors.working import Clock
 from maya_un.graph.outcome import error_of
@@ -53,8 +54,8 @@ class Both:
         return self.controller.progress()
 
     async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
-        """Do a primitive."""
-        await self.robot.run(primitive, on_phase)
+        """Do a primitive; a stop ends it also between two of its motions."""
+        await stoppable(self.controller.events, self.robot.run(primitive, on_phase))
 
 
 @asynccontextmanager

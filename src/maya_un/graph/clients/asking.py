@@ -50,13 +50,14 @@ async def called(graph: Graph, row: Row, request: Message) -> Message:
     return response
 
 
-async def whole(work: Coroutine[Any, Any, T]) -> T:
+async def whole(work: Coroutine[Any, Any, T] | asyncio.Task[T]) -> T:
     """Return what `work` does; being cancelled, cancel it once and wait for its end: the robot is at rest then."""
     task = asyncio.ensure_future(work)
     try:
         await asyncio.wait({task})
     except asyncio.CancelledError:
-        task.cancel()
+        if not task.cancelling():
+            task.cancel()
         await _over(task)
         raise
     return task.result()

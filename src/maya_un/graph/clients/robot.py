@@ -11,6 +11,7 @@ from maya_un.errors import Busy
 from maya_un.events import Event, Kind
 from maya_un.graph.clients.asking import done
 from maya_un.graph.clients.controller import GraphController
+from maya_un.graph.clients.stopping import stoppable
 from maya_un.graph.primitives import to_message
 from maya_un.graph.protocol import Graph, Message
 from maya_un.graph.table import TASK
@@ -86,11 +87,14 @@ class GraphRobot:
         """
         with self._turn(primitive):
             try:
-                if isinstance(primitive, Pick) and self.pose.jaws is Jaws.FOUND:
-                    await self._do(Gripper(open=True), "open", primitive, on_phase)
-                await self._do(primitive, "", primitive, on_phase)
+                await stoppable(self._controller.events, self._run(primitive, on_phase))
             finally:
                 await self._controller.settled()
+
+    async def _run(self, primitive: Primitive, on_phase: OnPhase | None) -> None:
+        if isinstance(primitive, Pick) and self.pose.jaws is Jaws.FOUND:
+            await self._do(Gripper(open=True), "open", primitive, on_phase)
+        await self._do(primitive, "", primitive, on_phase)
 
     async def _do(self, part: Primitive, name: str, primitive: Primitive, on_phase: OnPhase | None) -> None:
         """Have a primitive done that is `primitive`, or the part of it that is called `name`.

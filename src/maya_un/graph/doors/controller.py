@@ -10,6 +10,7 @@ from typing import Protocol
 
 from maya_un.controller.protocol import Preview
 from maya_un.errors import MayaError
+from maya_un.events import Kind
 from maya_un.graph import diagnostics
 from maya_un.graph.doors.acting import Course, Desk
 from maya_un.graph.doors.telling import Listened, Stands, Teller
@@ -116,7 +117,7 @@ class ControllerDoor:
         teller = Teller(self._floor, events)
         async with tasks() as working:
             with self._floor.events.listening(teller.hear):
-                held = [*self._actions(graph), *self._services(graph), *self._topics(graph, teller, working)]
+                held = [*self._actions(graph), *self._services(graph, teller), *self._topics(graph, teller, working)]
                 working.begin(every(self._speed / LOOK_RATE, teller.look), "look at the controller floor")
                 working.begin(diagnosed(graph, self._statuses, self._clock, self._speed), "diagnostics")
                 try:
@@ -143,8 +144,20 @@ class ControllerDoor:
         rows = ((HOME, home), (MOVE, move), (FOLLOW, follow))
         return [graph.act(row.name, row.type, act) for row, act in rows]
 
-    def _services(self, graph: Graph) -> list[Held]:
+    def _services(self, graph: Graph, teller: Teller) -> list[Held]:
         floor = self._floor
+
+        async def stop() -> str:
+            """Stop; that is told also where nothing moved, for others may be between two motions of theirs."""
+            report = await floor.stop()
+            if not report.was_moving:
+                teller.say(Kind.STOPPED.value)
+            return json.dumps(asdict(report), separators=(",", ":"))
+
+        async def abort() -> str:
+            await floor.abort()
+            teller.say(Kind.STOPPED.value)
+            return ""
 
         async def gripper(request: Message) -> Message:
             try:
@@ -154,11 +167,11 @@ class ControllerDoor:
             return {"success": True, "message": ""}
 
         rows: tuple[tuple[Row, Callable[[], Awaitable[str]]], ...] = (
-            (STOP, lambda: _reported(floor.stop())),
+            (STOP, stop),
             (PAUSE, lambda: _reported(floor.pause())),
             (RECOVER, lambda: _silent(floor.recover())),
             (RESUME, lambda: _silent(floor.resume())),
-            (ABORT, lambda: _silent(floor.abort())),
+            (ABORT, abort),
         )
         served = [graph.serve(row.name, row.type, trigger(work)) for row, work in rows]
         return [graph.serve(GRIPPER.name, GRIPPER.type, gripper), *served]

@@ -1,0 +1,69 @@
+"""What goes by several wishes ends at a stop between two of them."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from maya_un.errors import FollowingError, Stopped
+from maya_un.events import EventLog, Kind
+from maya_un.graph.clients.stopping import stoppable
+from tests.virtual_time import elapse
+
+
+def log() -> EventLog:
+    return EventLog(asyncio.get_running_loop().time)
+
+
+async def work(ends: list[str], error: Exception | None = None) -> None:
+    try:
+        await elapse(10.0)
+    except asyncio.CancelledError:
+        await elapse(2.0)
+        ends.append("at rest")
+        raise
+    if error is not None:
+        raise error
+    ends.append("done")
+
+
+async def test_nobody_says_stop() -> None:
+    ends: list[str] = []
+    await stoppable(log(), work(ends))
+    assert ends == ["done"]
+
+
+async def test_a_stop_ends_it_at_rest() -> None:
+    events, ends = log(), list[str]()
+    wish = asyncio.ensure_future(stoppable(events, work(ends)))
+    await elapse(1.0)
+    events.emit(Kind.STOPPED)
+    events.emit(Kind.STOPPED)
+    await asyncio.wait({wish})
+    assert isinstance(wish.exception(), Stopped)
+    assert ends == ["at rest"]
+
+
+async def test_a_cancel_is_a_cancel_also_where_a_stop_follows() -> None:
+    events, ends = log(), list[str]()
+    wish = asyncio.ensure_future(stoppable(events, work(ends)))
+    await elapse(1.0)
+    wish.cancel()
+    await elapse(1.0)
+    events.emit(Kind.STOPPED)
+    await asyncio.wait({wish})
+    assert wish.cancelled()
+    assert ends == ["at rest"]
+
+
+async def test_its_own_errors_are_raised() -> None:
+    with pytest.raises(FollowingError):
+        await stoppable(log(), work([], FollowingError(axis="b")))
+
+
+async def test_what_was_stopped_before_does_not_matter() -> None:
+    events, ends = log(), list[str]()
+    events.emit(Kind.STOPPED)
+    await stoppable(events, work(ends))
+    assert ends == ["done"]
