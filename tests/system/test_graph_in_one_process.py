@@ -123,6 +123,8 @@ async def by_move(robot: House) -> None:
     await robot.until(lambda: robot.stack.robot.holding is True)
     await robot.until(lambda: robot.stack.service.direct.doing == "")
     await elapse(0.1)
+    if robot.told[-1].word == "stopped":
+        return
     robot.publish("/maya_move", "maya_robot/MayaPrimitive", PLACE)
 
 
