@@ -24,6 +24,12 @@ KEPT = 5.0
 PERIOD = 0.2
 """The list is told so often [s] while there is anything in it (actionlib's status frequency is 5 Hz)."""
 
+MANY = 20
+"""A longer list is told by the clock alone: what a flood of goals costs must not grow with its square."""
+
+MOST = 100
+"""So many that have ended are kept in the list at most; of more, the oldest are forgotten sooner."""
+
 _BEFORE = {"secs": 0, "nsecs": 0}
 _TOO_LATE = "It came with a time before that of the last cancel."
 
@@ -108,13 +114,13 @@ class GoalServer:
         known = next((goal for goal in self._goals if goal_id["id"] and goal.id == goal_id["id"]), None)
         if known is not None:
             if known.outcome is Outcome.RECALLING and known.task is None:
-                self._end(known, Outcome.RECALLED, {})
+                self._end(known, Outcome.RECALLED, failure(Cancelled()))
             return
         stamp = goal_id["stamp"]
         goal = Goal(goal_id["id"] or self._new_id(), stamp if order(stamp) != (0, 0) else self._now(), source=source)
         self._goals.append(goal)
         if (0, 0) < order(stamp) <= order(self._last_cancel):
-            self._end(goal, Outcome.RECALLED, {}, _TOO_LATE)
+            self._end(goal, Outcome.RECALLED, failure(Cancelled()), _TOO_LATE)
             return
         goal.task = asyncio.get_running_loop().create_task(self._carry_out(goal, message["goal"]), name=self.name)
         goal.task.add_done_callback(lambda _: self._see_to_its_end(goal))
@@ -133,6 +139,7 @@ class GoalServer:
             early = Goal(wanted, request["stamp"], Outcome.RECALLING)
             self._goals.append(early)
             self._forget_later(early)
+            self._forget_oldest()
             self._tell_status()
         if until > order(self._last_cancel):
             self._last_cancel = request["stamp"]
@@ -210,6 +217,7 @@ class GoalServer:
             fitting = {name: value for name, value in result.items() if name in known}
             self._voices.result.publish({"header": self._header(), "status": goal.status(), "result": fitting})
             self._forget_later(goal)
+            self._forget_oldest()
             self._tell_status()
         asyncio.get_running_loop().call_soon(self._end_of_all)
 
@@ -222,14 +230,26 @@ class GoalServer:
             if not self._voices_closed:
                 self._tell_status()
 
+    def _forget_oldest(self) -> None:
+        over = [goal for goal in self._goals if goal.task is None or goal.outcome in ENDED]
+        for goal in over[:-MOST]:
+            self._goals.remove(goal)
+
     def _tell_status(self) -> None:
-        self._voices.status.publish({"header": self._header(), "status_list": [goal.status() for goal in self._goals]})
+        """Tell how all stand, a long list not before the clock's next turn."""
+        if len(self._goals) <= MANY:
+            self._tell_list()
         if self._goals and self._ticker is None:
             self._ticker = asyncio.get_running_loop().call_later(PERIOD * self._speed, self._tick)
+
+    def _tell_list(self) -> None:
+        self._voices.status.publish({"header": self._header(), "status_list": [goal.status() for goal in self._goals]})
 
     def _tick(self) -> None:
         self._ticker = None
         if not self._voices_closed:
+            if len(self._goals) > MANY:
+                self._tell_list()
             self._tell_status()
 
     def _end_of_all(self) -> None:

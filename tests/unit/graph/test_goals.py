@@ -15,7 +15,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 from maya_un.errors import MayaError, NotHomed, Stopped
 from maya_un.graph.bus import Bus, BusNode
-from maya_un.graph.goals import KEPT, PERIOD
+from maya_un.graph.goals import KEPT, MANY, MOST, PERIOD
 from maya_un.graph.outcome import ENDED, failure
 from maya_un.graph.protocol import Feedback, Held, Message, Outcome, Refused
 from maya_un.loops import JumpingLoop
@@ -212,6 +212,31 @@ async def test_a_goal_that_comes_twice_is_done_once() -> None:
         link.send("one")
         await elapse(0.01)
         assert len(link.results) == 1
+
+
+async def test_a_flood_of_goals_and_cancels_is_told_by_the_clock_and_not_kept_whole() -> None:
+    async with line() as link:
+        link.send("running", 0.5)
+        await elapse(0.01)
+        link.acts.feedbacks[0.5]({})
+        for number in range(500):
+            link.cancel(f"unknown {number}")
+            link.send(f"unknown {number}", 1.0)
+            if number % 50 == 0:
+                await elapse(1e-4)
+        await elapse(1e-4)
+        assert len(link.results) == 500
+        assert {message["result"]["code"] for message in link.results} == {"2202"}
+        assert len(link.statuses) < 4 * MANY
+        await elapse(PERIOD)
+        assert link.outcomes()["running"] is Outcome.ACTIVE
+        assert len(link.outcomes()) == MOST + 1
+        link.cancel()
+        await elapse(KEPT + 0.1)
+        assert link.results[-1]["status"]["goal_id"]["id"] == "running"
+        assert link.results[-1]["status"]["status"] == Outcome.PREEMPTED
+        await elapse(PERIOD)
+        assert link.outcomes() == {}
 
 
 async def test_a_goal_without_a_name_gets_one() -> None:
