@@ -1,0 +1,69 @@
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from maya_un.config import Config
+from maya_un.errors import InvalidConfig
+from maya_un.graph.bus import Bus
+from maya_un.ros.configuration import CONFIG, awaited, configured, settled
+
+
+@pytest.fixture(autouse=True)
+def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    place = tmp_path / "config.toml"
+    place.write_text("[controller]\nstream_rate = 30.0\n[cell]\nclearance = 0.2\n")
+    monkeypatch.setenv("MAYA_CONFIG", str(place))
+    yield place
+
+
+def rewrite(file: Path) -> None:
+    """Have the user's file say something else."""
+    file.write_text("[controller]\nstream_rate = 25.0\n")
+
+
+async def test_parameters_are_laid_over_the_file_and_all_of_it_is_written() -> None:
+    parameters = Bus().node("n").parameters
+    await parameters.set(CONFIG, {"controller": {"stream_rate": 40.0}})
+    async with configured(parameters) as config:
+        assert (config.controller.stream_rate, config.cell.clearance) == (40.0, 0.2)
+        written: dict[str, Any] = await parameters.get(CONFIG)
+        assert written["cell"]["clearance"] == 0.2
+        assert written["scale"]["pulses_per_metre"] == Config().scale.pulses_per_metre
+        assert await settled(parameters) == config
+    assert await parameters.get(CONFIG) == {"controller": {"stream_rate": 40.0}}
+
+
+async def test_what_a_node_wrote_that_was_killed_is_not_laid_over_the_file(file: Path) -> None:
+    parameters = Bus().node("n").parameters
+    killed = configured(parameters)
+    await killed.__aenter__()
+    rewrite(file)
+    async with configured(parameters) as config:
+        assert config.controller.stream_rate == 25.0
+    assert await parameters.get(CONFIG, "none") == "none"
+
+
+async def test_what_is_given_wrongly_is_refused_by_its_key() -> None:
+    parameters = Bus().node("n").parameters
+    await parameters.set(CONFIG, {"controller": {"stream_rates": 1.0}})
+    with pytest.raises(InvalidConfig) as refused:
+        async with configured(parameters):
+            pass
+    assert refused.value.details["key"] == "controller.stream_rates"
+
+
+async def test_floors_above_wait_until_it_is_settled_and_say_so_once() -> None:
+    parameters = Bus().node("n").parameters
+    await parameters.set(CONFIG, {"controller": {"stream_rate": 40.0}})
+    said: list[str] = []
+    waiting = asyncio.ensure_future(awaited(parameters, waiting=lambda: said.append("waiting")))
+    await asyncio.sleep(5.0)
+    assert not waiting.done()
+    async with configured(parameters) as config:
+        assert await waiting == config
+    assert said == ["waiting"]

@@ -1,0 +1,104 @@
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import replace
+from typing import Any
+
+from maya_un.config import Config, Units
+from maya_un.graph import types
+from maya_un.graph.bus import Bus, BusNode
+from maya_un.graph.events import Standing, Told
+from maya_un.graph.table import EVENT, SENSORS
+from maya_un.kinematics.mechanism import Mechanism
+from maya_un.kinematics.workspace import Workspace
+from maya_un.ros.sensing import Heard
+from maya_un.values import Joints, Mode, State
+
+CONFIG = Config()
+JOINTS = Joints(0.5, 1.7, 1.6)
+STROKES = ((0.0, 2.0), (0.6, 2.2), (0.6, 2.25))
+
+
+def raw(**fields: Any) -> dict[str, Any]:
+    counts = Units.of(CONFIG).to_counts(JOINTS)
+    return {**types.default(SENSORS.type), "position": list(counts), "gripper_closed": True, **fields}
+
+
+def event(word: str, mode: Mode, *, homed: bool) -> dict[str, Any]:
+    standing = Standing(mode, homed=homed, moving=False, gripper_closed=False, strokes=STROKES if homed else None)
+    return {"data": Told(word, standing).text()}
+
+
+@asynccontextmanager
+async def heard() -> AsyncIterator[tuple[Heard, BusNode]]:
+    bus = Bus()
+    box = bus.node("box")
+    floor = Heard(CONFIG)
+    async with floor.listening(bus.node("sensor_converter")):
+        yield floor, box
+
+
+async def told(box: BusNode, topic: str, kind: str, message: dict[str, Any]) -> None:
+    box.advertise(topic, kind).publish(message)
+    await asyncio.sleep(0.01)
+
+
+async def test_before_homing_the_counts_say_nothing_about_lengths() -> None:
+    async with heard() as (floor, box):
+        await told(box, EVENT.name, EVENT.type, event("not_homed", Mode.NOT_HOMED, homed=False))
+        await told(box, SENSORS.name, SENSORS.type, raw(moving=[False, True, False], motor_off=[True, False, False]))
+        state = floor.state
+        assert (state.joints, state.point, state.mode, state.moving) == (None, None, Mode.NOT_HOMED, True)
+        assert (state.counts, state.motors_on) == (Units.of(CONFIG).to_counts(JOINTS), (False, True, True))
+        assert state.gripper_closed
+
+
+async def test_once_homed_they_are_joints_and_a_place_in_the_measured_workspace() -> None:
+    async with heard() as (floor, box):
+        await told(box, EVENT.name, EVENT.type, event("homed", Mode.IDLE, homed=True))
+        await told(box, SENSORS.name, SENSORS.type, raw(velocity=[0.0, 45000.0, 0.0]))
+        state = floor.state
+        expected = Units.of(CONFIG).to_joints(Units.of(CONFIG).to_counts(JOINTS))
+        assert (state.joints, state.point) == (expected, Mechanism.of(CONFIG).fk(expected))
+        assert state.velocity == (0.0, 0.045, 0.0)
+        workspace = Workspace.of(CONFIG)
+        a, b, c = STROKES
+        assert floor.workspace == replace(workspace, boom=a, line_b=b, line_c=c)
+
+
+async def test_lines_that_cannot_meet_have_no_place() -> None:
+    async with heard() as (floor, box):
+        await told(box, EVENT.name, EVENT.type, event("homed", Mode.IDLE, homed=True))
+        await told(box, SENSORS.name, SENSORS.type, raw(position=[0, 100_000, 100_000]))
+        assert floor.state.joints is not None
+        assert floor.state.point is None
+
+
+async def test_what_is_no_event_of_ours_says_nothing() -> None:
+    async with heard() as (floor, box):
+        await told(box, EVENT.name, EVENT.type, event("homed", Mode.IDLE, homed=True))
+        await told(box, EVENT.name, EVENT.type, {"data": "hello"})
+        await told(box, SENSORS.name, SENSORS.type, raw())
+        assert floor.state.homed
+
+
+async def test_who_watches_sees_what_is_measured_from_now_on_the_newest_first() -> None:
+    async with heard() as (floor, box):
+        seen: list[State] = []
+
+        async def watch() -> None:
+            async for state in floor.watch():
+                seen.append(state)
+                await asyncio.sleep(1.0)
+
+        watching = asyncio.ensure_future(watch())
+        await asyncio.sleep(0.5)
+        assert seen == []
+        for count in range(3):
+            await told(box, SENSORS.name, SENSORS.type, raw(position=[count, 0, 0]))
+        await asyncio.sleep(3.0)
+        watching.cancel()
+        await asyncio.wait({watching})
+        assert [state.counts[0] for state in seen] == [0, 2]
