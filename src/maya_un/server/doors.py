@@ -54,6 +54,7 @@ def bound_socket(port: int, host: str = LOOPBACK) -> socket.socket:
     try:
         door.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         door.bind(place)
+        door.listen()  # who only binds shares the place with others who do, and the last of them to listen fails
     except OSError as error:
         door.close()
         if error.errno == errno.EADDRNOTAVAIL:

@@ -123,6 +123,11 @@ def test_a_port_that_is_taken_and_an_address_of_somebody_else() -> None:
         bound_socket(0, "no.such.host.invalid")
 
 
+def test_a_port_is_taken_from_the_instant_it_is_given_also_before_anybody_is_served() -> None:
+    with bound_socket(0) as first, pytest.raises(AddressInUse):
+        bound_socket(first.getsockname()[1])
+
+
 def test_a_door_has_so_many_places_for_one_address_and_in_all() -> None:
     places = Places(most=3, most_each=2)
     assert [places.take(address) for address in ("a", "a", "a", "b", "c")] == [True, True, False, True, False]
