@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Node maya_dashboard: the dashboard, in rqt where there is one."""
 
 import sys
