@@ -2,7 +2,7 @@
 
 The last event says how everything stands (`graph.events`), /joint_states where the axes are, /maya_position where the
 gripper is. Limit switches, motors and stop codes are not told: they count as in order while there is no fault. Events
-and joints may come from two nodes; where one of them is gone, the floor counts as disconnected.
+and joints may come from two nodes; where one of them is gone, or hangs, the floor counts as disconnected.
 """
 
 from __future__ import annotations
@@ -11,13 +11,15 @@ import asyncio
 import logging
 from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
+from math import inf, isfinite
 
 from maya_un.config import Config, Units
-from maya_un.errors import InvalidMessage, NodeGone
+from maya_un.errors import MayaError, NodeGone
 from maya_un.events import EventLog, Kind
+from maya_un.graph.diagnostics import CONTROLLER
 from maya_un.graph.events import REFUSED, Standing, Strokes, Told, read
 from maya_un.graph.protocol import Graph, Message
-from maya_un.graph.table import EVENT, JOINTS, POSITION
+from maya_un.graph.table import DIAGNOSTICS, EVENT, JOINTS, POSITION
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.values import AXES, Joints, Mode, Point, Progress, State
@@ -27,6 +29,9 @@ LOOK = 0.1
 
 SETTLES = 0.5
 """Within this time what is told shows the end of a wish that has ended [s, real time]."""
+
+SILENT = 5.0
+"""A floor's node tells every second how it is; one that has not for so long hangs [s, real time]."""
 
 UNDER_WAY = frozenset({Mode.MOVING, Mode.HOMING, Mode.STOPPING})
 """Modes that end by themselves."""
@@ -57,7 +62,7 @@ class Watch:
         self.progress: Progress | None = None
         self.node, self._sensor = EVENT.sources[0], JOINTS.sources[0]
         self._standing = _AWAY
-        self._blind = False
+        self._sensing = self._missed = False
         self._strokes: Strokes | None = None
         self._joints: Joints | None = None
         self._velocity = (0.0, 0.0, 0.0)
@@ -68,19 +73,22 @@ class Watch:
         self._told = graph.subscribe(EVENT.name, EVENT.type, self._hear_event, queue_size=EVENT.queue_size)
         self._sensed = graph.subscribe(JOINTS.name, JOINTS.type, self._hear_joints, queue_size=JOINTS.queue_size)
         self._placed = graph.subscribe(POSITION.name, POSITION.type, self._hear_point, queue_size=POSITION.queue_size)
+        self._diagnosed = graph.subscribe(
+            DIAGNOSTICS.name, DIAGNOSTICS.type, self._hear_health, queue_size=DIAGNOSTICS.queue_size
+        )
         self._looking = self._loop.create_task(self._keep_looking(), name="look at the controller's node")
 
     async def close(self) -> None:
         """Listen no more."""
-        for held in (self._told, self._sensed, self._placed):
+        for held in (self._told, self._sensed, self._placed, self._diagnosed):
             held.close()
         self._looking.cancel()
         await asyncio.wait({self._looking})
 
     @property
     def there(self) -> bool:
-        """Whether the floor's nodes are there, and have told how it stands."""
-        return self._standing is not _AWAY and not self._blind
+        """Whether the floor's nodes are there and alive, and have told how it stands."""
+        return self._standing is not _AWAY and self._sensing
 
     async def watch(self) -> AsyncIterator[State]:
         """Yield the state now and every newer one; a slow reader skips to the newest."""
@@ -126,6 +134,7 @@ class Watch:
             log.warning("%s", error)
             return
         new = self._standing is _AWAY
+        self._sensing = self._sensing or bool(self._sensed.writers)
         self._stand(told.standing)
         self.node = next(iter(self._told.writers), self.node)
         if new and told.word != Kind.CONNECTED:
@@ -138,16 +147,17 @@ class Watch:
             self.events.emit(Kind(told.word), told.code, **detail)
 
     def _stand(self, standing: Standing) -> None:
-        self._standing = standing
+        """Take over how it stands; raises `InvalidConfig` for strokes with which nothing can be reached."""
         if standing.strokes is not None and standing.strokes != self._strokes:
-            self._strokes = standing.strokes
             self.workspace = Workspace.of(self._config, standing.strokes).with_zones(self.workspace.zones)
+            self._strokes = standing.strokes
+        self._standing = standing
         self.renew()
 
     def _hear_joints(self, message: Message) -> None:
         places = dict(zip(message["name"], message["position"], strict=False))
-        if not all(axis in places for axis in AXES):
-            return  # somebody else's joints
+        if not all(isfinite(places.get(axis, inf)) for axis in AXES):
+            return  # somebody else's joints, or no place
         rates = dict(zip(message["name"], message["velocity"], strict=False))
         self._joints = Joints(*(places[axis] for axis in AXES))
         a, b, c = (rates.get(axis, 0.0) for axis in AXES)
@@ -156,21 +166,34 @@ class Watch:
         self.renew()
 
     def _hear_point(self, message: Message) -> None:
-        self._point = Point(message["x"], message["y"], message["z"])
-        self.renew()
+        point = Point(message["x"], message["y"], message["z"])
+        if all(map(isfinite, point)):
+            self._point = point
+            self.renew()
+
+    def _hear_health(self, message: Message) -> None:
+        if any(status["name"] == CONTROLLER for status in message["status"]):
+            self._silence = 0.0
 
     async def _keep_looking(self) -> None:
         while True:
             await asyncio.sleep(LOOK * self._speed)
-            self._sensor = next(iter(self._sensed.writers), self._sensor)
-            if self._standing is not _AWAY and not self._told.writers:
-                self._lose(self.node, _AWAY)
-            elif self.there and not self._sensed.writers:
-                self._blind = True
-                self._lose(self._sensor, self._standing)
-            elif self._blind and self._sensed.writers:
-                self._blind = False
-                self._stand(self._standing)
+            self._look()
+
+    def _look(self) -> None:
+        """Notice who has gone, and who is back."""
+        sensors = self._sensed.writers
+        self._sensor = next(iter(sensors), self._sensor)
+        if self._standing is not _AWAY and not self._told.writers:
+            self._sensing = self._missed = False
+            self._lose(self.node, _AWAY)
+        elif self.there and not sensors:
+            self._sensing, self._missed = False, True
+            self._lose(self._sensor, self._standing)
+        elif sensors and not self._sensing:
+            self._sensing, missed, self._missed = True, self._missed, False
+            self.renew()
+            if missed:
                 self.events.emit(Kind.CONNECTED, address=self._sensor)
 
     def _lose(self, node: str, standing: Standing) -> None:
@@ -185,7 +208,7 @@ class Watch:
         joints, powered = self._joints if standing.homed else None, self.there and standing.fault is None
         return State(
             time=self._loop.time(),
-            mode=Mode.DISCONNECTED if self._blind else standing.mode,
+            mode=standing.mode if self._sensing else Mode.DISCONNECTED,
             homed=standing.homed,
             counts=(0, 0, 0) if joints is None else self._units.to_counts(joints),
             joints=joints,
