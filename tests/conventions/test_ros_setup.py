@@ -1,0 +1,85 @@
+"""Whether there can be a ROS on a system, and why not: what ./test and scripts/ros go by."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.conventions.source import ROOT
+
+ASK = 'root=$0; . "$0/scripts/setup.sh"; if ros_can_be xvfb; then echo yes; else echo "$no_ros"; fi'
+NEEDED = ("sh", "sed", "grep", "env", "printf")
+KNOWS = "exit 0"
+KNOWS_NOT = "exit 100"
+
+
+def python_is_old() -> bool:
+    """Tell whether the Python that ROS would use is there, and too old."""
+    old = ["/usr/bin/python3", "-c", "import sys; sys.exit(sys.version_info < (3, 11))"]
+    return os.access(old[0], os.X_OK) and subprocess.run(old, check=False).returncode != 0
+
+
+needs_new_python = pytest.mark.skipif(python_is_old(), reason="/usr/bin/python3 is older than 3.11")
+
+
+@pytest.fixture
+def system(tmp_path: Path) -> Path:
+    """Return a folder of programs that is a whole system: nothing is installed there, and root is at work."""
+    place = tmp_path / "bin"
+    place.mkdir()
+    for name in NEEDED:
+        found = shutil.which(name)
+        assert found is not None
+        (place / name).symlink_to(found)
+    program(place, "dpkg-query", "exit 1")
+    program(place, "id", "echo 0")
+    return place
+
+
+def program(place: Path, name: str, script: str) -> None:
+    file = place / name
+    file.write_text(f"#!/bin/sh\n{script}\n")
+    file.chmod(0o755)
+
+
+def asked(system: Path) -> str:
+    done = subprocess.run(
+        ["/bin/sh", "-euc", ASK, ROOT], env={"PATH": str(system)}, capture_output=True, text=True, check=True
+    )
+    assert done.stderr == ""
+    return done.stdout.strip()
+
+
+def test_what_is_installed_is_not_looked_for(system: Path) -> None:
+    program(system, "dpkg-query", 'shift 3; for name in "$@"; do echo "installed $name"; done')
+    program(system, "apt-get", "exit 9")
+    assert asked(system) == "yes"
+
+
+def test_without_apt_there_is_none(system: Path) -> None:
+    assert asked(system) == "there is no apt-get here, which packages of ROS 1 would come from"
+
+
+def test_who_may_not_install_is_told(system: Path) -> None:
+    program(system, "apt-get", KNOWS)
+    program(system, "id", "echo 1000")
+    assert asked(system) == "packages of ROS 1 are missing, and neither root nor sudo is at hand"
+
+
+@needs_new_python
+def test_a_system_that_packages_none_is_asked_again_after_an_update(system: Path, tmp_path: Path) -> None:
+    program(system, "apt-get", f"echo updated >>{tmp_path}/updates")
+    program(system, "apt-cache", KNOWS_NOT)
+    assert asked(system) == "no ROS 1 is packaged for this system: apt-get knows no python3-rospy"
+    assert (tmp_path / "updates").read_text() == "updated\n"
+
+
+@needs_new_python
+def test_a_bare_system_learns_of_it_by_the_update(system: Path, tmp_path: Path) -> None:
+    program(system, "apt-get", f": >{tmp_path}/updated")
+    program(system, "apt-cache", f"[ -f {tmp_path}/updated ]")
+    assert asked(system) == "yes"
