@@ -19,6 +19,10 @@ STALE_AFTER = 2.0
 """A source that was silent for so long is stale [s]."""
 
 
+CONTROLLER = "maya: controller"
+"""The name of the controller floor's status."""
+
+
 class Level(IntEnum):
     """How it stands (diagnostic_msgs/DiagnosticStatus)."""
 
@@ -74,7 +78,7 @@ def controller(state: State, address: str = "") -> Status:
     }
     if state.progress is not None:
         values["progress"] = f"{state.progress.phase} {state.progress.fraction:.0%}"
-    return Status("maya: controller", _LEVELS.get(state.mode, Level.OK), _sentence(state), values)
+    return Status(CONTROLLER, _LEVELS.get(state.mode, Level.OK), _sentence(state), values)
 
 
 def axes(state: State) -> Status:

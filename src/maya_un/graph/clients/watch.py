@@ -63,6 +63,7 @@ class Watch:
         self.node, self._sensor = EVENT.sources[0], JOINTS.sources[0]
         self._standing = _AWAY
         self._sensing = self._missed = False
+        self._silence = -inf
         self._strokes: Strokes | None = None
         self._joints: Joints | None = None
         self._velocity = (0.0, 0.0, 0.0)
@@ -130,12 +131,12 @@ class Watch:
     def _hear_event(self, message: Message) -> None:
         try:
             told = read(message["data"])
-        except InvalidMessage as error:
+            new = self._standing is _AWAY
+            self._sensing = self._sensing or (bool(self._sensed.writers) and not self._hangs)
+            self._stand(told.standing)
+        except MayaError as error:
             log.warning("%s", error)
             return
-        new = self._standing is _AWAY
-        self._sensing = self._sensing or bool(self._sensed.writers)
-        self._stand(told.standing)
         self.node = next(iter(self._told.writers), self.node)
         if new and told.word != Kind.CONNECTED:
             self.events.emit(Kind.CONNECTED, address=self.node)
@@ -178,6 +179,7 @@ class Watch:
     async def _keep_looking(self) -> None:
         while True:
             await asyncio.sleep(LOOK * self._speed)
+            self._silence += LOOK  # not by the clock: where this node hangs itself, it misses nobody
             self._look()
 
     def _look(self) -> None:
@@ -186,15 +188,21 @@ class Watch:
         self._sensor = next(iter(sensors), self._sensor)
         if self._standing is not _AWAY and not self._told.writers:
             self._sensing = self._missed = False
+            self._silence = -inf
             self._lose(self.node, _AWAY)
-        elif self.there and not sensors:
+        elif self.there and (self._hangs or not sensors):
             self._sensing, self._missed = False, True
-            self._lose(self._sensor, self._standing)
-        elif sensors and not self._sensing:
+            self._lose(self._sensor if not sensors else self.node, self._standing)
+        elif sensors and not self._sensing and not self._hangs:
             self._sensing, missed, self._missed = True, self._missed, False
             self.renew()
             if missed:
                 self.events.emit(Kind.CONNECTED, address=self._sensor)
+
+    @property
+    def _hangs(self) -> bool:
+        """Whether the floor's node no longer tells how it is, as it did."""
+        return self._silence > SILENT
 
     def _lose(self, node: str, standing: Standing) -> None:
         """Say that a node is gone; what it told is worth nothing any more."""

@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field, replace
+from math import inf, nan
 
 import pytest
 
@@ -14,9 +15,10 @@ from maya_un.controller.homing import homed_pose
 from maya_un.errors import NodeGone
 from maya_un.events import Kind
 from maya_un.graph.bus import Bus, BusNode
-from maya_un.graph.clients.watch import SETTLES, Watch
+from maya_un.graph.clients.watch import SETTLES, SILENT, Watch
+from maya_un.graph.diagnostics import array, controller
 from maya_un.graph.events import REFUSED, Standing, Strokes, Told
-from maya_un.graph.table import EVENT, JOINTS, POSITION
+from maya_un.graph.table import DIAGNOSTICS, EVENT, JOINTS, POSITION
 from maya_un.values import Joints, Mode, Notice, Point
 from tests.virtual_time import elapse, turn
 
@@ -38,11 +40,19 @@ class Teller:
     def starts(self) -> None:
         self.node = self.bus.node("hw_simulator")
         self._events = self.node.advertise(EVENT.name, EVENT.type, latch=True)
+        self._health = self.node.advertise(DIAGNOSTICS.name, DIAGNOSTICS.type)
         self.senses(self.node)
 
     def senses(self, node: BusNode) -> None:
         self._joints = node.advertise(JOINTS.name, JOINTS.type)
         self._point = node.advertise(POSITION.name, POSITION.type, latch=True)
+
+    def places(self, point: Point) -> None:
+        self._point.publish(point._asdict())
+
+    def is_well(self) -> None:
+        state = replace(self.watch.state, mode=Mode.IDLE)
+        self._health.publish(array([controller(state)], 0.0))
 
     def goes_blind(self) -> None:
         self._joints.close()
@@ -149,6 +159,47 @@ async def test_joints_of_something_else_are_not_those_of_the_robot() -> None:
         await teller.measures(place())
         await teller.measures(Joints(1.0, 1.0, 1.0), "left_wheel", "right_wheel", "a")
         assert teller.watch.state.joints == place()
+
+
+async def test_places_that_are_none_change_nothing() -> None:
+    async with watched() as teller:
+        await teller.says("idle", IDLE)
+        await teller.measures(place())
+        before = teller.watch.state
+        await teller.measures(Joints(nan, 1.5, 1.5))
+        await teller.measures(Joints(0.5, inf, 1.5))
+        teller.places(Point(nan, 0.2, 0.3))
+        await turn()
+        assert (teller.watch.state.joints, teller.watch.state.point) == (before.joints, before.point)
+
+
+async def test_strokes_with_which_nothing_is_reachable_change_nothing() -> None:
+    async with watched() as teller:
+        await teller.says("idle", IDLE)
+        before = teller.watch.workspace
+        await teller.says("fault", replace(IDLE, mode=Mode.FAULT, strokes=((0.0, 0.0), (0.0, 0.0), (0.0, 0.0))))
+        assert teller.watch.state.mode is Mode.IDLE
+        assert teller.watch.workspace is before
+
+
+async def test_a_node_that_hangs_counts_as_disconnected_until_it_goes_on() -> None:
+    async with watched() as teller:
+        await teller.says("idle", IDLE)
+        await elapse(3 * SILENT)
+        assert teller.watch.there, "nobody is missed who never told how he is"
+        teller.is_well()
+        await elapse(SILENT - 0.5)
+        assert teller.watch.there
+        await elapse(1.0)
+        assert not teller.watch.there
+        assert teller.watch.state.mode is Mode.DISCONNECTED
+        last = teller.watch.events.since(0)[-1]
+        assert (last.kind, last.code) == (Kind.DISCONNECTED, NodeGone.code)
+        assert "hw_simulator" in str(last.detail["message"])
+        teller.is_well()
+        await elapse(0.3)
+        assert teller.watch.there
+        assert (teller.watch.state.mode, kinds(teller.watch)[-1]) == (Mode.IDLE, Kind.CONNECTED)
 
 
 async def test_a_refusal_of_somebodys_wish_is_no_event_but_tells_how_it_stands() -> None:
