@@ -84,6 +84,22 @@ def test_an_event_is_read_by_a_plain_python(workspace: Workspace) -> None:
     )
 
 
+MODULES = """
+import asyncio
+from maya_controller.simulation.virtual_maya import virtual_maya
+from maya_robot.inv_kin_calculator import joints, place
+there = place(*joints(0.5, 1.2, 0.4))
+assert max(abs(one - other) for one, other in zip(there, (0.5, 1.2, 0.4))) < 1e-12, there
+async def parts():
+    return virtual_maya(parts={"block": there}).mechanics.parts
+assert asyncio.run(parts()) == {"block": there}
+"""
+
+
+def test_the_manuals_modules_are_there_for_the_python_of_nodes(workspace: Workspace) -> None:
+    run([str(python()), "-c", MODULES], ROOT, workspace.environment())
+
+
 @pytest.mark.timeout(BUILD_TIME)
 def test_one_command_makes_a_workspace_by_catkin_build_whatever_python_comes_first(
     tmp_path: Path, other_python: str

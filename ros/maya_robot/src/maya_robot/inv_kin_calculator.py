@@ -1,0 +1,14 @@
+"""Where the joints are for a place of the gripper, and the other way round."""
+
+from maya_robot.model import model
+from maya_un.values import Joints, Point
+
+
+def joints(x: float, y: float, z: float) -> Joints:
+    """Return a [rad], b, c [m] for the gripper at x, y, z [m]; raises `maya_un.errors.Unreachable`."""
+    return model().ik(Point(x, y, z))
+
+
+def place(a: float, b: float, c: float) -> Point:
+    """Return where the gripper is [m] at joints a [rad], b, c [m]; raises `maya_un.errors.Unreachable`."""
+    return model().fk(Joints(a, b, c))
