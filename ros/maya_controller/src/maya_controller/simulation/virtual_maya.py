@@ -1,4 +1,4 @@
-"""The virtual twin: a DMC-41x3 with Maya's mechanics attached, for programs under the Python of the nodes; a loop must run."""
+"""The virtual twin, a DMC-41x3 with Maya's mechanics, for programs under the Python of nodes, in a running loop."""
 
 from maya_un.assembly import make_twin as virtual_maya
 
