@@ -14,7 +14,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ROOT / "ros"
 PLACE = ROOT / "build" / "ros"
-KEPT = 3
+KEPT = 8
 """How many workspaces are kept; the oldest goes."""
 USED_AS_IT_IS = {"launch", "urdf", "rviz", "resource", "rqt_config", "maya_ui"}
 """Folders that the devel space reads from the checkout, so that their changes need no new build."""
