@@ -100,6 +100,14 @@ def test_the_manuals_modules_are_there_for_the_python_of_nodes(workspace: Worksp
     run([str(python()), "-c", MODULES], ROOT, workspace.environment())
 
 
+def test_a_checkout_within_a_workspace_holds_each_package_once(workspace: Workspace) -> None:
+    crawl = f"from catkin_pkg.packages import find_package_paths; print(*sorted(find_package_paths({str(ROOT)!r})))"
+    found = run(["/usr/bin/python3", "-c", crawl], workspace.place).split()
+    assert found == [
+        f"ros/{name}" for name in ("maya_controller", "maya_process", "maya_robot", "maya_ros_un", "maya_ui")
+    ]
+
+
 @pytest.mark.timeout(BUILD_TIME)
 def test_one_command_makes_a_workspace_by_catkin_build_whatever_python_comes_first(
     tmp_path: Path, other_python: str

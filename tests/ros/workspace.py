@@ -69,6 +69,7 @@ def sourced(setup: Path) -> dict[str, str]:
 def provide() -> Workspace:
     """Return the workspace for the packages as they are now, built if it is not yet."""
     PLACE.mkdir(parents=True, exist_ok=True)
+    (PLACE / "CATKIN_IGNORE").touch()  # this checkout may lie in a workspace itself
     workspace = PLACE / fingerprint()
     with (PLACE / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
