@@ -25,6 +25,9 @@ NODES = ("/hw_simulator", "/robot_controller", "/primitive_server", "/process_co
 PARTS: dict[str, tuple[float, float, float]] = {"part": (0.5, 1.2, 0.4)}
 """What stands on the table at the start."""
 
+SLOW = 0.1
+"""Share of the speed at which a motion lasts for seconds."""
+
 HERE, THERE = (0.5, 1.2, 0.4), (0.9, 0.9, 0.4)
 """Two places for the part."""
 
@@ -77,6 +80,7 @@ class Floors:
         standing = self.told[1]
         if standing["fault"] is not None:
             assert self.driver.call("/controller/recover")["success"]
+        self.at_speed(1.0)
         self.home()
         self.until_homed()
 

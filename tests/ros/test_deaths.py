@@ -9,14 +9,12 @@ import pytest
 
 from maya_un.graph.protocol import Outcome
 from maya_un.graph.table import STEP_COMMAND, STEP_RESULT
-from tests.ros.floors import DONE, HERE, THERE, Floors, floors, near, primitive
+from tests.ros.floors import DONE, HERE, SLOW, THERE, Floors, floors, near, primitive
 from tests.ros.workspace import Workspace
 
 pytestmark = pytest.mark.system
 
 NODE_GONE = "1011"
-SLOW = 0.1
-"""Share of the speed at which a motion lasts long enough for rospy to notice who is gone: that takes half a second."""
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +26,7 @@ def launched(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace) -> 
 @pytest.fixture
 def robot(launched: Floors) -> Floors:
     launched.ready()
-    launched.at_speed(SLOW)
+    launched.at_speed(SLOW)  # rospy takes half a second to notice who is gone
     return launched
 
 

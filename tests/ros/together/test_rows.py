@@ -35,7 +35,7 @@ from maya_un.graph.table import (
     Row,
 )
 from tests.ros.driven import Message
-from tests.ros.floors import DONE, HERE, Floors, near, primitive
+from tests.ros.floors import DONE, HERE, SLOW, Floors, near, primitive
 
 pytestmark = pytest.mark.system
 
@@ -108,7 +108,9 @@ def test_the_gripper_says_its_new_state(robot: Floors) -> None:
         assert robot.twin()["closed"] is not open_
 
 
-@pytest.mark.parametrize(("row", "code"), [(PAUSE, "2111"), (RESUME, "2112"), (RECOVER, "2108")], ids=str)
+@pytest.mark.parametrize(
+    ("row", "code"), [(PAUSE, "2111"), (RESUME, "2112"), (RECOVER, "2108")], ids=["pause", "resume", "recover"]
+)
 def test_services_that_have_nothing_to_do_refuse_with_a_code(row: Row, code: str, robot: Floors) -> None:
     answer = robot.driver.call(row.name)
     assert not answer["success"]
@@ -122,14 +124,17 @@ def test_stop_at_rest_says_that_nothing_moved(robot: Floors) -> None:
 
 
 def test_pause_and_resume_hold_a_motion_and_let_it_go_on(robot: Floors) -> None:
+    robot.at_speed(SLOW)
     goal = robot.begun("approach", robot.away())
     assert robot.driver.call(PAUSE.name)["success"]
     robot.eventually(lambda: robot.told[1]["mode"] == "paused", "paused")
     assert robot.driver.call(RESUME.name)["success"]
+    robot.at_speed(1.0)
     assert goal.ended() == (Outcome.SUCCEEDED, DONE)
 
 
 def test_stop_ends_a_motion_on_its_path_with_its_code(robot: Floors) -> None:
+    robot.at_speed(SLOW)
     goal = robot.begun("approach", robot.away())
     assert robot.driver.call(STOP.name)["success"]
     outcome, result = goal.ended()
@@ -164,6 +169,7 @@ def test_what_cannot_be_reached_is_refused_with_its_code(robot: Floors) -> None:
 
 
 def test_a_cancel_of_a_task_stops_on_the_path(robot: Floors) -> None:
+    robot.at_speed(SLOW)
     goal = robot.begun("approach", robot.away())
     goal.cancel()
     outcome, result = goal.ended()
@@ -220,6 +226,7 @@ def test_a_step_is_carried_out_and_told(robot: Floors) -> None:
 
 
 def test_abort_stops_without_deceleration_and_a_person_recovers(robot: Floors) -> None:
+    robot.at_speed(SLOW)
     goal = robot.begun("approach", robot.away())
     robot.driver.call(ABORT.name)
     outcome, _ = goal.ended()

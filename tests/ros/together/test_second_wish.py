@@ -8,7 +8,7 @@ import pytest
 
 from maya_un.graph.protocol import Outcome
 from tests.ros.driven import Message
-from tests.ros.floors import DONE, HERE, Floors, near, primitive
+from tests.ros.floors import DONE, HERE, SLOW, Floors, near, primitive
 
 pytestmark = pytest.mark.system
 
@@ -52,15 +52,18 @@ SECONDS = {
 
 @pytest.mark.parametrize("door", SECONDS)
 def test_a_second_wish_is_refused_and_the_first_goes_on(door: str, robot: Floors) -> None:
+    robot.at_speed(SLOW)
     place = robot.away()
     first = robot.begun("approach", place)
     assert SECONDS[door](robot) == (Outcome.REJECTED, BUSY)
     assert not robot.can_teleop()
+    robot.at_speed(1.0)
     assert first.ended() == (Outcome.SUCCEEDED, DONE)
     assert near(robot.twin()["point"][:2], place[:2])
 
 
 def test_a_second_goal_at_the_controller_leaves_the_first_alone(robot: Floors) -> None:
+    robot.at_speed(SLOW)
     a = robot.twin()["joints"][0]
     target = {"a": 0.4 if a > 0.8 else 1.2, "b": 1.6, "c": 1.6}
     before = robot.mark()
@@ -68,13 +71,16 @@ def test_a_second_goal_at_the_controller_leaves_the_first_alone(robot: Floors) -
     robot.until_told("moving", before)
     assert SECONDS["/move"](robot) == (Outcome.REJECTED, BUSY)
     assert SECONDS["/task"](robot)[1] == BUSY
+    robot.at_speed(1.0)
     assert first.ended()[0] == Outcome.SUCCEEDED
     assert near(robot.twin()["joints"], target.values())
 
 
 def test_a_second_wish_on_a_topic_is_refused_by_an_event(robot: Floors) -> None:
+    robot.at_speed(SLOW)
     first = robot.begun("approach", robot.away())
     before = robot.mark()
     robot.driver.publish("/controller/command", "trajectory_msgs/JointTrajectory", TRAJECTORY["trajectory"])
     assert str(robot.until_told("refused", before)["code"]) == BUSY
+    robot.at_speed(1.0)
     assert first.ended() == (Outcome.SUCCEEDED, DONE)

@@ -11,7 +11,7 @@ import pytest
 from maya_un.graph.protocol import Outcome
 from tests.campaign import Campaign
 from tests.ros.driven import Goal, Message
-from tests.ros.floors import HERE, THERE, Floors, primitive
+from tests.ros.floors import HERE, SLOW, THERE, Floors, primitive
 
 pytestmark = pytest.mark.system
 
@@ -81,6 +81,7 @@ def _ended(robot: Floors, before: int) -> bool:
 
 
 def test_what_waits_in_the_queue_ends_too(robot: Floors) -> None:
+    robot.at_speed(SLOW)
     before = robot.mark()
     tasks = [primitive("approach", place) for place in (robot.away(), HERE, THERE, HERE)]
     robot.driver.publish("/start_queue", "maya_process/ProcessQueue", {"tasks": tasks})
