@@ -1,0 +1,91 @@
+"""Beside the graph: the `maya` commands find the queue of a ROS stack; its two upper nodes need not each other."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from maya_un.graph.table import STEP_COMMAND, STEP_RESULT
+from tests.ros.floors import HERE, THERE, Floors, floors, near, primitive
+from tests.ros.workspace import Workspace
+
+pytestmark = pytest.mark.system
+
+MAYA = str(Path(sys.executable).with_name("maya"))
+SLOW = 0.02
+"""Share of the speed at which a motion outlasts the start of a few commands."""
+
+
+@pytest.fixture(scope="module")
+def launched(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace) -> Iterator[Floors]:
+    with floors(tmp_path_factory.mktemp("beside"), workspace) as up:
+        yield up
+
+
+@pytest.fixture
+def robot(launched: Floors) -> Floors:
+    launched.ready()
+    launched.at_speed(1.0)
+    return launched
+
+
+def said(robot: Floors, *words: str) -> str:
+    """Return what a command says."""
+    return robot.ros.tool(MAYA, *words)
+
+
+def test_the_commands_find_the_robot_and_its_queue(robot: Floors) -> None:
+    assert json.loads(said(robot, "status", "--json"))["state"]["homed"] is True
+    x, y, z = robot.away()
+    said(robot, "approach", str(x), str(y), str(z))
+    assert near(robot.twin()["point"][:2], (x, y))
+    assert "running" in said(robot, "queue")
+
+
+def test_a_second_service_is_refused_while_the_node_runs(robot: Floors) -> None:
+    second = subprocess.run(
+        [MAYA, "up"], env=robot.ros.environment, capture_output=True, text=True, timeout=30, check=False
+    )
+    assert second.returncode != 0
+    assert "5004" in second.stderr
+
+
+def test_a_stop_ends_the_job_and_pauses_the_queue_until_somebody_resumes_it(robot: Floors) -> None:
+    robot.at_speed(SLOW)
+    first = robot.away()
+    second = next(place for place in (HERE, THERE) if place != first)
+    before = robot.mark()
+    robot.driver.publish("/send_task", "maya_robot/MayaPrimitive", primitive("approach", first))
+    robot.until_told("moving", before)
+    robot.driver.publish("/send_task", "maya_robot/MayaPrimitive", primitive("approach", second))
+    robot.eventually(lambda: len(json.loads(said(robot, "queue", "--json"))["waiting"]) == 1, "the second one waits")
+    said(robot, "stop")
+    robot.until_told("stopped", before)
+    robot.at_rest()
+    stood = robot.twin()["joints"]
+    robot.at_speed(1.0)
+    assert "paused" in said(robot, "queue")
+    assert near(robot.twin()["joints"], stood, within=1e-9)
+    said(robot, "queue", "resume")
+    robot.eventually(lambda: near(robot.twin()["point"][:2], second[:2]), "the second one is done")
+
+
+def test_the_bridge_works_without_the_queue_and_the_queue_without_the_bridge(robot: Floors) -> None:
+    results = robot.driver.subscribe(STEP_RESULT.name, STEP_RESULT.type)
+    robot.kill("/process_controller")
+    x, y, z = place = robot.away()
+    step = {"id": "alone", "command": "approach", "args": {"x": x, "y": y, "z": z}}
+    robot.driver.publish(STEP_COMMAND.name, STEP_COMMAND.type, {"data": json.dumps(step)})
+    told = json.loads(results.until()["data"])
+    assert (told["id"], told["success"], told["code"]) == ("alone", True, None)
+    assert near(robot.twin()["point"][:2], place[:2])
+    robot.ros.start("rosrun", "maya_process", "process_controller.py").until("The queue is worked")
+    robot.kill("/firebase_bridge")
+    x, y, z = robot.away()
+    said(robot, "approach", str(x), str(y), str(z))
+    assert near(robot.twin()["point"][:2], (x, y))
