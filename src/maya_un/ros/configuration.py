@@ -9,7 +9,7 @@ from typing import Any
 
 from maya_un.config import Config, load
 from maya_un.config.load import parse
-from maya_un.errors import MasterGone
+from maya_un.errors import InvalidConfig, MasterGone
 from maya_un.graph.protocol import Parameters
 
 CONFIG = "/maya/config"
@@ -29,6 +29,8 @@ async def settle(parameters: Parameters) -> Config:
     given = await parameters.get(CONFIG, {})
     if given and given == await parameters.get(_SETTLED, {}):
         given = await parameters.get(_GIVEN, {})
+    if not isinstance(given, Mapping):
+        raise InvalidConfig(key=CONFIG, value=given, reason="it is no group of keys")
     config = parse(_laid(_plain(load()), given))
     settled = _plain(config)
     await parameters.set(_GIVEN, given)

@@ -10,7 +10,7 @@ from typing import Any
 from maya_un.errors import InvalidRequest
 from maya_un.graph import types
 from maya_un.graph.protocol import Message, Publisher
-from maya_un.rosbridge.client import Client, Id, Level
+from maya_un.rosbridge.client import ROWS, Client, Id, Level
 from maya_un.rosbridge.fields import Fields
 from maya_un.rosbridge.limits import TOPICS, UNDER_WAY
 
@@ -43,11 +43,12 @@ class Publishing:
         said, topic = fields.name("topic")
         kind, latch = fields.kind(), fields.flag("latch", default=False)
         queue_size, name = fields.whole("queue_size", 100, 0, 1000) or 1, fields.id
-        writing = self._writings.get(topic)
+        writing, row = self._writings.get(topic), ROWS.get(topic)
+        known = writing.kind if writing is not None else kind if row is None else row.type
+        if known != kind:
+            raise InvalidRequest(key="type", reason=f"{said} is a {known}")
         if writing is None:
             writing = self._begin(topic, kind, latch=latch, queue_size=queue_size)
-        elif writing.kind != kind:
-            raise InvalidRequest(key="type", reason=f"{said} is a {writing.kind}")
         writing.names.add(name)
         self._client.tell(Level.info, f"advertised {said}", name)
 

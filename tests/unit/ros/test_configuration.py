@@ -57,6 +57,16 @@ async def test_what_is_given_wrongly_is_refused_by_its_key() -> None:
     assert refused.value.details["key"] == "controller.stream_rates"
 
 
+@pytest.mark.parametrize("given", [0, 7, [1], "fast"])
+async def test_what_is_no_group_of_keys_is_refused(given: object) -> None:
+    parameters = Bus().node("n").parameters
+    await parameters.set(CONFIG, given)
+    with pytest.raises(InvalidConfig) as refused:
+        async with configured(parameters):
+            pass
+    assert refused.value.details["key"] == CONFIG
+
+
 async def test_floors_above_wait_until_it_is_settled_and_say_so_once() -> None:
     parameters = Bus().node("n").parameters
     await parameters.set(CONFIG, {"controller": {"stream_rate": 40.0}})

@@ -39,6 +39,15 @@ async def test_a_topic_of_the_table_is_known_before_anybody_is_there() -> None:
         assert await one.talker().ask("publish", topic="/stop_queue", msg={}) == []
 
 
+async def test_a_topic_of_the_table_keeps_its_type() -> None:
+    async with room() as one:
+        talker = one.talker()
+        (told,) = await talker.ask("advertise", topic="/maya_event", type="std_msgs/Int8")
+        assert (told["level"], told["code"]) == ("error", 4005)
+        assert STRING in told["msg"]
+        assert await talker.ask("advertise", topic="/maya_event", type=STRING) == []
+
+
 @pytest.mark.parametrize(
     ("message", "code"),
     [
