@@ -51,7 +51,7 @@ class Served(NamedTuple):
     @property
     def cube(self) -> tuple[float, float]:
         """Where the cube stands on the table, by the twin's own record [m]."""
-        x, y, _ = self.robot.ask("GET", "/v1/parts")[1]["parts"]["cube"]
+        x, y, _ = self.robot.ask("GET", "/v1/twin")[1]["parts"]["cube"]
         return x, y
 
 
@@ -195,6 +195,58 @@ def next_event(client: subprocess.Popen[str]) -> str:
         if found := re.match(r"event (\w+)", line):
             return found[1]
     raise AssertionError("".join(said))
+
+
+PAGE = ROOT / "docs" / "how-to" / "talk-over-rosbridge.md"
+BROWSER = """
+const shown = {};
+globalThis.document = { getElementById: (id) => (shown[id] ??= { textContent: "" }) };
+const seen = (id, text) => new Promise((done) => {
+  const look = () => (shown[id]?.textContent.includes(text) ? done() : setTimeout(look, 20));
+  look();
+});
+"""
+PERSON = """
+await seen("event", "not_homed");
+shown.home.onclick();
+await seen("event", "homing");
+shown.stop.onclick();
+await seen("event", "2201");
+shown.home.onclick();
+await seen("event", "homed");
+await seen("position", ", ");
+console.log(JSON.stringify({ done: true }));
+process.exit(0);
+"""
+
+
+def block(kind: str) -> str:
+    """Return the first block of a kind in the page about talking to the endpoint."""
+    found = re.search(rf"```{kind}\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    assert found is not None
+    return found[1]
+
+
+def test_the_script_of_the_page_moves_a_part(tmp_path: Path) -> None:
+    with served() as one:
+        script = tmp_path / "script.py"
+        script.write_text(block("python").replace("9090", f"{one.port}"), encoding="utf-8")
+        said = subprocess.run([ROSLIBPY[0], script], capture_output=True, text=True, timeout=PATIENCE, check=False)
+        cube = one.cube
+    assert said.returncode == 0, said.stdout + said.stderr
+    assert [line for line in said.stdout.splitlines() if not line.startswith("at ")] == [
+        "home done", "pick done", "place done",
+    ]  # fmt: skip
+    assert "at " in said.stdout
+    assert stands_on_the_tray(cube)
+
+
+def test_the_page_shows_the_robot_and_its_buttons_work() -> None:
+    found = re.search(r'<script type="module">(.*?)</script>', block("html"), re.DOTALL)
+    assert found is not None
+    with served() as one:
+        program = f"{BROWSER}{found[1].replace('9090', str(one.port))}{PERSON}"
+        assert told_by(node(), "--input-type=module", "--eval", program) == {"done": True}
 
 
 def test_a_port_that_is_taken_is_said_before_anything_begins() -> None:

@@ -6,6 +6,7 @@ import asyncio
 import json
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,8 @@ from maya_un.assembly import Stack, stack
 from maya_un.config import Config
 from maya_un.graph.bus import Bus
 from maya_un.graph.protocol import Message, Outcome
+from maya_un.graph.table import POSITION
+from maya_un.rosbridge import near
 from maya_un.rosbridge.alone import graph_of
 from maya_un.rosbridge.endpoint import NODE
 from maya_un.rosbridge.outgoing import Press
@@ -75,10 +78,9 @@ class Robot:
         assert answer["result"] is True, answer
         return answer["values"]
 
-    async def idle(self, events: int) -> None:
-        """Return when the queue is empty again, after so many jobs have ended."""
-        del events
-        while self.stack.process.shown.mode is None or self.stack.service.queue.view().running or self.waiting:
+    async def idle(self) -> None:
+        """Return when the queue is empty again."""
+        while self.stack.service.queue.view().running or self.waiting:
             await elapse(0.2)
 
     @property
@@ -98,6 +100,12 @@ def task(command: str, target: Point | None = None, open_: bool = False) -> Mess
     return {"command": command, "target": {} if target is None else target._asdict(), "open": open_}
 
 
+@pytest.fixture(autouse=True)
+def seldom(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Look seldom whether there is a new state: in virtual time every look costs some."""
+    monkeypatch.setattr(near, "POSITION", replace(POSITION, rate=5.0))
+
+
 @asynccontextmanager
 async def robot(folder: Path) -> AsyncIterator[Robot]:
     """Yield a robot of its own."""
@@ -114,8 +122,8 @@ def stands_on_the_tray(cube: Point) -> bool:
 
 
 async def by_command(one: Robot) -> None:
-    for step in (("home",), ("pick", START), ("place", TRAY)):
-        assert await one.command(*step) == {"success": True, "code": "", "message": ""}
+    for command, target in (("home", None), ("pick", START), ("place", TRAY)):
+        assert await one.command(command, target) == {"success": True, "code": "", "message": ""}
 
 
 async def by_task(one: Robot) -> None:
@@ -152,7 +160,7 @@ async def by_send_task(one: Robot) -> None:
         one.talker.say("publish", topic="/send_task", msg=step)
     await elapse(0.5)
     assert len(one.stack.service.queue.view().waiting) == 2, "each is a job"
-    await one.idle(3)
+    await one.idle()
 
 
 async def by_start_queue(one: Robot) -> None:
@@ -161,7 +169,7 @@ async def by_start_queue(one: Robot) -> None:
     await elapse(0.5)
     assert one.stack.service.queue.view().running is not None
     assert not one.waiting, "all are one job"
-    await one.idle(1)
+    await one.idle()
 
 
 @pytest.mark.parametrize("way", [by_command, by_task, by_goal_topic, by_move, by_send_task, by_start_queue])
