@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 
@@ -51,13 +52,24 @@ def test_every_service_has_a_class_with_our_sum(classes: dict[str, dict[str, tup
     assert set(made) <= set(services())
 
 
+def bare(text: str) -> dict[str, list[str]]:
+    """Return the fields of a whole text, in order behind the constants, by the type they make up.
+
+    Comments, and packages before types, are left out.
+    """
+    fields: dict[str, list[str]] = {}
+    own = ""
+    for line in text.splitlines():
+        words = re.sub(r"\s*=\s*", "=", line.partition("#")[0]).split()
+        if words[:1] == ["MSG:"]:
+            own = words[1]
+        elif words and set(line) != {"="}:
+            fields.setdefault(own, []).append(" ".join([words[0].rpartition("/")[2], *words[1:]]))
+    return {own: sorted(lines, key=lambda line: line if "=" in line else "~") for own, lines in fields.items()}
+
+
 def test_a_bag_holds_the_text_that_we_tell(classes: dict[str, dict[str, tuple[str, str]]]) -> None:
-    """Whoever reads a bag without our packages goes by the text in it; comments, and packages before types, are free."""
-
-    def bare(text: str) -> list[list[str]]:
-        lines = (line.partition("#")[0].split() for line in text.splitlines())
-        return [[words[0].rpartition("/")[2], *words[1:]] for words in lines if words]
-
+    """Whoever reads a bag without our packages goes by the text in it."""
     ours = {kind: bare(told[1]) for kind, told in classes["messages"].items() if kind.startswith(OURS)}
     assert ours == {kind: bare(types.text(kind)) for kind in ours}
 
