@@ -86,7 +86,7 @@ class Sender:
 
     def send(self, backlog: Backlog, frames: bytes) -> None:
         """Send a message of a topic now, or keep it until the client takes it and nothing newer has displaced it."""
-        if not self._outlet.full and not backlog:
+        if not self._behind and not self._outlet.full:
             self._outlet.write(frames)
             return
         self._owed += backlog.add(frames)

@@ -79,6 +79,7 @@ class Wire(asyncio.Protocol):
         self._pings = 0
         self.on_room: Callable[[], None] | None = None
         self.full = False
+        self._live = False
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Bound what is kept for a client that is behind, and how long it may say nothing."""
@@ -101,6 +102,7 @@ class Wire(asyncio.Protocol):
         if texts and self._conversation is not None:
             self._conversation.take(*texts)
         self._flush()
+        self._live = self._live and self._conn.state is State.OPEN
         if self._conn.close_expected():
             self._linger()
         elif self._conversation is not None and self._conversation.busy:
@@ -115,6 +117,7 @@ class Wire(asyncio.Protocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """End the conversation."""
         del exc
+        self._live = False
         self._stop_timer()
         if self._conversation is not None:
             self._conversation = None
@@ -130,18 +133,14 @@ class Wire(asyncio.Protocol):
         if self.on_room is not None:
             self.on_room()
 
-    @property
-    def over(self) -> bool:
-        """Whether nothing more can be said."""
-        return self._conn.state is not State.OPEN or self._transport.is_closing()
-
     def write(self, frames: bytes) -> None:
         """Send whole frames without waiting; nothing, where the connection is over."""
-        if not self.over:
+        if self._live:
             self._transport.write(frames)
 
     def end(self, code: int, reason: str) -> None:
         """Close with `code` and `reason`; a client that does not take it is cut."""
+        self._live = False
         if self._conn.state is State.OPEN:
             self._conn.send_close(code, reason)
             self._flush()
@@ -166,6 +165,7 @@ class Wire(asyncio.Protocol):
         self._flush()
         if self._conn.state is not State.OPEN:
             return
+        self._live = True
         self._stop_timer()
         self._ping_later()
         self._conversation = self._host.enter(self, language_of(headers))
@@ -213,7 +213,7 @@ class Wire(asyncio.Protocol):
     def _ping(self) -> None:
         self._pings += 1
         self._waiting = b"%d" % self._pings
-        if not self.over:
+        if self._live:
             self._conn.send_ping(self._waiting)
             self._flush()
         self._timer = self._loop.call_later(PING_TIMEOUT, self._transport.abort)
