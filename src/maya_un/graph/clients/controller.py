@@ -33,6 +33,7 @@ AHEAD = 2.0
 """A pause that is also for what comes next is asked for again and again for so long [s, real time]."""
 
 _AGAIN = 0.05
+_MOTIONS = (HOME, MOVE, FOLLOW)
 _NOTHING = StopReport(False, 0.0, (0.0, 0.0, 0.0))
 
 
@@ -53,6 +54,7 @@ class GraphController:
         self._planner = Planner(config, self._watch.mechanism)
         self._jogging = Jogging(self._planner, self._watch.mechanism)
         self._ratio = graph.advertise(SPEED.name, SPEED.type, queue_size=SPEED.queue_size)
+        self._cancels = [graph.advertise(f"{row.name}/cancel", "actionlib_msgs/GoalID") for row in _MOTIONS]
         self.config = config
 
     @classmethod
@@ -70,7 +72,8 @@ class GraphController:
 
     async def close(self) -> None:
         """Listen no more."""
-        self._ratio.close()
+        for held in (self._ratio, *self._cancels):
+            held.close()
         await self._watch.close()
 
     async def connected(self) -> None:
@@ -182,7 +185,8 @@ class GraphController:
     async def stop(self) -> StopReport:
         """Begin to brake at once, on the path; tell how long and how far it takes.
 
-        It is said whatever is known of the floor; raises `NotConnected` where nobody hears it.
+        It is said whatever is known of the floor; raises `NotConnected` where nobody hears it. Where the service cannot
+        be found, as without a master, all goals are cancelled, which needs none.
         """
         return _report(await self._urgent(STOP))
 
@@ -245,7 +249,13 @@ class GraphController:
         try:
             return await called(self._graph, row, {})
         except NodeGone:
-            raise NotConnected from None
+            if not any(cancel.readers for cancel in self._cancels):
+                raise NotConnected from None
+        moving = self.state.moving
+        for cancel in self._cancels:
+            cancel.publish({})
+        await self._watch.until(lambda: not self.state.moving, SETTLES)
+        return {"message": json.dumps({"was_moving": moving, "duration": 0.0, "distance": (0.0, 0.0, 0.0)})}
 
     def _require_there(self) -> None:
         if not self._watch.there:
