@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
@@ -175,8 +174,3 @@ async def web(url: str, **options: Any) -> AsyncIterator[Web]:
     """Be a client by a websocket while the block runs."""
     async with connect(url, compression=None, **options) as connection:
         yield Web(connection)
-
-
-def run_for_real(main: Callable[[], Any]) -> None:
-    """Run a test that has sockets in an ordinary loop."""
-    asyncio.run(main())

@@ -5,6 +5,9 @@ types        the definitions of their messages, as data; messages completed and 
 protocol     what a graph is: in one process `bus`, in a real one `maya_un.ros`
 goals        the server's side of actions, on either of them
 events       /maya_event in words; `paths` trajectories, `primitives` tasks, `outcome` results and errors in messages
+drawn        the joints of the model; `description` its urdf, `markers` what rviz draws beside it, `diagnostics`
+steps        steps of processes that others drive, each carried out once
 doors        what a floor offers to a graph
 clients      a floor on the other side of a graph, by the floors' own protocols
+apart        the floors above the controller as nodes: a client below, a door above
 """

@@ -1,7 +1,7 @@
 """/diagnostics: how every floor is, in words and levels that ROS tools show.
 
 Levels: OK; WARN where somebody has to do something before the robot moves; ERROR in a fault or without a connection;
-STALE where nothing has been heard for longer than it should be silent. The message of a fault is its code and sentence.
+STALE what is told of the axes without a connection. The message of a fault is its code and sentence.
 """
 
 from __future__ import annotations
@@ -14,10 +14,6 @@ from math import degrees
 from maya_un.graph.protocol import Message
 from maya_un.graph.stamps import header
 from maya_un.values import AXES, Mode, Notice, State
-
-STALE_AFTER = 2.0
-"""A source that was silent for so long is stale [s]."""
-
 
 CONTROLLER = "maya: controller"
 """The name of the controller floor's status."""
@@ -40,12 +36,6 @@ class Status:
     level: Level
     message: str
     values: Mapping[str, object] = field(default_factory=dict[str, object])
-
-    def aged(self, silence: float) -> Status:
-        """Return the same status, stale where its source has been silent for too long [s]."""
-        if silence <= STALE_AFTER:
-            return self
-        return Status(self.name, Level.STALE, f"nothing heard for {silence:.0f} s", self.values)
 
 
 _WORDS = {

@@ -21,7 +21,6 @@ class Shape(IntEnum):
     CYLINDER = 3
     LINE_STRIP = 4
     LINE_LIST = 5
-    SPHERE_LIST = 7
     TEXT = 9
     TRIANGLES = 11
 

@@ -23,15 +23,6 @@ class ServiceClass(NamedTuple):
     response: type[MessageClass]
 
 
-class ActionClass(NamedTuple):
-    """A generated action class, with those of the messages inside its own."""
-
-    kind: type[MessageClass]
-    goal: type[MessageClass]
-    result: type[MessageClass]
-    feedback: type[MessageClass]
-
-
 def message_class(name: str) -> type[MessageClass]:
     """Return the class of a message type ("std_msgs/String"); raises `UnknownInterface`."""
     found = _found(roslib.message.get_message_class, name)
@@ -46,15 +37,6 @@ def service_class(name: str) -> ServiceClass:
     if found is None:
         raise UnknownInterface(form="service type", name=name)
     return ServiceClass(found, found._request_class, found._response_class)
-
-
-def action_class(name: str) -> ActionClass:
-    """Return the class of an action type ("maya_robot/Task"); raises `UnknownInterface`."""
-    try:
-        parts = [message_class(f"{name}{part}") for part in ("Action", "Goal", "Result", "Feedback")]
-    except UnknownInterface:
-        raise UnknownInterface(form="action type", name=name) from None
-    return ActionClass(*parts)
 
 
 def _found(look: Callable[[str], T | None], name: str) -> T | None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from maya_un.graph import types
-from maya_un.graph.diagnostics import STALE_AFTER, Level, Status, array, axes, bridge, controller, process, robot
+from maya_un.graph.diagnostics import Level, Status, array, axes, bridge, controller, process, robot
 from maya_un.values import Joints, Mode, Notice, Progress, State
 from tests.fakes import state_of
 
@@ -64,13 +64,6 @@ def test_motors_that_are_off_are_named() -> None:
 def test_without_a_connection_nothing_is_known_of_the_axes() -> None:
     assert axes(in_mode(Mode.DISCONNECTED)).level is Level.STALE
     assert axes(READY).level is Level.OK
-
-
-def test_a_source_that_is_silent_is_stale() -> None:
-    status = controller(READY)
-    assert status.aged(STALE_AFTER) is status
-    old = status.aged(7.2)
-    assert (old.level, old.message, old.values) == (Level.STALE, "nothing heard for 7 s", status.values)
 
 
 def test_the_robot_floor_is_ready_at_work_waiting_or_alone() -> None:
