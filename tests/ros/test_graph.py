@@ -254,3 +254,14 @@ def test_without_a_master_a_node_says_so_and_ends(ros: Ros) -> None:
     program = ros.start(str(python()), "-m", "tests.ros.peer", environment=alone)
     assert program.wait() == 2
     assert "error 5011: No ROS master answers at http://127.0.0.1:1." in program.said
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, 1e6, "fast"])
+def test_a_clock_that_cannot_be_is_refused(speed: object, ros: Ros) -> None:
+    path = f"{ROOT}:{ros.environment.get('PYTHONPATH', '')}"
+    ros.set_param("/wrong/speed", speed)
+    program = ros.start(
+        str(python()), "-m", "tests.ros.peer", "/maya/speed:=/wrong/speed", environment={"PYTHONPATH": path}
+    )
+    assert program.wait() == 2
+    assert "error 4001: " in program.said

@@ -25,7 +25,7 @@ from xmlrpc.client import Error as XmlRpcError
 import rosgraph
 import rospy
 
-from maya_un.errors import InternalError, MasterGone, MayaError
+from maya_un.errors import InternalError, InvalidValue, MasterGone, MayaError
 from maya_un.loops import ScaledLoop
 from maya_un.ros.ending import Ending
 from maya_un.ros.graph import RosGraph
@@ -42,6 +42,9 @@ REFUSED = 2
 
 SPEED = "/maya/speed"
 """The parameter with the factor of the twin's clock; of the machine it is 1."""
+
+FASTEST = 1000.0
+"""Largest factor of the twin's clock."""
 
 SIMULATED = "/maya/sim_mode"
 """The parameter that tells whether the robot is the twin."""
@@ -90,7 +93,9 @@ def run(name: str, serve: Serve, *, scaled: bool = True) -> int:
         _require_master()
         rospy.init_node(name, disable_signals=True)
         rospy.on_shutdown(ending.ask_and_wait)
-        speed = clock_factor() if scaled else 1.0
+        speed, serve = _clocked(serve) if scaled else (1.0, serve)
+        with asyncio.Runner(loop_factory=lambda: ScaledLoop(speed)) as runner:
+            return runner.run(_live(serve, ending, speed))
     except MayaError as error:
         return _refused(error)
     except rospy.ROSInitException as error:
@@ -100,9 +105,24 @@ def run(name: str, serve: Serve, *, scaled: bool = True) -> int:
 
 
 def clock_factor() -> float:
-    """Return how fast the clock runs: what `SPEED` says of the twin, 1 of the machine."""
+    """Return how fast the clock runs: what `SPEED` says of the twin, 1 of the machine. Raises `InvalidValue`."""
     speed = rospy.get_param(SPEED, 1.0) if rospy.get_param(SIMULATED, default=True) else 1.0
-    return float(speed) if isinstance(speed, int | float) and 0.0 < speed <= 1000.0 else 1.0
+    if not isinstance(speed, int | float) or not 0.0 < speed <= FASTEST:
+        raise InvalidValue(key=SPEED, value=speed, reason=f"it is above 0 and at most {FASTEST:g}")
+    return float(speed)
+
+
+def _clocked(serve: Serve) -> tuple[float, Serve]:
+    """Return how fast the clock runs, and what to do; where no clock can run so, that is to say so and end."""
+    try:
+        return clock_factor(), serve
+    except InvalidValue as refusal:
+        error = refusal
+
+    async def refuse(_: Node) -> None:
+        raise error
+
+    return 1.0, refuse
 
 
 async def _live(serve: Serve, ending: Ending, speed: float) -> int:
