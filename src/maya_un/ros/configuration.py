@@ -7,9 +7,10 @@ from collections.abc import AsyncGenerator, Callable, Mapping
 from contextlib import asynccontextmanager, suppress
 from typing import Any
 
+from maya_un.address import REAL, SIM, split
 from maya_un.config import Config, load
 from maya_un.config.load import parse
-from maya_un.errors import InvalidConfig, MasterGone
+from maya_un.errors import InvalidConfig, InvalidValue, MasterGone
 from maya_un.graph.protocol import Parameters
 
 CONFIG = "/maya/config"
@@ -76,6 +77,17 @@ async def settled(parameters: Parameters) -> Config | None:
     """Return the configuration that the controller's node settled, None before it did."""
     found = await parameters.get(CONFIG, {})
     return parse(found) if found and found == await parameters.get(_SETTLED, {}) else None
+
+
+def checked(address: object) -> str:
+    """Return what a parameter says as an address; raises `InvalidValue` for what is none."""
+    said = str(address)
+    if said not in {SIM, REAL}:
+        try:
+            split(said)
+        except ValueError as error:
+            raise InvalidValue(key="address", value=said, reason=str(error)) from None
+    return said
 
 
 def _plain(config: Config) -> dict[str, Any]:

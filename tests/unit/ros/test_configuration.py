@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from maya_un.config import Config
-from maya_un.errors import InvalidConfig
+from maya_un.errors import InvalidConfig, InvalidValue
 from maya_un.graph.bus import Bus
-from maya_un.ros.configuration import CONFIG, awaited, configured, settled
+from maya_un.ros.configuration import CONFIG, awaited, checked, configured, settled
 
 
 @pytest.fixture(autouse=True)
@@ -65,6 +65,18 @@ async def test_what_is_no_group_of_keys_is_refused(given: object) -> None:
         async with configured(parameters):
             pass
     assert refused.value.details["key"] == CONFIG
+
+
+@pytest.mark.parametrize("address", ["sim", "real", "10.0.0.5", "box.local:2323"])
+def test_an_address_is_taken_as_it_is(address: str) -> None:
+    assert checked(address) == address
+
+
+@pytest.mark.parametrize("address", ["", "::::", "box:0", "box:x", [1]])
+def test_what_is_no_address_is_refused_by_its_name(address: object) -> None:
+    with pytest.raises(InvalidValue) as refused:
+        checked(address)
+    assert refused.value.details["key"] == "address"
 
 
 async def test_floors_above_wait_until_it_is_settled_and_say_so_once() -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from maya_un.address import REAL, SIM
 from maya_un.assembly import controller_floor
 from maya_un.errors import InvalidValue
-from maya_un.ros.configuration import configured
+from maya_un.ros.configuration import checked, configured
 from maya_un.ros.controlling import log_event, offered
 from maya_un.ros.node import Node, run
 
@@ -20,7 +20,7 @@ def main() -> int:
 
 async def serve(node: Node) -> None:
     """Offer the machine until cancelled; raises what `assembly.controller_floor` raises."""
-    address = str(await node.parameter("address", REAL))
+    address = checked(await node.parameter("address", REAL))
     if address == SIM:
         raise InvalidValue(key="address", value=address, reason="with sim_mode:=false it is that of a machine")
     async with (

@@ -11,7 +11,7 @@ from maya_un.address import SIM
 from maya_un.assembly import controller_floor
 from maya_un.errors import SpeedOnRealMachine
 from maya_un.graph.doors.sensors import SensorsDoor
-from maya_un.ros.configuration import configured
+from maya_un.ros.configuration import checked, configured
 from maya_un.ros.controlling import fast_enough, log_event, offered, ros_time
 from maya_un.ros.node import Node, run
 from maya_un.ros.table import on_the_table
@@ -25,7 +25,7 @@ def main() -> int:
 
 async def serve(node: Node) -> None:
     """Offer the twin until cancelled; raises what `assembly.controller_floor` raises."""
-    address = str(await node.parameter("address", SIM))
+    address = checked(await node.parameter("address", SIM))
     if address != SIM and node.speed != 1.0:
         raise SpeedOnRealMachine(address=address)
     async with configured(node.graph.parameters) as config:

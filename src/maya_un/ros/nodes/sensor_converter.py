@@ -9,7 +9,7 @@ from __future__ import annotations
 from maya_un.address import REAL, SIM, meant
 from maya_un.errors import InvalidValue
 from maya_un.graph.doors.sensors import SensorsDoor
-from maya_un.ros.configuration import awaited
+from maya_un.ros.configuration import awaited, checked
 from maya_un.ros.controlling import ros_time
 from maya_un.ros.node import Node, run
 from maya_un.ros.sensing import Heard, Probe
@@ -22,7 +22,7 @@ def main() -> int:
 
 async def serve(node: Node) -> None:
     """Tell what is measured until cancelled; raises what connecting raises."""
-    address = str(await node.parameter("address", REAL))
+    address = checked(await node.parameter("address", REAL))
     if address == SIM:
         raise InvalidValue(key="address", value=address, reason="with sim_mode:=false it is that of a machine")
     config = await awaited(node.graph.parameters, waiting=lambda: node.say("Waiting for the controller's node."))
