@@ -100,8 +100,6 @@ def run(name: str, serve: Serve, *, scaled: bool = True) -> int:
         return _refused(error)
     except rospy.ROSInitException as error:
         return _refused(InternalError(reason=str(error)))
-    with asyncio.Runner(loop_factory=lambda: ScaledLoop(speed)) as runner:
-        return runner.run(_live(serve, ending, speed))
 
 
 def clock_factor() -> float:
