@@ -2,31 +2,75 @@
 
 from __future__ import annotations
 
+import asyncio
 import itertools
 from collections import deque
 from collections.abc import Callable
 from typing import Any
 
-from maya_un.errors import InvalidRequest
+from maya_un.errors import InvalidRequest, MayaError
 from maya_un.graph import types
 from maya_un.graph.protocol import Message, Publisher
 from maya_un.rosbridge.client import ROWS, Client, Id, Level
 from maya_un.rosbridge.fields import Fields
-from maya_un.rosbridge.limits import TOPICS, UNDER_WAY
+from maya_un.rosbridge.limits import TOPICS, UNDER_WAY, WAITING
 
+PATIENCE = 1.0
+"""So long after it was advertised a topic without anybody who listens is waited with [s]."""
+
+_LOOK = 0.02
 _GOAL = "/goal"
 _goals = itertools.count(1)
 
 
 class _Writing:
-    """One topic that a client publishes on, as often as it said so."""
+    """One topic that a client publishes on, as often as it said so.
 
-    def __init__(self, kind: str, publisher: Publisher) -> None:
+    In a real graph those who listen to a new topic are connected a moment later; what is published until then would be
+    lost, so it waits for the first of them, as in rosbridge.
+    """
+
+    def __init__(self, client: Client, kind: str, publisher: Publisher, *, latch: bool) -> None:
         self.kind = kind
-        self.publisher = publisher
         self.names: set[Id] = set()
         self.action = types.action_of(kind)
         self.goals: deque[str] = deque(maxlen=UNDER_WAY)
+        self._client = client
+        self._publisher = publisher
+        self._loop = asyncio.get_running_loop()
+        self._until = 0.0 if latch else self._loop.time() + PATIENCE
+        self._waiting: deque[Message] = deque(maxlen=WAITING)
+        self._timer: asyncio.TimerHandle | None = None
+
+    def publish(self, message: Message) -> None:
+        """Publish a message, now or when somebody listens; raises `InvalidMessage`."""
+        if not self._waiting and (self._publisher.readers or self._loop.time() >= self._until):
+            self._publisher.publish(message)
+            return
+        self._waiting.append(types.conform(self.kind, message) if types.known(self.kind) else message)
+        if self._timer is None:
+            self._timer = self._loop.call_later(_LOOK, self._look)
+
+    def close(self) -> None:
+        """Publish what waits, and no more."""
+        if self._timer is not None:
+            self._timer.cancel()
+        self._let_go()
+        self._publisher.close()
+
+    def _look(self) -> None:
+        self._timer = None
+        if self._publisher.readers or self._loop.time() >= self._until:
+            self._let_go()
+        else:
+            self._timer = self._loop.call_later(_LOOK, self._look)
+
+    def _let_go(self) -> None:
+        while self._waiting:
+            try:
+                self._publisher.publish(self._waiting.popleft())
+            except MayaError as error:
+                self._client.refuse(error)
 
 
 class Publishing:
@@ -62,7 +106,7 @@ class Publishing:
         writing.names.discard(fields.id)
         if fields.id is None or not writing.names:
             del self._writings[topic]
-            writing.publisher.close()
+            writing.close()
         self._client.tell(Level.info, f"unadvertised {said}", fields.id)
 
     def publish(self, fields: Fields) -> Any:
@@ -84,14 +128,14 @@ class Publishing:
         if len(self._writings) >= TOPICS:
             raise InvalidRequest(key="topic", reason=f"a client publishes on at most {TOPICS}")
         publisher = self._client.graph.advertise(topic, kind, latch=latch, queue_size=queue_size)
-        writing = self._writings[topic] = _Writing(kind, publisher)
+        writing = self._writings[topic] = _Writing(self._client, kind, publisher, latch=latch)
         return writing
 
     def _publish(self, writing: _Writing, fields: Fields) -> None:
         message = fields.record("msg")
         if writing.action:
             message = _named(message)
-        writing.publisher.publish(message)
+        writing.publish(message)
         if writing.action:
             writing.goals.append(_id_of(message))
 
@@ -103,7 +147,7 @@ class Publishing:
         for topic, writing in self._writings.items():
             if writing.goals and self._hears(topic.removesuffix(_GOAL) + "/result"):
                 self._cancel(topic.removesuffix(_GOAL), writing.goals)
-            writing.publisher.close()
+            writing.close()
         self._writings.clear()
 
     def _cancel(self, action: str, goals: deque[str]) -> None:

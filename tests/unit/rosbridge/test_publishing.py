@@ -7,6 +7,7 @@ import pytest
 from maya_un.graph.protocol import Feedback, Message, Outcome
 from maya_un.rosbridge.limits import TOPICS
 from tests.rosbridging import Room, Said, room, settled
+from tests.virtual_time import elapse
 
 STRING = "std_msgs/String"
 
@@ -90,6 +91,31 @@ async def test_what_is_latched_waits_for_who_comes_later() -> None:
         found = heard(one)
         await settled()
         assert found == [{"data": "a"}]
+
+
+async def test_what_is_said_on_a_new_topic_waits_for_the_first_who_listens() -> None:
+    async with room() as one:
+        talker = one.talker()
+        await talker.ask("advertise", topic="/t", type=STRING)
+        for text in ("a", "b"):
+            await talker.ask("publish", topic="/t", msg={"data": text})
+        assert [status["code"] for status in await talker.ask("publish", topic="/t", msg={"data": 5})] == [4018]
+        found = heard(one)
+        await talker.ask("publish", topic="/t", msg={"data": "c"})
+        await elapse(0.1)
+        assert [message["data"] for message in found] == ["a", "b", "c"]
+
+
+async def test_later_on_nothing_waits_for_nobody() -> None:
+    async with room() as one:
+        talker = one.talker()
+        await talker.ask("advertise", topic="/t", type=STRING)
+        await talker.ask("publish", topic="/t", msg={"data": "a"})
+        await elapse(1.1)
+        await talker.ask("publish", topic="/t", msg={"data": "b"})
+        found = heard(one)
+        await talker.ask("publish", topic="/t", msg={"data": "c"})
+        assert [message["data"] for message in found] == ["c"]
 
 
 async def test_a_topic_is_given_back_when_every_advertisement_of_it_is() -> None:
