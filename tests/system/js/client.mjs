@@ -12,16 +12,14 @@ const connected = (url) =>
     ros.on("error", failed);
   });
 
-// The next messages of a topic, once `begin` was called.
-const told = (topic, count, begin) =>
+// The next message of a topic; `begin` is called until there is one, for a real graph connects in its own time.
+const told = (topic, begin) =>
   new Promise((done) => {
-    const found = [];
+    const again = begin && setInterval(begin, 100);
     topic.subscribe((message) => {
-      found.push(message);
-      if (found.length === count) {
-        topic.unsubscribe();
-        done(found);
-      }
+      clearInterval(again);
+      topic.unsubscribe();
+      done(message);
     });
     begin?.();
   });
@@ -55,13 +53,13 @@ async function topics(ros) {
   there.advertise();
   for (const compression of ["none", "png", "cbor", "cbor-raw"]) {
     const here = new Topic({ ros, name: "/chatter", messageType: "std_msgs/String", compression });
-    const [first] = await told(here, 1, () => there.publish({ data: `äöü ${compression}` }));
+    const first = await told(here, () => there.publish({ data: `äöü ${compression}` }));
     tell(compression, first.bytes ? Buffer.from(first.bytes).toString("utf8", 4) : first.data);
   }
   const raw = new Topic({ ros, name: "/numbers", messageType: "std_msgs/Float64MultiArray", compression: "cbor" });
   const numbers = new Topic({ ros, name: "/numbers", messageType: "std_msgs/Float64MultiArray" });
-  tell("numbers", Array.from((await told(raw, 1, () => numbers.publish({ data: [1.5, -2, 3e300] })))[0].data));
-  const [event] = await told(new Topic({ ros, name: "/maya_event", messageType: "std_msgs/String" }), 1);
+  tell("numbers", Array.from((await told(raw, () => numbers.publish({ data: [1.5, -2, 3e300] }))).data));
+  const event = await told(new Topic({ ros, name: "/maya_event", messageType: "std_msgs/String" }));
   tell("event", event.data.split(" ")[0]);
 }
 
