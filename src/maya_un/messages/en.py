@@ -98,7 +98,7 @@ SENTENCES: dict[int, str] = {
     5001: "The configuration is refused at {key} = {value}: {reason}.",
     5002: "{path} cannot be written: {reason}.",
     5003: "{address} is in use already. Choose another port, or stop what listens there.",
-    5004: "`maya up` runs already (process {pid}). Use it, or end it first.",
+    5004: "`maya up`, or the ROS nodes, run already (process {pid}). Use them, or end them first.",
     5005: "{path} is somebody else's: {remedy}.",
     5006: "No calibration can be taken back in {path}: {reason}.",
     5007: "This could not be written down ({reason}), so it was not accepted. Make room on the disk or see to its rights, "

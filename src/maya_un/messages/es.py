@@ -98,7 +98,7 @@ SENTENCES: dict[int, str] = {
     5001: "La configuración se rechaza en {key} = {value}: {reason}.",
     5002: "No se puede escribir {path}: {reason}.",
     5003: "{address} ya está en uso. Elija otro puerto o cierre lo que escucha allí.",
-    5004: "`maya up` ya está en marcha (proceso {pid}). Úselo o ciérrelo antes.",
+    5004: "`maya up`, o los nodos de ROS, ya están en marcha (proceso {pid}). Úselos o ciérrelos antes.",
     5005: "{path} es ajeno: {remedy}.",
     5006: "No hay calibración que deshacer en {path}: {reason}.",
     5007: "Esto no se pudo guardar ({reason}), así que no se aceptó. Haga sitio en el disco o revise sus permisos y "

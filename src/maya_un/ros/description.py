@@ -14,7 +14,10 @@ from maya_un.graph.description import describe
 
 
 def main() -> int:
-    """Print the description made by the file that the argument names; return 1 where it cannot be made."""
+    """Print the description made by the file that the argument names; return 1 where it cannot be, 2 without one."""
+    if len(sys.argv) != 2:
+        print("usage: describe.py MACROS", file=sys.stderr)
+        return 2
     try:
         print(_described(Path(sys.argv[1])))
     except MayaError as error:

@@ -10,6 +10,7 @@ it holds it gives back, what moves it brings to rest. Only then the graph is lef
 from __future__ import annotations
 
 import asyncio
+import logging
 import socket
 import sys
 import traceback
@@ -25,6 +26,7 @@ from xmlrpc.client import Error as XmlRpcError
 import rosgraph
 import rospy
 
+from maya_un import graph
 from maya_un.errors import InternalError, InvalidValue, MasterGone, MayaError
 from maya_un.loops import ScaledLoop
 from maya_un.ros.ending import Ending
@@ -77,6 +79,13 @@ class Node:
         found = await self.graph.parameters.get(rospy.resolve_name(f"~{name}"))
         return await self.graph.parameters.get(f"/maya/{name}", default) if found is None else found
 
+    async def flag(self, name: str) -> bool:
+        """Return a parameter that is true or false, false where it is not set; raises `InvalidValue`."""
+        found = await self.parameter(name, default=False)
+        if not isinstance(found, bool):
+            raise InvalidValue(key=name, value=repr(found), reason="it is true or false")
+        return found
+
 
 Serve = Callable[[Node], Awaitable[None]]
 """What a node does until it is cancelled."""
@@ -93,6 +102,7 @@ def run(name: str, serve: Serve, *, scaled: bool = True) -> int:
         _require_master()
         rospy.init_node(name, disable_signals=True)
         rospy.on_shutdown(ending.ask_and_wait)
+        logging.getLogger(graph.__name__).addHandler(_Shown(logging.WARNING))
         speed, serve = _clocked(serve) if scaled else (1.0, serve)
         with asyncio.Runner(loop_factory=lambda: ScaledLoop(speed)) as runner:
             return runner.run(_live(serve, ending, speed))
@@ -100,6 +110,13 @@ def run(name: str, serve: Serve, *, scaled: bool = True) -> int:
         return _refused(error)
     except rospy.ROSInitException as error:
         return _refused(InternalError(reason=str(error)))
+
+
+class _Shown(logging.Handler):
+    """Shows what the graph warns of, like a refused wish on a topic, where the lines of a node are shown."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        rospy.logwarn("%s", record.getMessage())
 
 
 def clock_factor() -> float:
@@ -125,15 +142,15 @@ def _clocked(serve: Serve) -> tuple[float, Serve]:
 
 async def _live(serve: Serve, ending: Ending, speed: float) -> int:
     asyncio.get_running_loop().set_exception_handler(_defect)
-    graph = RosGraph(speed=speed)
-    work = asyncio.ensure_future(serve(Node(graph, speed)))
+    ours = RosGraph(speed=speed)
+    work = asyncio.ensure_future(serve(Node(ours, speed)))
     asked = asyncio.ensure_future(ending.asked())
     await asyncio.wait({work, asked}, return_when=asyncio.FIRST_COMPLETED)
     asked.cancel()
     work.cancel()
     await asyncio.wait({work})
     code = _code(work)
-    await graph.close()
+    await ours.close()
     ending.over.set()
     await in_thread(lambda: rospy.signal_shutdown("ended"))
     for _ in range(20):  # another thread may be at it

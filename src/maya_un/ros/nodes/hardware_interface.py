@@ -27,4 +27,4 @@ async def serve(node: Node) -> None:
         configured(node.graph.parameters) as config,
         controller_floor(config, address, heard=lambda events: events.heard_by(log_event)) as floor,
     ):
-        await offered(node, floor, skip_home=bool(await node.parameter("skip_home", default=False)))
+        await offered(node, floor, skip_home=await node.flag("skip_home"))

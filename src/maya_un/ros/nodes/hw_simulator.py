@@ -14,7 +14,7 @@ from maya_un.graph.doors.sensors import SensorsDoor
 from maya_un.ros.configuration import checked, configured
 from maya_un.ros.controlling import fast_enough, log_event, offered, ros_time
 from maya_un.ros.node import Node, run
-from maya_un.ros.table import on_the_table
+from maya_un.ros.parts import on_the_table
 from maya_un.ros.witness import Scenery, witness
 
 
@@ -43,4 +43,4 @@ async def serve(node: Node) -> None:
                 witness(node.graph, floor.twin)
             sensors = SensorsDoor(floor.controller, config, scene=scene, clock=ros_time, speed=node.speed)
             async with sensors.open(node.graph):
-                await offered(node, floor, skip_home=bool(await node.parameter("skip_home", default=False)))
+                await offered(node, floor, skip_home=await node.flag("skip_home"))

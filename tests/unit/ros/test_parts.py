@@ -6,7 +6,7 @@ import pytest
 
 from maya_un.config import Config
 from maya_un.errors import FileUnreadable, InvalidValue
-from maya_un.ros.table import on_the_table
+from maya_un.ros.parts import on_the_table
 from maya_un.values import Point
 
 
