@@ -89,6 +89,27 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         items[:] = [item for item in items if item not in left_out]
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Share the tests between workers, where there are some."""
+    from tests.rooms import scheduler
+
+    return scheduler(config, log)
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Hand what a worker has counted to whoever sums up."""
+    output: dict[str, Any] | None = getattr(session.config, "workeroutput", None)
+    if output is not None:
+        output["campaigns"] = session.config.stash[LEDGER].sizes
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    """Take what a worker has counted; one that died has counted nothing."""
+    node.config.stash[LEDGER].sizes.update(getattr(node, "workeroutput", {}).get("campaigns", {}))
+
+
 @pytest.fixture
 def campaign(request: pytest.FixtureRequest) -> Campaign:
     """Return size and seed of this test's random campaign."""

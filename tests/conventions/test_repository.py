@@ -35,7 +35,7 @@ def test_a_command_is_executable_plain_shell(name: str) -> None:
 
 
 def test_continuous_integration_checks_first_and_closes_with_the_tests() -> None:
-    steps = re.findall(r"^(scripts/\w+|\./test)", text(".ci/run"), re.MULTILINE)
+    steps = re.findall(r"^ *(scripts/\w+|\./test)", text(".ci/run"), re.MULTILINE)
     assert os.access(ROOT / ".ci" / "run", os.X_OK)
     assert steps == ["scripts/check", "./test"]
 
