@@ -11,6 +11,7 @@ from maya_un.config import Config
 from maya_un.errors import InvalidConfig, InvalidValue
 from maya_un.graph.bus import Bus
 from maya_un.ros.configuration import CONFIG, awaited, checked, configured, settled
+from tests.virtual_time import elapse
 
 
 @pytest.fixture(autouse=True)
@@ -84,7 +85,7 @@ async def test_floors_above_wait_until_it_is_settled_and_say_so_once() -> None:
     await parameters.set(CONFIG, {"controller": {"stream_rate": 40.0}})
     said: list[str] = []
     waiting = asyncio.ensure_future(awaited(parameters, waiting=lambda: said.append("waiting")))
-    await asyncio.sleep(5.0)
+    await elapse(5.0)
     assert not waiting.done()
     async with configured(parameters) as config:
         assert await waiting == config

@@ -15,6 +15,7 @@ from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.ros.sensing import Heard
 from maya_un.values import Joints, Mode, State
+from tests.virtual_time import elapse
 
 CONFIG = Config()
 JOINTS = Joints(0.5, 1.7, 1.6)
@@ -42,7 +43,7 @@ async def heard() -> AsyncIterator[tuple[Heard, BusNode]]:
 
 async def told(box: BusNode, topic: str, kind: str, message: dict[str, Any]) -> None:
     box.advertise(topic, kind).publish(message)
-    await asyncio.sleep(0.01)
+    await elapse(0.01)
 
 
 async def test_before_homing_the_counts_say_nothing_about_lengths() -> None:
@@ -91,14 +92,14 @@ async def test_who_watches_sees_what_is_measured_from_now_on_the_newest_first() 
         async def watch() -> None:
             async for state in floor.watch():
                 seen.append(state)
-                await asyncio.sleep(1.0)
+                await elapse(1.0)
 
         watching = asyncio.ensure_future(watch())
-        await asyncio.sleep(0.5)
+        await elapse(0.5)
         assert seen == []
         for count in range(3):
             await told(box, SENSORS.name, SENSORS.type, raw(position=[count, 0, 0]))
-        await asyncio.sleep(3.0)
+        await elapse(3.0)
         watching.cancel()
         await asyncio.wait({watching})
         assert [state.counts[0] for state in seen] == [0, 2]
