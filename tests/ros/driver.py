@@ -50,8 +50,9 @@ def _serve(wish: dict[str, Any]) -> None:
 
 
 def _tell(what: dict[str, Any]) -> None:
-    with _telling:
-        print(json.dumps(what), flush=True)
+    with _telling:  # in one write: what ROS logs meanwhile must not come between a line and its end
+        sys.stdout.write(f"{json.dumps(what)}\n")
+        sys.stdout.flush()
 
 
 def subscribe(topic: str, type: str) -> None:

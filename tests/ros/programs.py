@@ -12,6 +12,9 @@ from pathlib import Path
 from threading import Condition, Thread
 from time import monotonic
 
+ENDS = 10.0
+"""How soon the output of a program ends whose processes are killed [s]; whatever holds it, no test waits for ever."""
+
 
 class Program:
     """A program that runs in a session of its own; what it says is kept line by line."""
@@ -103,7 +106,8 @@ class Program:
         for process in _session(self._popen.pid):
             _kill(process)
         self._popen.wait()
-        self._reader.join()
+        self._reader.join(ENDS)
+        assert not self._reader.is_alive(), f"something that {self.command} started holds its output"
         for pipe in (self._popen.stdin, self._popen.stdout):
             assert pipe is not None
             pipe.close()

@@ -1,0 +1,63 @@
+"""A pytest plugin that ends what outlives even the time limit of a test.
+
+pytest-timeout raises in the test once. What is raised may land in a task that keeps it; after any failure its timer is
+off while fixtures end. Then the whole process ends, its stacks on standard error: a worker (`rooms`) is replaced,
+and the test it was at is named among the failures.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import os
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+TIMES = 2.0
+"""So many times its limit a test may take with all that is set up for it and taken down."""
+
+STDERR = pytest.StashKey[int]()
+LIMIT = pytest.StashKey[float]()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Keep standard error as it is before pytest captures it."""
+    config.stash[STDERR] = os.dup(2)
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """Give it back."""
+    os.close(config.stash[STDERR])
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_timeout_set_timer(item: pytest.Item, settings: Any) -> Iterator[None]:
+    """Begin the last limit with the ordinary one."""
+    item.stash[LIMIT] = TIMES * settings.timeout
+    _begin(item)
+    return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_exception_interact(node: pytest.Item | pytest.Collector) -> Iterator[None]:
+    """Begin it anew after a failure, at which everybody else's timer is switched off."""
+    try:
+        return (yield)
+    finally:
+        _begin(node)
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_runtest_protocol() -> Iterator[None]:
+    """End it when everything of the test is over."""
+    try:
+        return (yield)
+    finally:
+        faulthandler.cancel_dump_traceback_later()
+
+
+def _begin(node: pytest.Item | pytest.Collector) -> None:
+    limit = node.stash.get(LIMIT, 0.0)
+    if limit > 0.0:
+        faulthandler.dump_traceback_later(limit, exit=True, file=node.config.stash[STDERR])
