@@ -27,8 +27,9 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
-    """Give it back."""
-    os.close(config.stash[STDERR])
+    """Give it back, where the run came so far."""
+    if STDERR in config.stash:
+        os.close(config.stash[STDERR])
 
 
 @pytest.hookimpl(wrapper=True)
