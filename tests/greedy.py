@@ -1,7 +1,7 @@
 """Readers of the stream who want all of the past, again and again: a process of its own.
 
 `python -m tests.greedy PORT COUNT` prints "here" when the first of the past has come to every one of them, and goes on
-until it is ended.
+until it is ended. Who is cut off, as one that reads too slowly is, comes again.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import asyncio
 import json
 import struct
 import sys
+from contextlib import suppress
 
 WISH = json.dumps({"type": "subscribe", "events": {"since": 0}}).encode()
 FRAME = struct.pack("!BB4x", 0x81, 0x80 | len(WISH)) + WISH
@@ -22,27 +23,37 @@ UPGRADE = (
 
 
 async def greedy(port: int, fed: asyncio.Event) -> None:
-    """Ask for everything, and again with every piece of it that comes."""
-    reader, writer = await asyncio.open_connection("127.0.0.1", port)
-    writer.write(UPGRADE)
-    await reader.readuntil(b"\r\n\r\n")
+    """Come again and again."""
+    while True:
+        with suppress(ConnectionError, asyncio.IncompleteReadError):
+            await visit(port, fed)
 
-    writer.write(FRAME)
-    while piece := await reader.read(1 << 20):
-        if b'"event"' in piece:
-            fed.set()
+
+async def visit(port: int, fed: asyncio.Event) -> None:
+    """Ask for everything, and again with every piece of it that comes, until cut off."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    try:
+        writer.write(UPGRADE)
+        await reader.readuntil(b"\r\n\r\n")
         writer.write(FRAME)
-        await writer.drain()
+        while piece := await reader.read(1 << 20):
+            if b'"event"' in piece:
+                fed.set()
+            writer.write(FRAME)
+            await writer.drain()
+    finally:
+        writer.close()
 
 
 async def main(port: int, count: int) -> None:
-    """Be so many."""
-    fed = [asyncio.Event() for _ in range(count)]
-    readers = [asyncio.create_task(greedy(port, one)) for one in fed]
-    for one in fed:
-        await one.wait()
-    print("here", flush=True)
-    await asyncio.gather(*readers)
+    """Be so many; if one of them fails, all of them end."""
+    async with asyncio.TaskGroup() as readers:
+        fed = [asyncio.Event() for _ in range(count)]
+        for one in fed:
+            readers.create_task(greedy(port, one))
+        for one in fed:
+            await one.wait()
+        print("here", flush=True)
 
 
 if __name__ == "__main__":
