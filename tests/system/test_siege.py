@@ -25,7 +25,7 @@ from maya_un.server.bridge import Bridge
 from maya_un.server.thread import bound_socket, served
 from tests.campaign import Campaign
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.timeout(240)]
 
 ROOT = Path(__file__).resolve().parents[2]
 READERS = 40
