@@ -141,8 +141,8 @@ class GoalServer:
             self._forget_later(early)
             self._forget_oldest()
             self._tell_status()
-        if until > order(self._last_cancel):
-            self._last_cancel = request["stamp"]
+        if until > order(self._last_cancel):  # of the future it says nothing: what comes then is another wish
+            self._last_cancel = min(request["stamp"], self._now(), key=order)
 
     def recall(self, goal: Goal) -> None:
         """Ask for the end of a goal, unless that was done before."""

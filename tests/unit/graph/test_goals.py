@@ -84,8 +84,9 @@ class Line:
 
 
 @asynccontextmanager
-async def line(rest: float = 0.0) -> AsyncIterator[Line]:
-    bus, acts = Bus(), Acts(rest=rest)
+async def line(rest: float = 0.0, since: float = 0.0) -> AsyncIterator[Line]:
+    loop = asyncio.get_running_loop()
+    bus, acts = Bus(lambda: since + loop.time()), Acts(rest=rest)
     server = bus.node("server").act("/move", MOVE, acts)
     yield Line(bus, acts, server)
     server.close()
@@ -187,7 +188,7 @@ async def test_a_cancel_that_comes_before_its_goal_is_kept_for_it() -> None:
 
 
 async def test_a_cancel_by_time_ends_what_came_until_then_and_what_comes_late() -> None:
-    async with line() as link:
+    async with line(since=1000.0) as link:
         link.send("old", 1.0, secs=100)
         link.send("new", 2.0, secs=200)
         await elapse(0.01)
@@ -200,6 +201,21 @@ async def test_a_cancel_by_time_ends_what_came_until_then_and_what_comes_late() 
         assert link.outcomes()["late"] is Outcome.RECALLED
         assert link.outcomes()["later"] is Outcome.PENDING
         assert 3.0 not in link.acts.ways
+
+
+async def test_a_cancel_from_the_future_ends_what_has_come_and_nothing_that_comes_later() -> None:
+    async with line(since=1000.0) as link:
+        link.send("before", 1.0)
+        await elapse(1.0)
+        link.cancel(secs=4_000_000_000)
+        await elapse(0.01)
+        assert link.outcomes() == {"before": Outcome.RECALLED}
+        await elapse(1.0)
+        link.send("after", 2.0, secs=1002)
+        link.send("too late", 3.0, secs=1000)
+        await elapse(0.01)
+        assert link.outcomes()["after"] is Outcome.PENDING
+        assert link.outcomes()["too late"] is Outcome.RECALLED
 
 
 async def test_a_goal_that_comes_twice_is_done_once() -> None:
