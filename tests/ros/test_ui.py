@@ -277,6 +277,10 @@ def test_without_a_display_one_line_says_so(ros: Ros) -> None:
     ]
 
 
+def test_without_a_display_its_help_is_said_all_the_same(ros: Ros) -> None:
+    assert "--window" in ros.tool(*SCRIPT, "--help")
+
+
 def of_the_dashboard(rows: list[tuple[str, list[str]]]) -> set[str]:
     return {name for name, nodes in rows if "/maya_dashboard" in nodes}
 

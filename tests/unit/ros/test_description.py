@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -55,3 +57,18 @@ def test_without_xacro_it_says_what_is_missing(
     told = capsys.readouterr().err
     assert told.startswith("5012 ")
     assert "xacro" in told
+
+
+def test_where_nobody_reads_it_any_more_it_ends_without_a_word(config: Path) -> None:
+    config.write_text("", encoding="utf-8")
+    script = MACROS.parents[1] / "src" / "maya_controller" / "describe.py"
+    reading, writing = os.pipe()
+    os.close(reading)
+    try:
+        done = subprocess.run(
+            [sys.executable, str(script), str(MACROS)], stdout=writing, stderr=subprocess.PIPE, timeout=50, check=False
+        )
+    finally:
+        os.close(writing)
+    assert done.stderr == b""
+    assert done.returncode != 0

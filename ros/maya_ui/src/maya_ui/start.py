@@ -20,9 +20,18 @@ LOOK = 0.5
 NO_DISPLAY = "maya_dashboard: there is no display, so no dashboard is opened; everything else runs."
 
 
+HELP = """usage: maya_ui.py [--window] [ARGUMENT ...]
+
+The dashboard of Maya: in rqt, or in a window of its own with --window and where there is no rqt.
+Other arguments are those of rqt (rqt --help) or, in a window of its own, of Qt. It needs a display."""
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Open the dashboard and return the exit code when it is closed; without a display one line says so."""
     given = list(sys.argv[1:] if arguments is None else arguments)
+    if {"-h", "--help"} & set(given):
+        print(HELP)
+        return 0
     if not _has_display():
         print(NO_DISPLAY, file=sys.stderr)
         return 0
