@@ -17,6 +17,13 @@ JOG_AXES = (*AXES, "x", "y", "z", "r")
 """What can be jogged: a joint, or the gripper along x, y, z or r, outward along the boom."""
 
 
+FARTHEST = 1e4
+"""Coordinates beyond this (rad, m) are no place of any robot, and are refused wherever somebody wishes for one."""
+
+WITHIN = f"it must be a number between -{FARTHEST:g} and {FARTHEST:g}"
+"""Why a coordinate is refused that is not finite, or beyond `FARTHEST`."""
+
+
 class Joints(NamedTuple):
     """Joint coordinates of Maya.
 

@@ -10,7 +10,7 @@ import asyncio
 from typing import NamedTuple
 
 from maya_un.api.messages import HeldJog
-from maya_un.controller.jogging import FARTHEST
+from maya_un.controller.jogging import LONGEST
 from maya_un.controller.protocol import Controller, Jogged
 from maya_un.errors import InvalidValue, MayaError
 
@@ -87,7 +87,7 @@ class HeldJogs:
                 await asyncio.wait({self._task})
             if self._halted or key != self._key or asyncio.get_running_loop().time() > self._until:
                 return
-            jog = self._controller.jog(key.axis, key.direction * FARTHEST, speed=key.speed, clip=True)
+            jog = self._controller.jog(key.axis, key.direction * LONGEST, speed=key.speed, clip=True)
             self._task = asyncio.get_running_loop().create_task(jog, name="held jog")
             self._task.add_done_callback(_retrieved)
             self._moved = key

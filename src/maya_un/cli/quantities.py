@@ -7,6 +7,7 @@ from math import isfinite, pi
 
 from maya_un.address import REAL, SIM, meant, split
 from maya_un.errors import InvalidValue, SpeedOnRealMachine
+from maya_un.values import FARTHEST, WITHIN
 
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµ°%]*)")
 _LENGTHS = {"": 1.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6}
@@ -19,12 +20,14 @@ FASTEST = 1000.0
 
 def length(text: str, key: str) -> float:
     """Return a length [m]; raises `InvalidValue` naming `key`."""
-    return _quantity(text, key, _LENGTHS, "a length is a number in m, or with m, cm, mm or um behind it")
+    rule = "a length is a number in m, or with m, cm, mm or um behind it"
+    return _coordinate(text, key, _quantity(text, key, _LENGTHS, rule))
 
 
 def angle(text: str, key: str) -> float:
     """Return an angle [rad]; raises `InvalidValue` naming `key`."""
-    return _quantity(text, key, _ANGLES, "an angle is a number in rad, or with rad, mrad or deg behind it")
+    rule = "an angle is a number in rad, or with rad, mrad or deg behind it"
+    return _coordinate(text, key, _quantity(text, key, _ANGLES, rule))
 
 
 def share(text: str, key: str) -> float:
@@ -44,6 +47,12 @@ def _quantity(text: str, key: str, units: dict[str, float], rule: str) -> float:
     value = float(found[1]) * units[found[2]]
     if not isfinite(value):
         raise InvalidValue(key=key, value=repr(text), reason="it is not finite")
+    return value
+
+
+def _coordinate(text: str, key: str, value: float) -> float:
+    if abs(value) > FARTHEST:
+        raise InvalidValue(key=key, value=repr(text), reason=WITHIN)
     return value
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import cos, isfinite, sin
+from math import cos, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from maya_un.errors import InvalidValue, PathRefused, UnknownName, Unreachable
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.workspace import Reason, Workspace
 from maya_un.motion.path import Path
-from maya_un.values import AXES, JOG_AXES, Joints, Point
+from maya_un.values import AXES, FARTHEST, JOG_AXES, WITHIN, Joints, Point
 
 MARGIN = 5e-4
 """A jog that a limit ends comes to rest this far before it (rad or m)."""
@@ -28,7 +28,7 @@ MARGIN = 5e-4
 TOLERANCE = 1e-4
 """How exactly the limit is found (rad or m)."""
 
-FARTHEST = 10.0
+LONGEST = 10.0
 """No way in any workspace is longer (rad or m)."""
 
 _PLACES = 512
@@ -86,8 +86,8 @@ class Jogging:
         self._mechanism = mechanism
 
     def path(self, axis: str, here: Joints, way: float) -> Path:
-        """Return the path of a jog; raises `UnknownName`, and `InvalidValue` for a way that is no number."""
-        return Line.along(axis, here, self._mechanism).path(_finite(way), self._mechanism)
+        """Return the path of a jog; raises `UnknownName`, and `InvalidValue` for a way that is none."""
+        return Line.along(axis, here, self._mechanism).path(_sensible(way), self._mechanism)
 
     def within(self, workspace: Workspace, axis: str, here: Joints, way: float) -> Jogged:
         """Return how far of `way` (rad or m) the workspace allows, and what ends it there.
@@ -95,7 +95,7 @@ class Jogging:
         Raises `UnknownName`, `InvalidValue`, and `Unreachable` where the robot stands outside the workspace.
         """
         line = Line.along(axis, here, self._mechanism)
-        wanted = max(-FARTHEST, min(FARTHEST, _finite(way)))
+        wanted = max(-LONGEST, min(LONGEST, _sensible(way)))
         if wanted == way and self._refusal(workspace, line, wanted) is None:
             return Jogged(axis, way)
         self._planner.prove(workspace, line.path(0.0, self._mechanism))
@@ -136,7 +136,7 @@ def _halved(good_at: Callable[[float], bool], good: float, bad: float) -> tuple[
     return good, bad
 
 
-def _finite(way: float) -> float:
-    if not isfinite(way):
-        raise InvalidValue(key="distance", value=way, reason="it must be finite")
+def _sensible(way: float) -> float:
+    if not abs(way) <= FARTHEST:
+        raise InvalidValue(key="distance", value=way, reason=WITHIN)
     return way

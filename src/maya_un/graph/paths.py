@@ -19,7 +19,7 @@ from maya_un.errors import InvalidMessage, InvalidValue, TrajectoryRefused
 from maya_un.graph.protocol import Message
 from maya_un.graph.stamps import header, in_seconds, stamp
 from maya_un.motion.path import SHARP, Blend, Path, Route, Space, Waypoint
-from maya_un.values import Joints
+from maya_un.values import FARTHEST, WITHIN, Joints
 
 NAMES = {
     Space.JOINT: ("a", "b", "c"),
@@ -30,9 +30,6 @@ NAMES = {
 
 SLOWEST = 1e-3
 """A motion is slowed to no less than this share of the limits."""
-
-FARTHEST = 1e4
-"""Coordinates beyond this (rad, m) are no place of any robot."""
 
 _LESS = 0.999
 """Where a time is to be reached by slowing down, so little more is taken off, so that few steps do."""
@@ -126,7 +123,7 @@ def _waypoint(positions: Sequence[float], places: tuple[int, int, int], index: i
         raise InvalidMessage(name=f"points[{index}].positions", reason=f"it must have 3 items, not {len(positions)}")
     first, second, third = (positions[place] for place in places)
     if max(abs(first), abs(second), abs(third)) > FARTHEST:
-        raise InvalidValue(key=f"points[{index}].positions", value=tuple(positions), reason="it is out of this world")
+        raise InvalidValue(key=f"points[{index}].positions", value=tuple(positions), reason=WITHIN)
     return first, second, third
 
 
@@ -147,5 +144,5 @@ def joints_of(message: Mapping[str, float]) -> Joints:
     """Return the joints of a goal with a, b, c (rad, m, m); raises `InvalidValue` for what is no place of a robot."""
     joints = Joints(message["a"], message["b"], message["c"])
     if not all(abs(value) <= FARTHEST for value in joints):
-        raise InvalidValue(key="joints", value=tuple(joints), reason="it is out of this world")
+        raise InvalidValue(key="joints", value=tuple(joints), reason=WITHIN)
     return joints

@@ -7,7 +7,7 @@ from enum import StrEnum
 from math import degrees
 from typing import NamedTuple
 
-from maya_un.values import Joints
+from maya_un.values import WITHIN, Joints
 
 Stroke = tuple[float, float]
 """Short and long end of an axis (rad or m)."""
@@ -132,7 +132,7 @@ class Bounds:
 
 def no_number() -> Reason:
     """Return the reason for coordinates that are not finite, or beyond all bounds."""
-    return Reason(Limit.NUMBER, 0.0, "m", "it is not a place: every coordinate must be a finite number")
+    return Reason(Limit.NUMBER, 0.0, "m", f"it is not a place: for every coordinate, {WITHIN}")
 
 
 def above_anchors(height: float) -> Reason:

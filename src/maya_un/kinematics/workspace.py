@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from math import atan2, cos, degrees, dist, floor, hypot, inf, isfinite, pi, sin, sqrt, tau
+from math import atan2, cos, degrees, dist, floor, hypot, inf, pi, sin, sqrt, tau
 
 import numpy as np
 
@@ -33,7 +33,7 @@ from maya_un.kinematics.nearest import Search
 from maya_un.kinematics.section import Section
 from maya_un.kinematics.statics import tension
 from maya_un.kinematics.zones import Zone, clearances, zone_of
-from maya_un.values import Joints, Point
+from maya_un.values import FARTHEST, Joints, Point
 
 __all__ = ["TOLERANCE", "Limit", "Margins", "Reason", "Stroke", "Verdict", "Workspace"]
 
@@ -147,8 +147,7 @@ class Workspace:
 
     def ik(self, point: Point) -> Joints:
         """Return the joints that hold the gripper at `point` [m], or raise `Unreachable` (see `require`)."""
-        x, y, z = point
-        if isfinite(x + y + z) and z < self.mechanism.height - self.mechanism.drop:
+        if _is_sensible(point) and point.z < self.mechanism.height - self.mechanism.drop:
             joints = self.mechanism.ik(point)
             if self.contains(joints):
                 return joints
@@ -213,7 +212,7 @@ class Workspace:
         The boom turns to the nearest angle of its range; in that vertical plane the nearest place of the
         section is taken, a micrometre inside its edge so that rounding cannot push it out again. Where a zone is in
         the way, the nearest place clear of all is searched for (`kinematics.nearest`), which is within a millimetre.
-        A target that is no place at all (not a finite number, or a million metres away) is taken as the foot of
+        A target that is no place at all (not a finite number, or beyond `FARTHEST`) is taken as the foot of
         axis a. Raises `Unreachable` where the zones leave nothing.
         """
         if self.why_not(target) is None:
@@ -338,18 +337,20 @@ class Workspace:
         return next((place for place in beside if self.why_not(place) is None), point)
 
     def _place(self, joints: Joints) -> Point:
-        """Return where joints point to, also outside the workspace: the lines are drawn straight if need be."""
+        """Return where joints point to, also outside the workspace: the lines are drawn straight if need be.
+
+        Joints that are none at all are taken as the foot of axis a.
+        """
+        if not _is_sensible(joints):
+            return Point(0.0, 0.0, 0.0)
         u, square = self.mechanism.section(joints)
         d = self.mechanism.delta + min(max(u, 0.0), self.mechanism.width)
         h = sqrt(square) if square > 0.0 else 0.0
         return Point(d * sin(joints.a), d * cos(joints.a), self.mechanism.reach_down - h)
 
 
-_ABSURD = 1e6
-
-
 def _is_sensible(target: Point | Joints) -> bool:
-    return all(abs(number) < _ABSURD for number in target)
+    return all(abs(number) <= FARTHEST for number in target)
 
 
 def _inside(value: float, stroke: Stroke) -> float:
@@ -362,6 +363,8 @@ def _nothing_left(target: Point) -> Unreachable:
 
 
 def _text(target: Point | Joints) -> str:
+    if not _is_sensible(target):
+        return "(" + ", ".join(f"{number:.6g}" for number in target) + ")"
     if isinstance(target, Point):
         return f"({target.x:.4f}, {target.y:.4f}, {target.z:.4f}) m"
     return f"a = {degrees(target.a):.2f}°, b = {target.b:.4f} m, c = {target.c:.4f} m"

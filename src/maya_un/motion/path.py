@@ -16,14 +16,14 @@ from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
 from itertools import pairwise
-from math import hypot, inf, isfinite
+from math import hypot, inf
 from typing import NamedTuple
 
 import numpy as np
 
 from maya_un.errors import InvalidValue, TrajectoryRefused
 from maya_un.kinematics import Floats, Mechanism
-from maya_un.values import Joints, Point
+from maya_un.values import FARTHEST, WITHIN, Joints, Point
 
 
 class Space(StrEnum):
@@ -71,7 +71,7 @@ class Path:
 
     `blends` may be left out, which means sharp corners. Together two blends may not take more than the leg between
     them; they are cut down evenly where they would. Raises `TrajectoryRefused` for fewer than two waypoints,
-    `InvalidValue` for numbers that are not finite and for blends that do not fit the waypoints.
+    `InvalidValue` for numbers that are not finite or beyond `FARTHEST`, and for blends that do not fit the waypoints.
     """
 
     space: Space
@@ -82,8 +82,8 @@ class Path:
         if len(self.waypoints) < 2:
             raise TrajectoryRefused(reason="a path needs at least a start and an end")
         for waypoint in self.waypoints:
-            if not all(isfinite(value) for value in waypoint):
-                raise InvalidValue(key="target", value=tuple(waypoint), reason="it must be finite")
+            if not all(abs(value) <= FARTHEST for value in waypoint):
+                raise InvalidValue(key="target", value=tuple(waypoint), reason=WITHIN)
         if self.blends and len(self.blends) != len(self.waypoints) - 2:
             reason = f"it must hold one for each of the {len(self.waypoints) - 2} waypoints between the ends"
             raise InvalidValue(key="blends", value=len(self.blends), reason=reason)

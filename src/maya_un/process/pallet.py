@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from math import acos, degrees, dist, pi, radians, sqrt
 from typing import NamedTuple, Self
 
-from maya_un.values import Point
+from maya_un.values import FARTHEST, Point
 
 MOST_CELLS = 1_000
 """Cells of the largest pallet."""
@@ -25,9 +25,6 @@ FLAT = 0.002
 
 SQUARE = radians(1.0)
 """An angle of the grid farther than this from a right one [rad] is told: 9 mm on a side of half a metre."""
-
-_FARTHEST = 1e3
-"""No machine of this kind reaches farther than this [m]; beyond all bounds, numbers would."""
 
 _COINCIDE = 1e-4
 """Neighbours nearer than this [m] cannot be told apart: a count of the boom is as much, far out."""
@@ -136,8 +133,8 @@ class Pallet:
 
     def _check_corners(self) -> None:
         first, right, low, last = self.corners
-        if not all(abs(value) <= _FARTHEST for corner in self.corners for value in corner):
-            raise ValueError(f"a corner lies more than {_FARTHEST:g} m away")
+        if not all(abs(value) <= FARTHEST for corner in self.corners for value in corner):
+            raise ValueError(f"a corner lies more than {FARTHEST:g} m away")
         along_rows = ((self.columns, first, right), (self.columns, low, last))
         along_columns = ((self.rows, first, low), (self.rows, right, last))
         for count, one, other in (*along_rows, *along_columns):

@@ -11,7 +11,6 @@ Units are metres and radians.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from math import isfinite
 from reprlib import repr
 
 from maya_un.errors import InvalidRequest, InvalidValue, UnknownName
@@ -23,7 +22,7 @@ from maya_un.robot.line import Line
 from maya_un.robot.move import MoveJoints
 from maya_un.robot.pick import Pick
 from maya_un.robot.place import Place
-from maya_un.values import Joints, Point
+from maya_un.values import FARTHEST, WITHIN, Joints, Point
 
 Primitive = Home | Approach | Pick | Place | Line | Gripper | MoveJoints | CanTeleop
 """Any skill."""
@@ -46,7 +45,7 @@ def from_dict(data: object, grasp_height: float) -> Primitive:
     """Return the primitive that plain data names; a target without z is at `grasp_height` [m].
 
     Raises `InvalidRequest` for a missing, extra or wrong key, `UnknownName` for a command that is not one,
-    `InvalidValue` for coordinates that are not finite numbers.
+    `InvalidValue` for coordinates that are no numbers, not finite, or beyond `FARTHEST`.
     """
     if not isinstance(data, Mapping):
         raise InvalidRequest(key="task", reason='it must be an object like {"command": "home"}')
@@ -104,8 +103,8 @@ def _number(value: object, key: str) -> float:
         number = float(value)
     except OverflowError:
         number = float("inf")
-    if not isfinite(number):
-        raise InvalidValue(key=key, value=repr(value), reason="it must be a finite number")
+    if not abs(number) <= FARTHEST:
+        raise InvalidValue(key=key, value=repr(value), reason=WITHIN)
     return number
 
 

@@ -11,7 +11,7 @@ from pydantic import AfterValidator, ConfigDict, Field, Strict, WithJsonSchema
 from maya_un.api.access.caller import Role
 from maya_un.api.leasing import LONGEST
 from maya_un.process.lease import PATIENCE
-from maya_un.values import JOG_AXES, Point
+from maya_un.values import FARTHEST, JOG_AXES, Point
 
 _ONLY_THESE = ConfigDict(extra="forbid")
 
@@ -19,7 +19,7 @@ Axis = Annotated[str, WithJsonSchema({"enum": list(JOG_AXES)})]
 """Which are known is told where they are read."""
 
 Share = Annotated[float, Field(ge=0.001, le=1.0, description="share of the full speed")]
-Distance = Annotated[float, Field(gt=-1e9, lt=1e9, description="rad or m", allow_inf_nan=False)]
+Distance = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, description="rad or m", allow_inf_nan=False)]
 
 
 RoleName = Literal["viewer", "student", "operator", "admin"]

@@ -14,12 +14,12 @@ from maya_un.errors import Unreachable
 from maya_un.server.asking import Ask
 from maya_un.server.exchange import answer
 from maya_un.server.routes import Routes
-from maya_un.values import Joints, Point
+from maya_un.values import FARTHEST, Joints, Point
 
 _TAG = "looking"
 
-Length = Annotated[float, Query(gt=-1e6, lt=1e6, allow_inf_nan=False, description="m")]
-Angle = Annotated[float, Query(gt=-1e6, lt=1e6, allow_inf_nan=False, description="rad")]
+Length = Annotated[float, Query(ge=-FARTHEST, le=FARTHEST, allow_inf_nan=False, description="m")]
+Angle = Annotated[float, Query(ge=-FARTHEST, le=FARTHEST, allow_inf_nan=False, description="rad")]
 
 
 def add_geometry(routes: Routes) -> None:

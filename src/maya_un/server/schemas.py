@@ -10,10 +10,11 @@ from maya_un.config.zones import ZoneConfig
 from maya_un.process.job import Job
 from maya_un.process.journal.rows import Options
 from maya_un.process.spots import Grid
+from maya_un.values import FARTHEST
 
 REFERENCE = "#/components/schemas/{model}"
 
-_NUMBER: dict[str, Any] = {"type": "number"}
+_NUMBER: dict[str, Any] = {"type": "number", "minimum": -FARTHEST, "maximum": FARTHEST}
 _TEXT: dict[str, Any] = {"type": "string", "minLength": 1, "maxLength": 64}
 
 

@@ -8,6 +8,8 @@ from math import degrees, inf, nan, pi
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from maya_un.config import Config
 from maya_un.config.load import parse
@@ -108,6 +110,17 @@ def test_the_nearest_place_can_be_typed_back_as_it_is_printed() -> None:
 @pytest.mark.parametrize("target", [Point(nan, nan, nan), Point(inf, 0.0, 0.0), Point(1e300, 1e300, 1e300)])
 def test_absurd_numbers_are_refused_with_a_reachable_alternative(target: Point) -> None:
     assert WORKSPACE.why_not(WORKSPACE.nearest(target)) is None
+
+
+@given(st.tuples(*[st.sampled_from([1e308, -1e308, 1e-320, 1e4, 1e5]) | st.floats()] * 3), st.booleans())
+def test_whatever_the_numbers_a_refusal_is_a_short_sentence(
+    numbers: tuple[float, float, float], in_space: bool
+) -> None:
+    target = Point(*numbers) if in_space else Joints(*numbers)
+    try:
+        WORKSPACE.require(target)
+    except Unreachable as refused:
+        assert len(str(refused)) < 300
 
 
 def test_joints_that_are_refused_have_a_nearest_place_too() -> None:

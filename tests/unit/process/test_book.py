@@ -189,7 +189,7 @@ def test_a_book_may_be_written_by_hand(path: Path) -> None:
     [
         ("[poses.shelf", "not TOML"),
         ("[poses.shelf]\njoints = [1, 2]", r"poses\.shelf\.joints: it must be \[a, b, c\]"),
-        ("[poses.shelf]\njoints = [1, 2, inf]", r"poses\.shelf\.joints: 2: it must be a finite number"),
+        ("[poses.shelf]\njoints = [1, 2, inf]", r"poses\.shelf\.joints: 2: it must be a number between"),
         ("[poses.shelf]\njoints = [1, 2, 3]\ncolour = 1", r"poses\.shelf\.colour: "),
         ("[poses.'2']\njoints = [1, 2, 3]", r"poses\.2: a name is a letter"),
         ("[pallets.tray]\ncorners = [[1, 2]]\nrows = 2\ncolumns = 2", r"pallets\.tray: 2 x 2 cells have 3 to 4"),

@@ -17,7 +17,7 @@ from maya_un.robot.primitives import (
     from_dict,
     to_dict,
 )
-from maya_un.values import Joints, Point
+from maya_un.values import FARTHEST, Joints, Point
 
 numbers = st.floats(-10.0, 10.0)
 points = st.builds(Point, numbers, numbers, numbers)
@@ -33,6 +33,24 @@ primitives: st.SearchStrategy[Primitive] = st.one_of(
 @given(primitives)
 def test_what_is_written_is_read_back(primitive: Primitive) -> None:
     assert from_dict(to_dict(primitive), 0.4) == primitive
+
+
+@given(
+    st.sampled_from([("pick", "target"), ("place", "target"), ("approach", "target"), ("line", "target")])
+    | st.just(("move", "joints")),
+    st.tuples(*[st.sampled_from([1e308, -1e308, 1e-320, FARTHEST, 1e309]) | st.floats()] * 3),
+)
+def test_any_number_is_a_coordinate_or_refused_in_one_short_sentence(
+    wish: tuple[str, str], numbers: tuple[float, float, float]
+) -> None:
+    command, key = wish
+    data = {"command": command, key: list(numbers)}
+    if all(abs(number) <= FARTHEST for number in numbers):
+        assert to_dict(from_dict(data, 0.4)) == data
+    else:
+        with pytest.raises(InvalidValue) as caught:
+            from_dict(data, 0.4)
+        assert len(str(caught.value)) < 120
 
 
 def test_a_target_without_height_is_at_the_grasp_height() -> None:
@@ -63,6 +81,8 @@ def test_coordinates_may_be_named() -> None:
         ({"command": "pick", "target": [1, float("nan"), 3]}, InvalidValue),
         ({"command": "pick", "target": [1, float("inf"), 3]}, InvalidValue),
         ({"command": "pick", "target": [10**400, 1, 3]}, InvalidValue),
+        ({"command": "line", "target": [1, -1e308, 3]}, InvalidValue),
+        ({"command": "move", "joints": [1, 2, 10001]}, InvalidValue),
         ({"command": "pick", "target": [True, 1, 3]}, InvalidValue),
         ({"command": "pick", "target": ["1", 1, 3]}, InvalidValue),
         ({"command": "pick", "target": {"x": 1}}, InvalidValue),

@@ -2,7 +2,9 @@ from __future__ import annotations
 
 import asyncio
 import re
+from collections.abc import Callable
 from dataclasses import replace
+from itertools import product, starmap
 
 import pytest
 
@@ -28,7 +30,7 @@ from maya_un.robot.line import Line
 from maya_un.robot.plan import Pose
 from maya_un.robot.primitives import Approach, CanTeleop, Gripper, Home, MoveJoints, Pick, Place, Primitive
 from maya_un.robot.robot import MayaRobot
-from maya_un.values import Joints, Mode, Point
+from maya_un.values import FARTHEST, Joints, Mode, Point
 from tests.campaign import Campaign
 from tests.fakes import HOMING_TIME, FakeController, state_of
 from tests.virtual_time import elapse
@@ -38,12 +40,29 @@ THERE = Point(1.10, 0.50, 0.40)
 COUNT = 5e-5
 """One count of the boom at its end [m] or in itself [rad]."""
 
+START = Joints(0.5, 1.5, 1.5)
 NOWHERE = Point(3.0, 3.0, 0.40)
 
 
 def made(*, homed: bool = True, closed: bool = False) -> tuple[FakeController, MayaRobot]:
     controller = FakeController(homed=homed, closed=closed)
     return controller, MayaRobot(controller, controller.config)
+
+
+EXTREMES = (FARTHEST, -FARTHEST, 1e-320, 0.0, 1.0)
+"""Coordinates, the greatest and the least that are read."""
+
+
+@pytest.mark.parametrize("skill", [Pick, Place, Approach, Line, lambda target: MoveJoints(Joints(*target))])
+async def test_whatever_can_be_wished_for_is_planned_or_refused_in_a_short_sentence(
+    skill: Callable[[Point], Primitive],
+) -> None:
+    _, robot = made()
+    for target in starmap(Point, product(EXTREMES, repeat=3)):
+        try:
+            robot.preview(skill(target), Pose(START, Jaws.OPEN))
+        except MayaError as refused:
+            assert len(str(refused)) < 300, target
 
 
 async def test_pick_comes_from_above_goes_down_closes_and_lifts() -> None:
