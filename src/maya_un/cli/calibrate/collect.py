@@ -36,6 +36,9 @@ _SAME = 1e-6
 _WHOLE = 1.0
 """Two data that differ by less [counts] are the same."""
 
+MOST_OFF = 0.5
+"""No machine is so far from its configuration [m]; who says so has mixed up coordinates, signs or units."""
+
 _UNREACHED = {Unreachable.code, PathRefused.code}
 
 
@@ -174,6 +177,7 @@ class _Session:
     def _measure(self) -> None:
         """Ask where the gripper is until the answer is understood, and write it down; raises `_Quit`."""
         counts = self._counts()
+        expected = Mechanism.of(self.config).fk(Units.of(self.config).to_joints(counts))
         self._say("ask")
         while True:
             answer = sys.stdin.readline()
@@ -183,22 +187,21 @@ class _Session:
             if said in {"s", "skip"}:
                 return
             try:
-                place = self._place(said)
+                place, off = self._place(said, expected)
             except InvalidValue as wrong:
                 self._say("again", reason=wrong.text(self.settings.language))
                 continue
             self.notebook.add(counts, place)
             self.written += 1
-            expected = Mechanism.of(self.config).fk(Units.of(self.config).to_joints(counts))
-            self._say("noted", off=dist(expected, place) * 1e3)
+            self._say("noted", off=off * 1e3)
             return
 
     def _counts(self) -> points.Counts:
         a, b, c = self.client.get("/v1/status")["state"]["counts"]
         return int(a), int(b), int(c)
 
-    def _place(self, said: str) -> Point:
-        """Return three lengths; raises `InvalidValue`."""
+    def _place(self, said: str, expected: Point) -> tuple[Point, float]:
+        """Return three lengths, and how far they are from what is expected [m]; raises `InvalidValue`."""
         words = said.replace(",", " ").split()
         if len(words) != 3:
             raise InvalidValue(key="x y z", value=repr(said), reason=f"three lengths are needed, here are {len(words)}")
@@ -206,7 +209,11 @@ class _Session:
         for axis, value in zip("xyz", place, strict=True):
             if abs(value) > points.LONGEST:
                 raise InvalidValue(key=axis, value=value, reason="that is in m; write mm behind millimetres")
-        return place
+        off = dist(expected, place)
+        if off > MOST_OFF:
+            reason = f"that is {off:.1f} m from where the configuration has it; mind the order and the signs"
+            raise InvalidValue(key="x y z", value=repr(said), reason=reason)
+        return place, off
 
     def _say(self, key: str, **details: object) -> None:
         if not self.settings.json:

@@ -1,13 +1,14 @@
 """Calibrations put into the configuration file, and taken out again: every step is kept.
 
 Beside `config.toml` lies the folder `config.calibrations` with one numbered JSON file a step. A step is written down
-before the configuration changes, so a crash between the two leaves the file as it was and is seen when the next step
-compares.
+as `next.json`, then the configuration changes, then the step gets its number. Whoever is killed in between leaves a
+`next.json`: it is a step where the configuration says what it led to, else it never was.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from math import nan
 from pathlib import Path
 from typing import Any, Literal, cast
@@ -54,8 +55,11 @@ def folder(config_file: Path) -> Path:
 
 def steps(config_file: Path) -> list[Step]:
     """Return all steps, oldest first; raises `FileUnreadable` for one that is damaged."""
-    text_of(config_file)  # what is no file has no steps beside it
-    return sorted((_read(path) for path in folder(config_file).glob("[0-9]*.json")), key=lambda step: step.number)
+    begun = _begun(config_file)
+    found = [_read(path) for path in folder(config_file).glob("[0-9]*.json")]
+    if begun is not None and begun.number not in {step.number for step in found} and _is_done(config_file, begun):
+        found.append(begun)
+    return sorted(found, key=lambda step: step.number)
 
 
 def apply(config_file: Path, keys: Mapping[str, float], about: Step) -> Step:
@@ -65,6 +69,7 @@ def apply(config_file: Path, keys: Mapping[str, float], about: Step) -> Step:
     then.
     """
     with alone(config_file):
+        _settle(config_file)
         before = _standing(config_file, keys)
         return _change(config_file, _numbered(config_file, about, before, dict(keys)))
 
@@ -75,6 +80,7 @@ def revert(config_file: Path, date: str, author: str) -> Step:
     Raises `NothingToRevert` where there is none, or where somebody has changed its values since, and as `apply`.
     """
     with alone(config_file):
+        _settle(config_file)
         last = _last(config_file)
         told = last.model_copy(update={"action": "reverted", "date": date, "author": author, "reverts": last.number})
         return _change(config_file, _numbered(config_file, told, last.after, last.before))
@@ -102,14 +108,42 @@ def _numbered(config_file: Path, about: Step, before: Values, after: Values) -> 
 def _change(config_file: Path, step: Step) -> Step:
     text = _edited(text_of(config_file), step.after, config_file)
     checked(text)
-    written_down = folder(config_file) / f"{step.number:04d}.json"
-    replace(written_down, step.model_dump_json(indent=2) + "\n")
+    replace(_next(config_file), step.model_dump_json(indent=2) + "\n")
     try:
         replace(config_file, text)
-    except FileUnwritable:
-        written_down.unlink(missing_ok=True)
-        raise
+    finally:
+        with suppress(FileUnwritable):  # the next who comes does it
+            _settle(config_file)
     return step
+
+
+def _next(config_file: Path) -> Path:
+    return folder(config_file) / "next.json"
+
+
+def _begun(config_file: Path) -> Step | None:
+    """Return the step that has no number yet, None where there is none; raises `FileUnreadable`."""
+    text_of(config_file)  # what is no file has no steps beside it
+    path = _next(config_file)
+    return _read(path) if path.exists() else None
+
+
+def _is_done(config_file: Path, step: Step) -> bool:
+    return _standing(config_file, step.after) == step.after
+
+
+def _settle(config_file: Path) -> None:
+    """Number the step that was begun where it was done, and drop it where it was not; raises `FileUnwritable`."""
+    begun = _begun(config_file)
+    if begun is None:
+        return
+    try:
+        if _is_done(config_file, begun):
+            _next(config_file).replace(folder(config_file) / f"{begun.number:04d}.json")
+        else:
+            _next(config_file).unlink()
+    except OSError as error:
+        raise FileUnwritable(path=_next(config_file), reason=error.strerror or str(error)) from error
 
 
 def _edited(text: str, values: Values, config_file: Path) -> str:

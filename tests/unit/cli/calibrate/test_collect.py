@@ -9,10 +9,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from maya_un import runtime
 from maya_un.cli.calibrate import points
+from maya_un.cli.client import Client
 from maya_un.cli.main import main
 from maya_un.config import Config, Units
 from maya_un.errors import EndNotReached, MayaError, PathRefused, Unreachable
@@ -22,6 +24,8 @@ from tests.unit.cli.servers import http_service
 
 CONFIG = Config()
 UNITS = Units.of(CONFIG)
+MECHANISM = Mechanism.of(CONFIG)
+THERE = "{x} {y} {z}\n"
 HOME = Joints(0.035, 1.5, 1.3)
 Capture = pytest.CaptureFixture[str]
 
@@ -79,8 +83,19 @@ def file(tmp_path: Path) -> Path:
     return tmp_path / "points.csv"
 
 
+class Person(io.StringIO):
+    """Types what the test wants, with {x} or {x_mm} for what is measured where the robot is."""
+
+    def readline(self, size: int | None = -1, /) -> str:
+        said = super().readline()
+        if "{" not in said:
+            return said
+        place = dict(zip("xyz", Client.find().get("/v1/status")["state"]["point"], strict=True))
+        return said.format(**place, **{f"{axis}_mm": value * 1e3 for axis, value in place.items()})
+
+
 def collect(monkeypatch: pytest.MonkeyPatch, file: Path, typed: str, *more: str) -> int:
-    monkeypatch.setattr("sys.stdin", io.StringIO(typed))
+    monkeypatch.setattr("sys.stdin", Person(typed))
     return main(["calibrate", "collect", str(file), *more])
 
 
@@ -91,10 +106,11 @@ def refused_path() -> PathRefused:
 def test_what_is_typed_is_written_with_the_counts_of_the_pose(
     door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
-    typed = "1.1 0.7 0.8\n1100mm, 700mm, 812.5mm\n-0.25 70cm 0.9 \n1 1 1\n"
+    typed = "{x} {y} {z}\n{x_mm}mm, {y_mm}mm, {z_mm}mm\n {x_mm}mm {y}m   {z} \n{x},{y},{z}\n"
     assert collect(monkeypatch, file, typed, "--points", "4") == 0
     seen = points.read(file, CONFIG).observations
-    assert seen.points.tolist() == [[1.1, 0.7, 0.8], [1.1, 0.7, 0.8125], [-0.25, 0.7, 0.9], [1.0, 1.0, 1.0]]
+    expected = [MECHANISM.fk(UNITS.to_joints(UNITS.to_counts(pose))) for pose in door.told]
+    assert seen.points == pytest.approx(np.array(expected), abs=1e-6)
     assert [tuple(row) for row in seen.counts.tolist()] == [UNITS.to_counts(pose) for pose in door.told]
     assert f"4 points in {file}" in capsys.readouterr().out
 
@@ -102,30 +118,30 @@ def test_what_is_typed_is_written_with_the_counts_of_the_pose(
 def test_poses_are_inside_the_workspace_and_tell_something_new(
     door: Door, file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    collect(monkeypatch, file, "1 1 1\n" * 10, "--points", "10")
-    collect(monkeypatch, file, "1 1 1\n" * 10, "--points", "16")
+    collect(monkeypatch, file, THERE * 10, "--points", "10")
+    collect(monkeypatch, file, THERE * 10, "--points", "16")
     assert len(door.told) == 16
     assert all(Workspace.of(CONFIG).contains(pose) for pose in door.told)
     assert len({tuple(round(value, 6) for value in pose) for pose in door.told}) == 16
-    assert min(Mechanism.of(CONFIG).fk(pose).z for pose in door.told) >= 0.25 - 1e-9
+    assert min(MECHANISM.fk(pose).z for pose in door.told) >= 0.25 - 1e-9
 
 
 def test_a_file_that_is_full_moves_nothing(door: Door, file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    collect(monkeypatch, file, "1 1 1\n" * 5, "--points", "5")
+    collect(monkeypatch, file, THERE * 5, "--points", "5")
     del door.told[:]
     assert collect(monkeypatch, file, "", "--points", "5") == 0
     assert door.told == []
 
 
 def test_a_pose_is_skipped_and_the_rest_is_left(door: Door, file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert collect(monkeypatch, file, "s\n1 1 1\nSKIP\nq\n", "--points", "9") == 0
+    assert collect(monkeypatch, file, f"s\n{THERE}SKIP\nq\n", "--points", "9") == 0
     assert len(door.told) == 4
     (kept,) = points.read(file, CONFIG).observations.counts
     assert tuple(kept.tolist()) == UNITS.to_counts(door.told[1])
 
 
 def test_who_ends_the_input_ends_the_round(door: Door, file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert collect(monkeypatch, file, "1 1 1\n") == 0
+    assert collect(monkeypatch, file, THERE) == 0
     assert (len(door.told), len(points.read(file, CONFIG).observations)) == (2, 1)
 
 
@@ -133,17 +149,20 @@ def test_a_round_that_brought_nothing_can_be_gone_on_with(
     door: Door, file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     collect(monkeypatch, file, "q\n")
-    collect(monkeypatch, file, "1 1 1\n", "--points", "4")
+    collect(monkeypatch, file, THERE, "--points", "4")
     assert len(points.read(file, CONFIG).observations) == 1
     assert len(door.told) == 3
 
 
-@pytest.mark.parametrize("wrong", ["1 1", "1 1 1 1", "here", "1 1 1deg", "1 1 nan", "1100 700 800", ""])
+@pytest.mark.parametrize(
+    "wrong", ["1 1", "1 1 1 1", "here", "1 1 1deg", "1 1 nan", "1100 700 800", "2 2 2", "{x} -{y} {z}", ""]
+)
 def test_what_is_not_understood_is_asked_again(
     door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture, wrong: str
 ) -> None:
-    collect(monkeypatch, file, f"{wrong}\n0.5 0.6 0.7\nq\n")
-    assert points.read(file, CONFIG).observations.points.tolist() == [[0.5, 0.6, 0.7]]
+    collect(monkeypatch, file, f"{wrong}\n{THERE}q\n")
+    place = MECHANISM.fk(UNITS.to_joints(UNITS.to_counts(door.told[0])))
+    assert points.read(file, CONFIG).observations.points == pytest.approx(np.array([place]), abs=1e-6)
     assert "Say it again" in capsys.readouterr().out
     assert len(door.told) == 2
 
@@ -153,7 +172,7 @@ def test_a_way_that_is_refused_is_tried_over_the_middle(
     door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, at_once: bool
 ) -> None:
     door.refuse[1] = refused_path(), at_once
-    collect(monkeypatch, file, "1 1 1\nq\n")
+    collect(monkeypatch, file, f"{THERE}q\n")
     first, middle, again, _ = door.told
     assert first == again
     assert middle == pytest.approx(Joints(first.a, 1.5, 1.3))
@@ -167,7 +186,7 @@ def test_a_pose_that_cannot_be_reached_at_all_is_left_out(
         1: (refused_path(), False),
         2: (Unreachable(target="it", reason="a zone", nearest="none"), True),
     }
-    collect(monkeypatch, file, "1 1 1\nq\n")
+    collect(monkeypatch, file, f"{THERE}q\n")
     assert "Left out: The way to there leaves the workspace" in capsys.readouterr().out
     assert points.read(file, CONFIG).observations.counts[0].tolist() == list(UNITS.to_counts(door.told[2]))
 
@@ -176,7 +195,7 @@ def test_a_motion_that_fails_ends_the_round_and_keeps_the_points(
     door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
     door.refuse[3] = EndNotReached(axis="b", distance="3 mm"), False
-    assert collect(monkeypatch, file, "1 1 1\n2 2 2\n3 3 3\n") == 1
+    assert collect(monkeypatch, file, THERE * 3) == 1
     assert "error 2308" in capsys.readouterr().err
     assert len(points.read(file, CONFIG).observations) == 2
 
@@ -196,25 +215,25 @@ def test_a_motion_that_ctrl_c_ends_is_cancelled(door: Door, file: Path, monkeypa
         return {"state": "cancelled", "code": 2202, "message": "", "steps": []}, True
 
     monkeypatch.setattr("maya_un.cli.calibrate.collect.follow", interrupted)
-    assert collect(monkeypatch, file, "1 1 1\n") == 130
+    assert collect(monkeypatch, file, THERE) == 130
     assert len(door.told) == 1
 
 
 def test_a_file_that_cannot_be_read_is_not_gone_on_with(
     door: Door, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
-    assert collect(monkeypatch, tmp_path, "1 1 1\n") == 2
+    assert collect(monkeypatch, tmp_path, THERE) == 2
     assert "error 4007" in capsys.readouterr().err
     assert door.told == []
 
 
 def test_as_json_only_the_end_is_said(door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
-    collect(monkeypatch, file, "1 1 1\ns\nq\n", "--json")
+    collect(monkeypatch, file, f"{THERE}s\nq\n", "--json")
     assert json.loads(capsys.readouterr().out) == {"path": str(file), "points": 1, "written": 1}
 
 
 def test_spanish_is_spoken(door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
-    collect(monkeypatch, file, "1 1 1\nq\n", "--lang", "es")
+    collect(monkeypatch, file, f"{THERE}q\n", "--lang", "es")
     assert "x y z medidos" in capsys.readouterr().out
 
 
@@ -235,7 +254,7 @@ def test_a_robot_that_runs_with_other_constants_is_refused(
 ) -> None:
     changed = getattr(CONFIG, section).model_copy(update={key: value})
     door.config = CONFIG.model_copy(update={section: changed})
-    assert collect(monkeypatch, file, "1 1 1\n") == 2
+    assert collect(monkeypatch, file, THERE) == 2
     assert "another configuration" in capsys.readouterr().err
     assert door.told == []
 
@@ -253,13 +272,13 @@ def test_a_file_of_somebody_else_is_not_gone_on_with(
     door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture, text: str
 ) -> None:
     file.write_text(text)
-    assert collect(monkeypatch, file, "1 1 1\n") == 2
+    assert collect(monkeypatch, file, THERE) == 2
     assert "begin another file" in capsys.readouterr().err
     assert (file.read_text(), door.told) == (text, [])
 
 
 def test_without_a_running_robot_nothing_is_begun(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert collect(monkeypatch, file, "1 1 1\n") == 1
+    assert collect(monkeypatch, file, THERE) == 1
     assert not file.exists()
 
 

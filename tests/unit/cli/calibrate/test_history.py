@@ -1,6 +1,9 @@
 from __future__ import annotations
 
 import json
+import signal
+import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
@@ -135,13 +138,59 @@ def test_where_the_step_cannot_be_written_the_configuration_stays(config: Path) 
     assert config.read_text() == MINE
 
 
-def test_a_crash_between_step_and_file_is_seen(config: Path) -> None:
-    """The step says more than the file: taking it back is refused, and the next calibration begins from the file."""
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from maya_un.cli.calibrate import history
+
+def kill_at(number, does):
+    def counted(*args):
+        kill_at.calls += 1
+        if kill_at.calls == number:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return does(*args)
+    return counted
+
+kill_at.calls = 0
+file, number, wish = Path(sys.argv[1]), int(sys.argv[2]), sys.argv[3]
+history.replace = kill_at(number, history.replace)
+history._settle = kill_at(number, history._settle)
+if wish == "revert":
+    history.revert(file, "later", "ben")
+else:
+    history.apply(file, {"geometry.height": 2.37}, history.Step.model_validate_json(wish))
+"""
+"""Applies or reverts, and is killed before one of: settling, writing the step, writing the file, numbering the step."""
+
+
+def killed(config: Path, before: int, wish: str) -> None:
+    done = subprocess.run([sys.executable, "-c", KILLED, config, str(before), wish], check=False)
+    assert done.returncode == -signal.SIGKILL
+
+
+@pytest.mark.parametrize(("before", "applied"), [(2, False), (3, False), (4, True)])
+def test_an_applying_that_was_killed_was_done_or_never_was(config: Path, before: int, applied: bool) -> None:
     history.apply(config, KEYS, about("d1"))
-    config.write_text(MINE)
-    with pytest.raises(NothingToRevert, match="was changed"):
+    killed(config, before, about("d2").model_dump_json())
+    assert load(config).geometry.height == (2.37 if applied else 2.36)
+    assert [step.digest for step in in_force(steps(config))] == ["d1", "d2"][: 1 + applied]
+    assert (history.before(config, "d2") is not None) is applied
+    heights = [history.revert(config, "later", "ben").after["geometry.height"] for _ in range(1 + applied)]
+    assert heights == [2.36, 2.34][-1 - applied :]
+    assert [step.number for step in steps(config)] == list(range(1, 3 + 2 * applied))
+
+
+@pytest.mark.parametrize(("before", "reverted"), [(2, False), (3, False), (4, True)])
+def test_a_reverting_that_was_killed_was_done_or_never_was(config: Path, before: int, reverted: bool) -> None:
+    history.apply(config, KEYS, about("d1"))
+    killed(config, before, "revert")
+    assert load(config).geometry.height == (2.34 if reverted else 2.36)
+    assert len(in_force(steps(config))) == 1 - reverted
+    if not reverted:
+        assert history.revert(config, "later", "ben").number == 2
+    with pytest.raises(NothingToRevert, match="none is in force"):
         history.revert(config, "later", "ben")
-    assert history.apply(config, KEYS, about("d2")).before["geometry.height"] == 2.34
+    assert [path.name for path in sorted(history.folder(config).iterdir())] == ["0001.json", "0002.json"]
 
 
 @pytest.mark.parametrize(
