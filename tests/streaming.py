@@ -24,6 +24,7 @@ from maya_un.api.leasing import Leasing
 from maya_un.api.messages import EventMessage
 from maya_un.api.people import People
 from maya_un.api.service import Service
+from maya_un.controller.latest import Latest
 from maya_un.events import Event, EventLog, Kind
 from maya_un.server.bridge import Bridge
 from maya_un.server.stream import add_stream
@@ -70,11 +71,10 @@ class Watched:
         self.run = run
         self.speed = speed
         self.log = EventLog(lambda: asyncio.get_running_loop().time())
-        self.state = REST
+        self.latest = Latest(REST)
         self.shown: dict[str, Any] = {"mode": "running"}
         self.views = 0
         self.forgotten = 0
-        self._newer = asyncio.Event()
         self.entrance = Entrance.alone(self.log)
         self.lease = Leasing(self.entrance, lambda: None)
         self.users = People(self.entrance, self.lease.rights_ended)
@@ -96,13 +96,11 @@ class Watched:
 
     def show(self, **changes: Any) -> None:
         """Publish a state that differs from the last in this, and in its time."""
-        self.state = replace(self.state, time=asyncio.get_running_loop().time(), **changes)
-        self._newer.set()
-        self._newer.clear()
+        self.latest.show(replace(self.latest.state, time=asyncio.get_running_loop().time(), **changes))
 
     def count(self) -> int:
         """Publish a state that counts one further, and return that number."""
-        further = self.state.counts[0] + 1
+        further = self.latest.state.counts[0] + 1
         self.show(counts=(further, 0, 0))
         return further
 
@@ -115,15 +113,9 @@ class Watched:
         """Return what the stream begins with."""
         return Facts(self.run, len(self.log), self.speed)
 
-    async def watch(self) -> AsyncIterator[State]:
+    def watch(self) -> AsyncIterator[State]:
         """Yield the state and every newer one."""
-        shown: State | None = None
-        while True:
-            if self.state is not shown:
-                shown = self.state
-                yield shown
-            else:
-                await self._newer.wait()
+        return self.latest.watch()
 
     def follow_events(self, seq: int = 0) -> AsyncIterator[Event]:
         """Yield the events above `seq`."""

@@ -10,6 +10,7 @@ from maya_un.config import AxisConfig, Config, Units
 from maya_un.controller import faults, marker
 from maya_un.controller.guard import Guard, Watch
 from maya_un.controller.guard_program import REPORT
+from maya_un.controller.latest import Latest
 from maya_un.controller.link import Dial, Link
 from maya_un.controller.run import Pace, Run
 from maya_un.controller.snapshot import Lens, Standing
@@ -68,12 +69,16 @@ class Monitor:
         self._live = live
         self._streamer: asyncio.Task[None] | None = None
         self._lens = Lens(config, self.units, self.mechanism, self.order)
-        self._newer = asyncio.Event()
         self._tasks: set[asyncio.Task[None]] = set()
         self._hearing: asyncio.Task[None] | None = None
         self._unheard = False
         self._guard = self._chosen_guard()
-        self.state = self._compose()
+        self._latest = Latest(self._compose())
+
+    @property
+    def state(self) -> State:
+        """Latest state."""
+        return self._latest.state
 
     async def open(self) -> Driver:
         """Connect and look; raises `ConnectFailed`, `LinkTimeout`, `WrongController`."""
@@ -121,15 +126,9 @@ class Monitor:
         if self._guard is not None:
             await self._guard.arm(driver)
 
-    async def watch(self) -> AsyncIterator[State]:
+    def watch(self) -> AsyncIterator[State]:
         """Yield the state now and every newer one; a slow reader skips to the newest."""
-        shown: State | None = None
-        while True:
-            if self.state is not shown:
-                shown = self.state
-                yield shown
-            else:
-                await self._newer.wait()
+        return self._latest.watch()
 
     def progress(self) -> Progress | None:
         """How far the motion under way has come, None at rest; the phases of a homing have no known duration."""
@@ -228,9 +227,7 @@ class Monitor:
 
     def publish(self) -> None:
         """Renew the state and wake whoever watches."""
-        self.state = self._compose()
-        self._newer.set()
-        self._newer.clear()
+        self._latest.show(self._compose())
 
     def _fail(self, error: MayaError) -> None:
         self.fault = error

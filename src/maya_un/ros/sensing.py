@@ -10,6 +10,7 @@ from typing import TypeVar
 
 from maya_un.address import split
 from maya_un.config import Config, Units
+from maya_un.controller.latest import Latest
 from maya_un.controller.link import Link
 from maya_un.errors import InvalidMessage, MachineError, NotConnected, Unreachable
 from maya_un.galil.driver import Driver
@@ -82,9 +83,8 @@ class Heard:
         self._config = config
         self._units = Units.of(config)
         self._standing = Standing(Mode.DISCONNECTED, homed=False, moving=False, gripper_closed=False)
-        self._newer = asyncio.Event()
         self.workspace = Workspace.of(config)
-        self.state = self._seen(default(SENSORS.type))
+        self._latest = Latest(self._seen(default(SENSORS.type)))
 
     @asynccontextmanager
     async def listening(self, graph: Graph) -> AsyncGenerator[None]:
@@ -99,15 +99,14 @@ class Heard:
             for one in held:
                 one.close()
 
-    async def watch(self) -> AsyncIterator[State]:
+    @property
+    def state(self) -> State:
+        """Latest state."""
+        return self._latest.state
+
+    def watch(self) -> AsyncIterator[State]:
         """Yield every state heard from now on; a slow reader skips to the newest."""
-        shown = self.state
-        while True:
-            if self.state is not shown:
-                shown = self.state
-                yield shown
-            else:
-                await self._newer.wait()
+        return self._latest.watch(self.state)
 
     def hear_event(self, message: Message) -> None:
         """Take an event; what is none of ours says nothing."""
@@ -121,9 +120,7 @@ class Heard:
 
     def hear_sensors(self, message: Message) -> None:
         """Take what is measured; before homing the counts say nothing about lengths."""
-        self.state = self._seen(message)
-        self._newer.set()
-        self._newer.clear()
+        self._latest.show(self._seen(message))
 
     def _seen(self, message: Message) -> State:
         standing = self._standing

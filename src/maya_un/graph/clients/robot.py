@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterator
-from contextlib import contextmanager
 
 from maya_un.config import Config
 from maya_un.errors import Busy
@@ -16,18 +14,17 @@ from maya_un.graph.primitives import to_message
 from maya_un.graph.protocol import Graph, Message
 from maya_un.graph.table import TASK
 from maya_un.robot.gripper import Gripper
-from maya_un.robot.jaws import Jaws, JawsMemory
+from maya_un.robot.jaws import Jaws
 from maya_un.robot.pick import Pick
-from maya_un.robot.plan import ActionDetail, Pose, PrimitivePreview
+from maya_un.robot.planning import PlanningRobot
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.protocol import OnPhase
-from maya_un.robot.robot import MayaRobot
 
 AGAIN = 0.2
 """While somebody else's wish is under way it is tried again so often [s, real time]."""
 
 
-class GraphRobot:
+class GraphRobot(PlanningRobot):
     """Runs primitives by the robot floor of a graph; see `robot.protocol.Robot`.
 
     What a primitive would be is worked out here, by the planning of the floor itself, from where `controller` says
@@ -37,47 +34,11 @@ class GraphRobot:
     """
 
     def __init__(self, graph: Graph, controller: GraphController, config: Config, *, speed: float = 1.0) -> None:
+        super().__init__(controller, config)
         self._graph = graph
+        self._settled = controller.settled
         self._again = AGAIN * max(1.0, speed)
-        self._controller = controller
-        self._planning = MayaRobot(controller, config)
-        self._memory = JawsMemory(controller.events)
-        self._running: Primitive | None = None
-        self.config = config
         controller.events.heard_by(self._hear)
-
-    @property
-    def running(self) -> Primitive | None:
-        """The primitive under way from here, None where there is none."""
-        return self._running
-
-    @property
-    def pose(self) -> Pose:
-        """Where the robot is now; its joints are None before homing."""
-        state = self._controller.state
-        return Pose(state.joints if state.homed else None, self._memory.jaws(state))
-
-    @property
-    def can_teleop(self) -> bool:
-        """Whether the robot can take a wish: homed, not moving, nothing under way from here."""
-        return self._planning.can_teleop and self._running is None
-
-    @property
-    def holding(self) -> bool | None:
-        """Whether the gripper holds a part: True after a pick, False when open, None when closed for other reasons."""
-        return self._memory.holding(self._controller.state)
-
-    def seen(self, *, holding: bool) -> None:
-        """Take a person's word for what the closed gripper holds, until it is opened or closed again."""
-        self._memory.seen(holding=holding)
-
-    def preview(self, primitive: Primitive, start: Pose) -> PrimitivePreview:
-        """Return what `primitive` would be from `start`, as the floor works it out; nothing is sent."""
-        return self._planning.preview(primitive, start)
-
-    def inspect(self, primitive: Primitive, start: Pose, samples: int = 200) -> tuple[list[ActionDetail], Pose]:
-        """Return the details of every action of `primitive` from `start`, and where it ends; raises as `preview`."""
-        return self._planning.inspect(primitive, start, samples)
 
     async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
         """Have the robot floor do `primitive`; every phase is an event and told to `on_phase`.
@@ -89,7 +50,7 @@ class GraphRobot:
             try:
                 await stoppable(self._controller.events, self._run(primitive, on_phase))
             finally:
-                await self._controller.settled()
+                await self._settled()
 
     async def _run(self, primitive: Primitive, on_phase: OnPhase | None) -> None:
         if isinstance(primitive, Pick) and self.pose.jaws is Jaws.FOUND:
@@ -123,19 +84,7 @@ class GraphRobot:
     def _enter(self, phase: str, primitive: Primitive, on_phase: OnPhase | None) -> None:
         if phase == "close":
             self._memory.closing()
-        self._controller.events.emit(Kind.PHASE, name=phase, primitive=primitive.command)
-        if on_phase is not None:
-            on_phase(phase)
-
-    @contextmanager
-    def _turn(self, primitive: Primitive) -> Iterator[None]:
-        if self._running is not None:
-            raise Busy(doing=self._running.command)
-        self._running = primitive
-        try:
-            yield
-        finally:
-            self._running = None
+        super()._enter(phase, primitive, on_phase)
 
     def _hear(self, event: Event) -> None:
         """Remember what a pick has grasped."""

@@ -14,6 +14,7 @@ from contextlib import suppress
 from math import inf, isfinite
 
 from maya_un.config import Config, Units
+from maya_un.controller.latest import Latest
 from maya_un.errors import MayaError, NodeGone
 from maya_un.events import EventLog, Kind
 from maya_un.graph.diagnostics import CONTROLLER
@@ -69,8 +70,7 @@ class Watch:
         self._velocity = (0.0, 0.0, 0.0)
         self._point: Point | None = None
         self._measured = 0
-        self._newer = asyncio.Event()
-        self.state = self._compose()
+        self._latest = Latest(self._compose())
         self._told = graph.subscribe(EVENT.name, EVENT.type, self._hear_event, queue_size=EVENT.queue_size)
         self._sensed = graph.subscribe(JOINTS.name, JOINTS.type, self._hear_joints, queue_size=JOINTS.queue_size)
         self._placed = graph.subscribe(POSITION.name, POSITION.type, self._hear_point, queue_size=POSITION.queue_size)
@@ -91,22 +91,20 @@ class Watch:
         """Whether the floor's nodes are there and alive, and have told how it stands."""
         return self._standing is not _AWAY and self._sensing
 
-    async def watch(self) -> AsyncIterator[State]:
+    @property
+    def state(self) -> State:
+        """Latest state, as far as it is told."""
+        return self._latest.state
+
+    def watch(self) -> AsyncIterator[State]:
         """Yield the state now and every newer one; a slow reader skips to the newest."""
-        shown: State | None = None
-        while True:
-            if self.state is not shown:
-                shown = self.state
-                yield shown
-            else:
-                await self._newer.wait()
+        return self._latest.watch()
 
     async def until(self, shown: Callable[[], bool], patience: float | None = None) -> bool:
         """Wait until what is told shows something, for `patience` [s, real time] at most; tell whether it does."""
         with suppress(TimeoutError):
             async with asyncio.timeout(None if patience is None else patience * self._speed):
-                while not shown():
-                    await self._newer.wait()
+                await self._latest.until(shown)
         return shown()
 
     async def settled(self) -> None:
@@ -116,9 +114,7 @@ class Watch:
 
     def renew(self) -> None:
         """Put the state together again, and wake whoever watches."""
-        self.state = self._compose()
-        self._newer.set()
-        self._newer.clear()
+        self._latest.show(self._compose())
 
     @property
     def _at_rest(self) -> bool:
