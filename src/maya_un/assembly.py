@@ -50,6 +50,16 @@ class Twin:
     controller: VirtualController
     mechanics: MayaMechanics
 
+    @property
+    def parts(self) -> dict[str, Point]:
+        """Where the parts are now, by their grasp points [m]."""
+        return {name: Point(*place) for name, place in self.mechanics.parts.items()}
+
+    @property
+    def carried(self) -> str | None:
+        """The part between the jaws."""
+        return self.mechanics.record.carried
+
 
 @dataclass(frozen=True, slots=True)
 class ControllerFloor:
@@ -84,22 +94,13 @@ class Storage(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Stack:
-    """All floors of one robot, wired. `twin` is None on a real machine.
-
-    Edges that somebody else may use call `service` through the `gate` and ask `entrance` who asks.
-    """
+class Stack(ProcessFloor):
+    """All floors of one robot, wired: the process floor, and what it stands on. `twin` is None on a real machine."""
 
     config: Config
     address: str
     controller: GalilController
     robot: MayaRobot
-    process: Process
-    service: Service
-    gate: Gate
-    entrance: Entrance
-    lease: Lease
-    journal: Journal
     twin: Twin | None
 
 
@@ -176,16 +177,16 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
             recorder=below.recorder,
         ) as above:
             yield Stack(
-                config,
-                below.address,
-                below.controller,
-                robot,
                 above.process,
                 above.service,
                 above.gate,
                 above.entrance,
                 above.lease,
                 above.journal,
+                config,
+                below.address,
+                below.controller,
+                robot,
                 below.twin,
             )
 

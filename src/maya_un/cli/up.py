@@ -207,7 +207,7 @@ def _greeting(running: Stack, robot: _Robot, url: str, doors: _Doors, refusal: M
 
 def _bridge(running: Stack) -> Bridge:
     twin = running.twin
-    parts = None if twin is None else lambda: {name: Point(*place) for name, place in twin.mechanics.parts.items()}
+    parts = None if twin is None else lambda: twin.parts
     return Bridge(
         asyncio.get_running_loop(),
         running.service,

@@ -3,33 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 
 import rospy
 
 from maya_un.assembly import Twin
 from maya_un.graph.protocol import Graph, Held, Message
-from maya_un.values import Point
 
 SERVICE = "~twin"
 """Answers std_srvs/Trigger; its message is one JSON object."""
-
-
-class Scenery:
-    """What of the twin is drawn and is no state of its controller (`doors.sensors.Scene`)."""
-
-    def __init__(self, twin: Twin) -> None:
-        self._record = twin.mechanics.record
-
-    @property
-    def parts(self) -> Mapping[str, Point]:
-        """Where the parts stand [m]."""
-        return {name: Point(*place) for name, place in self._record.parts.items()}
-
-    @property
-    def carried(self) -> str | None:
-        """The part between the jaws."""
-        return self._record.carried
 
 
 def witness(graph: Graph, twin: Twin) -> Held:

@@ -23,7 +23,7 @@ from maya_un.graph.queue import Queue, status_of
 from maya_un.graph.step_store import StepStore
 from maya_un.graph.table import POSITION
 from maya_un.rosbridge.endpoint import NODE, Endpoint
-from maya_un.rosbridge.near import Echo, NearController, NearRobot, Scenery, echoed
+from maya_un.rosbridge.near import Echo, NearController, NearRobot, echoed
 from maya_un.server import dates
 from maya_un.server.bridge import Bridge
 from maya_un.server.edge import Edge
@@ -76,12 +76,11 @@ class _Door(Protocol):
 def _doors(stack: Stack, bridge: Bridge, echo: Echo, now: Clock) -> tuple[tuple[str, _Door], ...]:
     """Return what is offered, by the nodes that offer it in a graph of ROS."""
     floor = NearController(stack, bridge, echo)
-    scene = None if stack.twin is None else Scenery(stack.twin)
     hardware, sensor = ("hw_simulator",) * 2 if stack.address == SIM else ("hardware_interface", "sensor_converter")
     queue = Queue(bridge.carry, lambda: status_of(echo.view, stack.controller))
     return (
         (hardware, ControllerDoor(floor, address=stack.address, clock=now)),
-        (sensor, SensorsDoor(floor, stack.config, raw=lambda: stack.controller.record, scene=scene, clock=now)),
+        (sensor, SensorsDoor(floor, stack.config, raw=lambda: stack.controller.record, scene=stack.twin, clock=now)),
         ("robot_controller", RobotDoor(NearRobot(stack, bridge, echo), clock=now)),
         ("process_controller", ProcessDoor(queue, clock=now)),
     )

@@ -7,14 +7,14 @@ bridge and its gate, as the principal `ROS`. Events and the queue come over by a
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Mapping
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager
 from typing import TypeVar, cast
 
 from maya_un.api.access.caller import ROS
 from maya_un.api.access.operations import Operation
 from maya_un.api.service import Service
-from maya_un.assembly import Stack, Twin
+from maya_un.assembly import Stack
 from maya_un.controller.protocol import Preview
 from maya_un.events import Listener
 from maya_un.graph.table import POSITION
@@ -25,7 +25,7 @@ from maya_un.robot.primitives import Primitive
 from maya_un.robot.protocol import OnPhase
 from maya_un.server.bridge import Bridge
 from maya_un.server.stream_tap import Batch, Tap
-from maya_un.values import Joints, Point, Progress, State, StopReport
+from maya_un.values import Joints, Progress, State, StopReport
 
 T = TypeVar("T")
 
@@ -198,20 +198,3 @@ class NearRobot:
         await self._bridge.carry(
             ROS, Operation.WISH, lambda service: service.direct.primitive(primitive, told), primitive.command
         )
-
-
-class Scenery:
-    """What of a twin is drawn and is no state of its controller."""
-
-    def __init__(self, twin: Twin) -> None:
-        self._record = twin.mechanics.record
-
-    @property
-    def parts(self) -> Mapping[str, Point]:
-        """Where the parts stand [m]."""
-        return {name: Point(*place) for name, place in self._record.parts.items()}
-
-    @property
-    def carried(self) -> str | None:
-        """The part between the jaws."""
-        return self._record.carried

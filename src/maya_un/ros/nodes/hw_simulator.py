@@ -15,7 +15,7 @@ from maya_un.ros.configuration import checked, configured
 from maya_un.ros.controlling import fast_enough, log_event, offered, ros_time
 from maya_un.ros.node import Node, run
 from maya_un.ros.parts import on_the_table
-from maya_un.ros.witness import Scenery, witness
+from maya_un.ros.witness import witness
 
 
 def main() -> int:
@@ -38,9 +38,8 @@ async def serve(node: Node) -> None:
             speed=node.speed,
             heard=lambda events: events.heard_by(log_event),
         ) as floor:
-            scene = None if floor.twin is None else Scenery(floor.twin)
             if floor.twin is not None:
                 witness(node.graph, floor.twin)
-            sensors = SensorsDoor(floor.controller, config, scene=scene, clock=ros_time, speed=node.speed)
+            sensors = SensorsDoor(floor.controller, config, scene=floor.twin, clock=ros_time, speed=node.speed)
             async with sensors.open(node.graph):
                 await offered(node, floor, skip_home=await node.flag("skip_home"))

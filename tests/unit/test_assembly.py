@@ -1,0 +1,21 @@
+from __future__ import annotations
+
+from maya_un.assembly import stack
+from maya_un.config import Config
+from maya_un.robot.home import Home
+from maya_un.robot.pick import Pick
+from maya_un.values import Point
+
+CUBE, CAN = Point(0.5, 1.1, 0.4), Point(1.0, 0.5, 0.4)
+
+
+async def test_a_twin_tells_where_its_parts_are_and_which_one_is_carried() -> None:
+    async with stack(Config(), live=False, parts={"cube": CUBE, "can": CAN}) as floors:
+        twin = floors.twin
+        assert twin is not None
+        assert (twin.parts, twin.carried) == ({"cube": CUBE, "can": CAN}, None)
+        await floors.robot.run(Home())
+        await floors.robot.run(Pick(CUBE))
+        assert twin.carried == "cube"
+        assert twin.parts["cube"].z > CUBE.z
+        assert twin.parts["can"] == CAN
