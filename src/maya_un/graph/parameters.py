@@ -45,7 +45,7 @@ class BusParameters:
             self._tree = {}
 
     async def names(self) -> Sequence[str]:
-        """Return the names of all values."""
+        """Return the names of all values; one below which nothing is left has none, as on ROS' parameter server."""
         return list(_names("", self._tree))
 
     async def _at(self, parts: Sequence[str]) -> dict[str, Any] | None:
@@ -63,7 +63,7 @@ def _names(above: str, tree: Mapping[str, Any]) -> Sequence[str]:
     found: list[str] = []
     for key, value in tree.items():
         name = f"{above}/{key}"
-        found += _names(name, value) if isinstance(value, Mapping) and value else [name]
+        found += _names(name, value) if isinstance(value, Mapping) else [name]
     return found
 
 

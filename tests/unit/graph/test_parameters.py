@@ -31,8 +31,18 @@ async def test_what_was_forgotten_is_gone_with_all_below() -> None:
     await parameters.delete("/a")
     await parameters.delete("/nowhere/at/all")
     assert await parameters.get("/") == {"c": 2}
+    assert await parameters.names() == ["/c"]
     await parameters.delete("/")
     assert await parameters.names() == []
+
+
+async def test_a_name_below_which_nothing_is_left_is_none_of_a_value() -> None:
+    parameters = BusParameters()
+    await parameters.set("/a/b/c", 1)
+    await parameters.set("/d", {})
+    await parameters.delete("/a/b/c")
+    assert await parameters.names() == []
+    assert await parameters.get("/a") == {"b": {}}
 
 
 async def test_values_are_nobodys_to_change() -> None:
@@ -61,6 +71,6 @@ def test_the_last_word_on_a_name_stands(changes: list[tuple[str, int | None]]) -
                 del model[known]
         for name, value in model.items():
             assert await parameters.get(name) == value
-        assert {name for name in await parameters.names() if await parameters.get(name) != {}} == set(model)
+        assert set(await parameters.names()) == set(model)
 
     asyncio.run(change())
