@@ -9,6 +9,7 @@ import pytest
 
 from tests.ros import workspace as workspaces
 from tests.ros.driven import Driver
+from tests.ros.floors import Floors, floors
 from tests.ros.harness import Ros
 from tests.ros.workspace import Workspace, clean_environment
 
@@ -51,6 +52,20 @@ def ros(tmp_path: Path, workspace: Workspace) -> Iterator[Ros]:
 def driver(ros: Ros) -> Driver:
     """Return a node that does what the test says."""
     return ros.driver()
+
+
+@pytest.fixture(scope="module")
+def launched(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace) -> Iterator[Floors]:
+    """Return all floors of a robot that the tests of a module share."""
+    with floors(tmp_path_factory.mktemp("launched"), workspace) as up:
+        yield up
+
+
+@pytest.fixture
+def robot(launched: Floors) -> Floors:
+    """Return that robot, homed, at rest and at full speed."""
+    launched.ready()
+    return launched
 
 
 @pytest.fixture

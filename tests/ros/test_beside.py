@@ -5,33 +5,18 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from maya_un.graph.table import STEP_COMMAND, STEP_RESULT
-from tests.ros.floors import HERE, THERE, Floors, floors, near, primitive
-from tests.ros.workspace import Workspace
+from tests.ros.floors import HERE, THERE, Floors, near, primitive
 
 pytestmark = pytest.mark.system
 
 MAYA = str(Path(sys.executable).with_name("maya"))
 SLOW = 0.02
 """Share of the speed at which a motion outlasts the start of a few commands."""
-
-
-@pytest.fixture(scope="module")
-def launched(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace) -> Iterator[Floors]:
-    with floors(tmp_path_factory.mktemp("beside"), workspace) as up:
-        yield up
-
-
-@pytest.fixture
-def robot(launched: Floors) -> Floors:
-    launched.ready()
-    launched.at_speed(1.0)
-    return launched
 
 
 def said(robot: Floors, *words: str) -> str:

@@ -3,31 +3,22 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 
 import pytest
 
 from maya_un.graph.protocol import Outcome
 from maya_un.graph.table import STEP_COMMAND, STEP_RESULT
-from tests.ros.floors import DONE, HERE, SLOW, THERE, Floors, floors, near, primitive
-from tests.ros.workspace import Workspace
+from tests.ros.floors import DONE, HERE, SLOW, THERE, Floors, near, primitive
 
 pytestmark = pytest.mark.system
 
 NODE_GONE = "1011"
 
 
-@pytest.fixture(scope="module")
-def launched(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace) -> Iterator[Floors]:
-    with floors(tmp_path_factory.mktemp("deaths"), workspace) as up:
-        yield up
-
-
 @pytest.fixture
-def robot(launched: Floors) -> Floors:
-    launched.ready()
-    launched.at_speed(SLOW)  # rospy takes half a second to notice who is gone
-    return launched
+def robot(robot: Floors) -> Floors:
+    robot.at_speed(SLOW)  # rospy takes half a second to notice who is gone
+    return robot
 
 
 def comes_to_rest(robot: Floors, before: int) -> None:

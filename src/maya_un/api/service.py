@@ -232,12 +232,11 @@ class Service:
             reason=self._process.shown.reason,
         )
 
-    def events_since(self, seq: int) -> list[Event]:
-        """Return all events numbered above `seq`; the first has number 1. Raises `EventsForgotten`."""
-        return self._controller.events.since(seq)
-
     def follow_events(self, seq: int = 0) -> AsyncIterator[Event]:
-        """Yield every event numbered above `seq`, those past first, then as they come; none is left out."""
+        """Yield every event numbered above `seq`, those past first, then as they come; none is left out.
+
+        The first has number 1. Raises `EventsForgotten`.
+        """
         return self._controller.events.follow(seq)
 
     def watch(self) -> AsyncIterator[State]:

@@ -18,7 +18,7 @@ from maya_un.cli.help import EVERYWHERE
 from maya_un.cli.logs import commands as logs
 from maya_un.cli.quantities import angle, length, share
 from maya_un.cli.queueing import commands as queueing
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import Settings, settings_of
 from maya_un.errors import InvalidCommandLine, UnknownName
 from maya_un.values import JOG_AXES, Joints, Point
 
@@ -72,12 +72,6 @@ def run(arguments: list[str], settings: Settings) -> int:
 def _clause(message: str) -> str:
     """Return the parser's words without the end that the sentence of the error adds."""
     return " ".join(message.split()).replace(" Did you mean", " Perhaps you meant").rstrip(".?")
-
-
-def _settings(context: typer.Context) -> Settings:
-    settings = context.obj
-    assert isinstance(settings, Settings)
-    return settings
 
 
 def _point(x: str, y: str, z: str) -> Point:
@@ -137,7 +131,7 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     finish = on_exit == "finish"
     endpoint = command.ROSBRIDGE_PORT if rosbridge and rosbridge_port is None else rosbridge_port
     options = command.Options(address, speed, port, seed, table, skip_home, journal, finish, remote, endpoint)
-    return command.up(options, _settings(context))
+    return command.up(options, settings_of(context))
 
 
 @app.command(**_HOW)
@@ -151,7 +145,7 @@ def down(
     """
     from maya_un.cli import down as command
 
-    return command.down(_settings(context), finish=finish)
+    return command.down(settings_of(context), finish=finish)
 
 
 @app.command("run", **_HOW)
@@ -174,13 +168,13 @@ def run_job(
     """
     from maya_un.cli import run as command
 
-    return command.run(job, command.Options(dry_run, address, speed, seed, skip_home, plot), _settings(context))
+    return command.run(job, command.Options(dry_run, address, speed, seed, skip_home, plot), settings_of(context))
 
 
 def _wish(primitive: dict[str, object], context: typer.Context) -> int:
     from maya_un.cli import wishes
 
-    return wishes.wish(primitive, _settings(context))
+    return wishes.wish(primitive, settings_of(context))
 
 
 @app.command(**_HOW)
@@ -252,14 +246,14 @@ def jog(
     if axis is None and sys.stdin.isatty() and sys.stdout.isatty():
         from maya_un.cli.pendant import screen
 
-        return screen.jog(_settings(context))
+        return screen.jog(settings_of(context))
     if axis is None or distance is None:
         missing = "AXIS" if axis is None else "DISTANCE"
         raise InvalidCommandLine(reason=f"{missing} is missing", command="maya jog")
     if axis not in JOG_AXES:
         raise UnknownName(name=axis, known=", ".join(JOG_AXES))
     way = angle(distance, "DISTANCE") if axis == "a" else length(distance, "DISTANCE")
-    return wishes.jog(axis, way, _settings(context))
+    return wishes.jog(axis, way, settings_of(context))
 
 
 @app.command(**_HOW)
@@ -267,7 +261,7 @@ def abort(context: typer.Context) -> int:
     """Stop without deceleration; the motors may go off, then say `maya recover`."""
     from maya_un.cli import wishes
 
-    return wishes.at_once("abort", "aborted", _settings(context))
+    return wishes.at_once("abort", "aborted", settings_of(context))
 
 
 @app.command(**_HOW)
@@ -275,7 +269,7 @@ def pause(context: typer.Context) -> int:
     """Stop on the path and hold all motion until `maya resume`."""
     from maya_un.cli import wishes
 
-    return wishes.pause(_settings(context))
+    return wishes.pause(settings_of(context))
 
 
 @app.command(**_HOW)
@@ -283,7 +277,7 @@ def resume(context: typer.Context) -> int:
     """Go on after `maya pause`."""
     from maya_un.cli import wishes
 
-    return wishes.at_once("resume", "resumed", _settings(context))
+    return wishes.at_once("resume", "resumed", settings_of(context))
 
 
 @app.command(**_HOW)
@@ -294,7 +288,7 @@ def speed(
     """Scale the speed of all motion, also of what is under way."""
     from maya_un.cli import wishes
 
-    return wishes.speed(share(ratio, "RATIO"), _settings(context))
+    return wishes.speed(share(ratio, "RATIO"), settings_of(context))
 
 
 @app.command(**_HOW)
@@ -302,7 +296,7 @@ def recover(context: typer.Context) -> int:
     """Clear a fault once its cause is gone; moves nothing."""
     from maya_un.cli import wishes
 
-    return wishes.at_once("recover", "recovered", _settings(context))
+    return wishes.at_once("recover", "recovered", settings_of(context))
 
 
 @app.command(**_HOW)
@@ -310,7 +304,7 @@ def fk(context: typer.Context, a: Angle, b: Length, c: Length) -> int:
     """Tell where joints a, b, c hold the gripper."""
     from maya_un.cli import offline
 
-    return offline.fk(_joints(a, b, c), _settings(context))
+    return offline.fk(_joints(a, b, c), settings_of(context))
 
 
 @app.command(**_HOW)
@@ -318,7 +312,7 @@ def ik(context: typer.Context, x: Length, y: Length, z: Length) -> int:
     """Tell which joints hold the gripper at x, y, z."""
     from maya_un.cli import offline
 
-    return offline.ik(_point(x, y, z), _settings(context))
+    return offline.ik(_point(x, y, z), settings_of(context))
 
 
 @app.command(**_HOW)
@@ -326,7 +320,7 @@ def reach(context: typer.Context, x: Length, y: Length, z: Length) -> int:
     """Tell whether x, y, z can be reached; if not why, and the nearest place that can."""
     from maya_un.cli import offline
 
-    return offline.reach(_point(x, y, z), _settings(context))
+    return offline.reach(_point(x, y, z), settings_of(context))
 
 
 @plot.command("workspace", **_HOW)
@@ -347,7 +341,7 @@ def plot_workspace(
 
     high = None if height is None else length(height, "--height")
     request = command.Request(view, high, None if point is None else _point(*point), output)
-    return command.workspace(request, _settings(context))
+    return command.workspace(request, settings_of(context))
 
 
 teach_commands.register(app, _HOW)
@@ -372,7 +366,7 @@ def plot_job(
     """
     from maya_un.cli import plot_job as command
 
-    return command.plot(job, output, _settings(context))
+    return command.plot(job, output, settings_of(context))
 
 
 @dmc.command(**_HOW)
@@ -397,7 +391,7 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     from maya_un.cli import serve as command
 
     options = command.Options(host, port, also_port, udp, axes, bench, memory, firmware, speed, seed, table)
-    return command.serve(options, _settings(context))
+    return command.serve(options, settings_of(context))
 
 
 @dmc.command(**_HOW)
@@ -418,7 +412,7 @@ def fault(
     """
     from maya_un.cli import fault as command
 
-    settings = _settings(context)
+    settings = settings_of(context)
     command.check(name, values or (), seconds, clear=clear, active=active)
     if clear:
         return command.clear(name, twin, settings)
@@ -441,7 +435,7 @@ def send(
     """
     from maya_un.cli import dmc as command
 
-    return command.send(host, commands, _settings(context))
+    return command.send(host, commands, settings_of(context))
 
 
 dmc_tools.register(dmc, _HOW)
@@ -463,7 +457,7 @@ def conform(
     """
     from maya_un.cli import conform as command
 
-    return command.conform(host, moves, bench, _settings(context))
+    return command.conform(host, moves, bench, settings_of(context))
 
 
 @gclib.command("install", **_HOW)
@@ -474,7 +468,7 @@ def gclib_install(
     """Have `import gclib` find ours in this Python environment."""
     from maya_un.cli import gclib as command
 
-    return command.install(_settings(context), force=force)
+    return command.install(settings_of(context), force=force)
 
 
 @gclib.command("uninstall", **_HOW)
@@ -482,7 +476,7 @@ def gclib_uninstall(context: typer.Context) -> int:
     """Take it out again."""
     from maya_un.cli import gclib as command
 
-    return command.uninstall(_settings(context))
+    return command.uninstall(settings_of(context))
 
 
 @gclib.command("status", **_HOW)
@@ -490,7 +484,7 @@ def gclib_status(context: typer.Context) -> int:
     """Tell what `import gclib` finds in this Python environment."""
     from maya_un.cli import gclib as command
 
-    return command.status(_settings(context))
+    return command.status(settings_of(context))
 
 
 @gclib.command("run", epilog=EVERYWHERE, context_settings=_CONTEXT | {"allow_interspersed_args": False})
@@ -512,7 +506,7 @@ def show(context: typer.Context) -> int:
     """Print every constant in force."""
     from maya_un.cli import configure
 
-    return configure.show(_settings(context))
+    return configure.show(settings_of(context))
 
 
 @config.command(**_HOW)
@@ -520,7 +514,7 @@ def check(context: typer.Context, file: File = None) -> int:
     """Say whether a configuration file is good."""
     from maya_un.cli import configure
 
-    return configure.check(file, _settings(context))
+    return configure.check(file, settings_of(context))
 
 
 @config.command(**_HOW)
@@ -528,4 +522,4 @@ def init(context: typer.Context, file: File = None) -> int:
     """Write a configuration file to start from."""
     from maya_un.cli import configure
 
-    return configure.init(file, _settings(context))
+    return configure.init(file, settings_of(context))

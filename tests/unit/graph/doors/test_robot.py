@@ -12,6 +12,7 @@ import pytest
 
 from maya_un.config import Config
 from maya_un.errors import Busy, Faulted, MayaError, NotConnected, NotHomed
+from maya_un.graph.apart import Both
 from maya_un.graph.bus import Bus, BusNode
 from maya_un.graph.doors.robot import RobotDoor, why_not
 from maya_un.graph.primitives import to_message
@@ -23,9 +24,8 @@ from maya_un.robot.line import Line
 from maya_un.robot.move import MoveJoints
 from maya_un.robot.pick import Pick
 from maya_un.robot.primitives import Primitive
-from maya_un.robot.protocol import OnPhase
 from maya_un.robot.robot import MayaRobot
-from maya_un.values import Joints, Mode, Notice, Point, Progress, State
+from maya_un.values import Joints, Mode, Notice, Point
 from tests.fakes import FakeController, state_of
 from tests.virtual_time import elapse
 
@@ -35,30 +35,9 @@ TASK = "maya_robot/Task"
 
 
 @dataclass
-class Floors:
-    """A robot floor and the controller below it, as the door sees them."""
-
+class Behind:
     controller: FakeController
     robot: MayaRobot
-
-    @property
-    def state(self) -> State:
-        return self.controller.state
-
-    @property
-    def can_teleop(self) -> bool:
-        return self.robot.can_teleop
-
-    def progress(self) -> Progress | None:
-        return self.controller.progress()
-
-    async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
-        await self.robot.run(primitive, on_phase)
-
-
-@dataclass
-class Behind:
-    floors: Floors
     bus: Bus
     client: BusNode
 
@@ -71,16 +50,16 @@ class Behind:
         return ended.outcome, str(ended.result.get("code"))
 
     def names(self) -> list[str]:
-        return self.floors.controller.names()
+        return self.controller.names()
 
 
 @asynccontextmanager
 async def behind(*, homed: bool = True) -> AsyncIterator[Behind]:
     controller = FakeController(homed=homed)
-    floors = Floors(controller, MayaRobot(controller, controller.config))
+    robot = MayaRobot(controller, controller.config)
     bus = Bus()
-    async with RobotDoor(floors).open(bus.node("robot_controller")):
-        yield Behind(floors, bus, bus.node("somebody"))
+    async with RobotDoor(Both(robot, controller)).open(bus.node("robot_controller")):
+        yield Behind(controller, robot, bus, bus.node("somebody"))
 
 
 async def test_a_pick_by_action_tells_its_phases() -> None:
@@ -90,7 +69,7 @@ async def test_a_pick_by_action_tells_its_phases() -> None:
         assert ended.result == DONE
         phases = list(dict.fromkeys(message["phase"] for message in heard))
         assert phases == ["approach", "open", "down", "close", "up"] or len(phases) >= 4
-        assert robot.floors.robot.holding
+        assert robot.robot.holding
         assert heard[0]["position"] != {"x": 0.0, "y": 0.0, "z": 0.0}
 
 
@@ -98,9 +77,9 @@ async def test_every_command_goes_by_service_and_answers_when_it_is_done() -> No
     async with behind(homed=False) as robot:
         for primitive in (Home(), Pick(CUBE), Line(Point(0.5, 1.1, 0.6)), MoveJoints(Joints(0.5, 1.5, 1.3))):
             assert await robot.command(primitive) == DONE
-            assert robot.floors.robot.running is None
+            assert robot.robot.running is None
         assert await robot.command(Gripper(open=True)) == DONE
-        assert not robot.floors.state.gripper_closed
+        assert not robot.controller.state.gripper_closed
 
 
 async def test_can_teleop_answers_at_once_and_says_why_not() -> None:
@@ -160,7 +139,7 @@ async def test_a_cancel_stops_it_and_the_robot_is_free_again() -> None:
 async def test_what_cannot_be_done_is_rejected_with_its_code() -> None:
     async with behind() as robot:
         assert await robot.task(Pick(Point(3.0, 3.0, 0.4))) == (Outcome.REJECTED, "2101")
-        assert await robot.task(Pick(Point(1e308, -1e308, 1e308))) == (Outcome.REJECTED, "2101")
+        assert await robot.task(Pick(Point(1e308, -1e308, 1e308))) == (Outcome.REJECTED, "4001")
         assert (await robot.command({"command": "dance"}))["code"] == "4003"
         assert (await robot.command({"command": "pick", "target": {"x": None}}))["code"] == "4001"
         assert robot.names() == []
@@ -182,7 +161,7 @@ async def test_what_comes_on_the_topic_is_done_and_its_refusal_logged_and_told(
         values = {value["key"]: value["value"] for value in heard[-1]["status"][0]["values"]}
         assert values["last refused"].startswith("home: 2104 ")
         await elapse(60.0)
-        assert robot.floors.robot.holding
+        assert robot.robot.holding
         wish.publish(to_message(Gripper(open=True)))
         await elapse(5.0)
         values = {value["key"]: value["value"] for value in heard[-1]["status"][0]["values"]}
@@ -191,20 +170,20 @@ async def test_what_comes_on_the_topic_is_done_and_its_refusal_logged_and_told(
 
 async def test_a_door_that_closes_stops_what_runs() -> None:
     controller = FakeController()
-    floors = Floors(controller, MayaRobot(controller, Config()))
+    robot = MayaRobot(controller, Config())
     bus = Bus()
     client = bus.node("somebody")
-    async with RobotDoor(floors).open(bus.node("robot_controller")):
+    async with RobotDoor(Both(robot, controller)).open(bus.node("robot_controller")):
         task = asyncio.ensure_future(client.do("/task", TASK, {"task": to_message(Pick(CUBE))}))
         await elapse(1.0)
     assert (await task).outcome is Outcome.PREEMPTED
-    assert floors.robot.running is None
+    assert robot.running is None
     assert await bus.directory.services() == {}
 
 
 async def test_the_task_may_have_another_name() -> None:
     controller = FakeController()
-    door = RobotDoor(Floors(controller, MayaRobot(controller, Config())))
+    door = RobotDoor(Both(MayaRobot(controller, Config()), controller))
     bus = Bus()
     async with door.task(bus.node("robot_controller"), "/robot_controller/task"):
         client = bus.node("primitive_server")
