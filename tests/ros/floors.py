@@ -131,11 +131,25 @@ class Floors:
             self.driver.publish("/controller/speed", "std_msgs/Float64", {"data": ratio})
             self.until_told("speed", before)
 
-    def kill(self, node: str) -> None:
-        """End a node as a crash would."""
+    def process(self, node: str) -> int:
+        """Return the process of a node."""
         with ServerProxy(self.ros.ask_master("lookupNode", node)) as at:
             _, _, pid = cast("tuple[int, str, int]", at.getPid("/test"))
-        os.kill(pid, signal.SIGKILL)
+        return pid
+
+    def kill(self, node: str) -> None:
+        """End a node as a crash would."""
+        os.kill(self.process(node), signal.SIGKILL)
+
+    @contextmanager
+    def frozen(self, node: str) -> Iterator[None]:
+        """Have a node hang while the block runs."""
+        pid = self.process(node)
+        os.kill(pid, signal.SIGSTOP)
+        try:
+            yield
+        finally:
+            os.kill(pid, signal.SIGCONT)
 
     def eventually(self, fact: Any, what: str) -> None:
         """Wait until something is so."""

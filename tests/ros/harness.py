@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import socket
+import struct
 import subprocess
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from threading import Event
 from time import monotonic
 from types import TracebackType
 from typing import Any
+from urllib.parse import urlsplit
 from xmlrpc.client import ServerProxy
 
 from tests.ros.driven import Driver
@@ -102,6 +107,23 @@ class Ros:
     def set_param(self, name: str, value: Any) -> None:
         """Set a parameter."""
         self.ask_master("setParam", name, value)
+
+    def lose_master(self) -> None:
+        """End the master as a crash would."""
+        os.kill(self.ask_master("getPid"), signal.SIGKILL)
+        self._core.wait()
+
+    @contextmanager
+    def asking(self, service: str) -> Iterator[socket.socket]:
+        """Give a connection to a service, ready for a request, which is hung up when the block ends."""
+        at = urlsplit(self.ask_master("lookupService", service))
+        fields = [f"service={service}", "md5sum=*", "callerid=/test"]
+        header = b"".join(struct.pack("<I", len(field)) + field.encode() for field in fields)
+        with socket.create_connection((at.hostname or "", at.port or 0), 40.0) as link:
+            link.sendall(struct.pack("<I", len(header)) + header)
+            (length,) = struct.unpack("<I", link.recv(4, socket.MSG_WAITALL))
+            link.recv(length, socket.MSG_WAITALL)
+            yield link
 
     def until(self, fact: Callable[[], object], what: str, within: float = 40.0) -> None:
         """Return as soon as something of the graph is so; fails where that takes longer [s]."""

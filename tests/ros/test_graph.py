@@ -11,7 +11,7 @@ import pytest
 
 from maya_un.graph.protocol import Outcome
 from tests.ros.driven import Driver, Feed, Goal, RefusedError
-from tests.ros.harness import Ros
+from tests.ros.harness import HERE, Ros
 from tests.ros.programs import Program
 from tests.ros.wishes import MOVE, Wish
 from tests.ros.workspace import ROOT, Workspace, python
@@ -241,11 +241,33 @@ def test_a_node_that_is_told_to_end_comes_to_rest_before_it_leaves(
 
 def test_a_node_ends_by_rosnode_kill_and_for_another_of_its_name(ros: Ros, driver: Driver) -> None:
     first = Peer(ros, driver, "twin")
-    second = Peer(ros, driver, "twin")
+    stranger = Driver(ros.start(str(python()), str(HERE / "driver.py"), "__name:=twin"))
     _ends_in_time(first.program)
+    stranger.close()
+    second = Peer(ros, driver, "twin")
     ros.tool("rosnode", "kill", "/twin")
     _ends_in_time(second.program)
     assert "/twin" not in ros.nodes()
+
+
+def test_a_second_of_our_nodes_is_refused_until_the_first_is_dead(ros: Ros, driver: Driver) -> None:
+    path = f"{ROOT}:{ros.environment.get('PYTHONPATH', '')}"
+
+    def refused() -> str:
+        second = ros.start(str(python()), "-m", "tests.ros.peer", "__name:=sole", environment={"PYTHONPATH": path})
+        assert second.wait() == 2
+        return second.said
+
+    first = Peer(ros, driver, "sole")
+    assert "error 5004: " in (said := refused())
+    assert f"process {first.program.pid}" in said
+    first.program.send(signal.SIGSTOP)
+    assert "error 5004: " in refused()
+    first.program.send(signal.SIGCONT)
+    assert first.program.runs
+    first.program.kill()
+    third = Peer(ros, driver, "sole")
+    third.program.close()
 
 
 def test_without_a_master_a_node_says_so_and_ends(ros: Ros) -> None:
@@ -256,12 +278,29 @@ def test_without_a_master_a_node_says_so_and_ends(ros: Ros) -> None:
     assert "error 5011: No ROS master answers at http://127.0.0.1:1." in program.said
 
 
-@pytest.mark.parametrize("speed", [0.0, -1.0, 1e6, "fast"])
-def test_a_clock_that_cannot_be_is_refused(speed: object, ros: Ros) -> None:
+WRONG = [
+    ("speed", 0.0), ("speed", -1.0), ("speed", 1e6), ("speed", "fast"), ("speed", "20"), ("speed", True),
+    ("sim_mode", "false"), ("sim_mode", 0),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "value"), WRONG)
+def test_a_clock_that_cannot_be_is_refused(name: str, value: object, ros: Ros) -> None:
     path = f"{ROOT}:{ros.environment.get('PYTHONPATH', '')}"
-    ros.set_param("/wrong/speed", speed)
+    ros.set_param(f"/wrong/{name}", value)
     program = ros.start(
-        str(python()), "-m", "tests.ros.peer", "/maya/speed:=/wrong/speed", environment={"PYTHONPATH": path}
-    )
+        str(python()), "-m", "tests.ros.peer", "__name:=wrong", f"/maya/{name}:=/wrong/{name}",
+        environment={"PYTHONPATH": path},
+    )  # fmt: skip
     assert program.wait() == 2
     assert "error 4001: " in program.said
+    assert f"maya/{name}" in program.said
+
+
+@pytest.mark.parametrize(("name", "value"), [("skip_home", "false"), ("seed", "x")])
+def test_a_parameter_that_says_nothing_is_refused_by_its_name(name: str, value: object, ros: Ros) -> None:
+    ros.set_param(f"/choosy/{name}", value)
+    program = ros.start("rosrun", "maya_controller", "hw_simulator.py", "__name:=choosy")
+    assert program.wait() == 2
+    assert "error 4001: " in program.said
+    assert name in program.said

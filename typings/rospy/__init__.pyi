@@ -5,6 +5,7 @@ from typing import Any
 from genpy import Message
 from genpy import Service as ServiceKind
 from rospy import core as core
+from rospy import names as names
 
 class ROSException(Exception): ...
 class ROSInitException(ROSException): ...
@@ -86,6 +87,7 @@ class Service:
     def _handle_request(self, transport: Any, request: Message) -> None: ...
 
 class ServiceProxy:
+    resolved_name: str
     transport: Any
     def __init__(
         self,
@@ -95,6 +97,7 @@ class ServiceProxy:
         headers: dict[str, str] | None = None,
     ) -> None: ...
     def __call__(self, *args: Any, **kwds: Any) -> Any: ...
+    def _get_service_uri(self, request: Message) -> str: ...
     def close(self) -> None: ...
 
 def init_node(

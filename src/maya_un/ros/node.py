@@ -11,24 +11,19 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import socket
 import sys
 import traceback
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from http.client import HTTPException
 from typing import Any
-from urllib.parse import urlsplit
-from xml.parsers.expat import ExpatError
-from xmlrpc.client import Error as XmlRpcError
 
-import rosgraph
 import rospy
 
 from maya_un import graph
-from maya_un.errors import InternalError, InvalidValue, MasterGone, MayaError
+from maya_un.errors import InternalError, InvalidValue, MayaError
 from maya_un.loops import ScaledLoop
+from maya_un.ros.beginning import require_master, require_sole
 from maya_un.ros.ending import Ending
 from maya_un.ros.graph import RosGraph
 from maya_un.ros.threads import in_thread
@@ -50,9 +45,6 @@ FASTEST = 1000.0
 
 SIMULATED = "/maya/sim_mode"
 """The parameter that tells whether the robot is the twin."""
-
-_REACH = 5.0
-"""A master that does not take a connection within this time is not there [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,11 +71,15 @@ class Node:
         found = await self.graph.parameters.get(rospy.resolve_name(f"~{name}"))
         return await self.graph.parameters.get(f"/maya/{name}", default) if found is None else found
 
-    async def flag(self, name: str) -> bool:
-        """Return a parameter that is true or false, false where it is not set; raises `InvalidValue`."""
-        found = await self.parameter(name, default=False)
-        if not isinstance(found, bool):
-            raise InvalidValue(key=name, value=repr(found), reason="it is true or false")
+    async def flag(self, name: str, *, default: bool = False) -> bool:
+        """Return a parameter that is true or false; raises `InvalidValue`."""
+        return _flag(name, await self.parameter(name, default))
+
+    async def number(self, name: str, default: int) -> int:
+        """Return a parameter that is a whole number; raises `InvalidValue`."""
+        found = await self.parameter(name, default)
+        if type(found) is not int:
+            raise InvalidValue(key=name, value=repr(found), reason="it is a whole number")
         return found
 
 
@@ -99,7 +95,8 @@ def run(name: str, serve: Serve, *, scaled: bool = True) -> int:
     ending = Ending()
     ending.listen()
     try:
-        _require_master()
+        require_master()
+        require_sole(name)
         rospy.init_node(name, disable_signals=True)
         rospy.on_shutdown(ending.ask_and_wait)
         logging.getLogger(graph.__name__).addHandler(_Shown(logging.WARNING))
@@ -121,10 +118,17 @@ class _Shown(logging.Handler):
 
 def clock_factor() -> float:
     """Return how fast the clock runs: what `SPEED` says of the twin, 1 of the machine. Raises `InvalidValue`."""
-    speed = rospy.get_param(SPEED, 1.0) if rospy.get_param(SIMULATED, default=True) else 1.0
-    if not isinstance(speed, int | float) or not 0.0 < speed <= FASTEST:
-        raise InvalidValue(key=SPEED, value=speed, reason=f"it is above 0 and at most {FASTEST:g}")
+    speed = rospy.get_param(SPEED, 1.0) if _flag(SIMULATED, rospy.get_param(SIMULATED, default=True)) else 1.0
+    if isinstance(speed, bool) or not isinstance(speed, int | float) or not 0.0 < speed <= FASTEST:
+        raise InvalidValue(key=SPEED, value=repr(speed), reason=f"it is above 0 and at most {FASTEST:g}")
     return float(speed)
+
+
+def _flag(name: str, found: object) -> bool:
+    """Return a parameter that was found, where it is true or false: the text "false" would count as true."""
+    if not isinstance(found, bool):
+        raise InvalidValue(key=name, value=repr(found), reason="it is true or false")
+    return found
 
 
 def _clocked(serve: Serve) -> tuple[float, Serve]:
@@ -186,14 +190,3 @@ def _defect(_: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
     error = context.get("exception")
     trace = "" if error is None else "".join(traceback.format_exception(error))
     rospy.logerr("%s\n%s", context.get("message", "a defect"), trace)
-
-
-def _require_master() -> None:
-    """Raise `MasterGone` where no master answers; rospy would wait for one for ever."""
-    uri = rosgraph.get_master_uri()
-    try:
-        at = urlsplit(uri)
-        socket.create_connection((at.hostname or "", at.port or 80), _REACH).close()
-        rosgraph.Master("/maya").getPid()
-    except (OSError, ValueError, HTTPException, XmlRpcError, ExpatError, rosgraph.MasterException):
-        raise MasterGone(uri=uri) from None

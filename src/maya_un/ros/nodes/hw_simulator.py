@@ -33,7 +33,7 @@ async def serve(node: Node) -> None:
         async with controller_floor(
             fast_enough(config, node.speed),
             address,
-            seed=int(await node.parameter("seed", 0)),
+            seed=await node.number("seed", 0),
             parts=on_the_table(config, job, named),
             speed=node.speed,
             heard=lambda events: events.heard_by(log_event),

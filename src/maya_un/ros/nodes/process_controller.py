@@ -61,9 +61,8 @@ async def serve(node: Node) -> None:
 
 async def _door(node: Node) -> socket.socket:
     """Return where HTTP is served: the port that was named, else the usual one, else any."""
-    named = await node.parameter("http_port", None)
-    if named is not None:
-        return bound_socket(int(named))
+    if await node.parameter("http_port", None) is not None:
+        return bound_socket(await node.number("http_port", PORT))
     with suppress(AddressInUse):
         return bound_socket(PORT)
     node.warn(f"Port {PORT} is taken; HTTP is served at another one.")
@@ -73,7 +72,7 @@ async def _door(node: Node) -> socket.socket:
 @asynccontextmanager
 async def _floor(node: Node, config: Config, metrics: Metrics) -> AsyncIterator[tuple[ProcessFloor, GraphController]]:
     """Wire the process floor on the floors of the graph, and what it keeps."""
-    simulated = await node.parameter("sim_mode", default=True)
+    simulated = await node.flag("sim_mode", default=True)
     address = SIM if simulated else meant(str(await node.parameter("address", REAL)), config.controller.address)
     async with (
         storage(state_folder() / NAME, config.storage) as kept,
