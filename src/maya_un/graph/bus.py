@@ -218,6 +218,9 @@ class BusNode:
             raise InvalidMessage(name=kind, reason=f"the service {name} is a {held.kind}")
         return await held.call(request)
 
+    def expect(self, *services: str) -> None:
+        """Do nothing; see `protocol.Graph`. Here nobody has to be asked who serves what."""
+
     def act(self, action: str, kind: str, act: Act) -> Held:
         """Be the server of an action; whoever was before takes no more goals."""
         name = named(action)

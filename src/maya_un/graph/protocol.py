@@ -169,6 +169,10 @@ class Graph(Protocol):
         """Return the answer of a service; raises `ServiceFailed` where it fails, or nobody answers any more."""
         ...
 
+    def expect(self, *services: str) -> None:
+        """Find services that will be called, soon; who they are is known then, also where nobody can be asked later."""
+        ...
+
     def act(self, action: str, kind: str, act: Act) -> Held:
         """Be the server of an action. Goals come as they come: whoever acts refuses what comes while it is busy."""
         ...

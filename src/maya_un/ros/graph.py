@@ -70,6 +70,10 @@ class RosGraph:
         """Return the answer of a service; raises `ServiceFailed` where it fails, or nobody answers any more."""
         return await self._calls.call(service, request, kind)
 
+    def expect(self, *services: str) -> None:
+        """Look up services that will be called, in a thread; later calls of theirs need no master."""
+        self._calls.expect(*services)
+
     def act(self, action: str, kind: str, act: Act) -> Held:
         """Be the server of an action."""
         self._actions.append(RosAction(self._post, rospy.resolve_name(action), kind, act, self._speed))

@@ -11,17 +11,23 @@ from concurrent.futures import CancelledError
 from contextlib import suppress
 from typing import Any
 
+import genpy
+import rosgraph
 import rospy
 
-from maya_un.errors import MayaError, ServiceFailed, UnknownInterface
+from maya_un.errors import MasterGone, MayaError, ServiceFailed, UnknownInterface
 from maya_un.graph.protocol import Answer, Message, Quick
+from maya_un.graph.table import ABORT, PAUSE, STOP
 from maya_un.ros.classes import MessageClass, ServiceClass, service_class
 from maya_un.ros.convert import converter_of
-from maya_un.ros.master import service_type
+from maya_un.ros.master import service_type, told
 from maya_un.ros.threads import in_thread
 
 _LOOK = 0.2
 """A caller that hung up is noticed within this time [s]."""
+
+_ANYHOW = frozenset({ABORT.name, PAUSE.name, STOP.name})
+"""Services that are carried out also for who has hung up: who asks for a stop may be gone before it is heard."""
 
 _HUNG_UP = select.POLLRDHUP | select.POLLHUP | select.POLLERR | select.POLLNVAL
 
@@ -38,6 +44,7 @@ class RosService:
         self._made = converter_of(found.response).made
         self._answer = answer
         self._quick = quick
+        self._anyhow = service in _ANYHOW
         self._open = True
         self._held = _Service(service, found.kind, self._handle)
 
@@ -59,7 +66,9 @@ class RosService:
             raise rospy.ServiceException("it is no longer wanted") from None
 
     def _answered(self, request: Message) -> Message:
-        """Have the loop answer; who hangs up meanwhile no longer wants what he asked for."""
+        """Have the loop answer; who hangs up, be it before it was heard, no longer wants what he asked for."""
+        if self._unwanted:
+            raise CancelledError
         future = asyncio.run_coroutine_threadsafe(_awaited(self._answer, request), self._loop)
         while True:
             try:
@@ -67,8 +76,12 @@ class RosService:
             except TimeoutError:
                 if future.done():
                     raise  # it is the answer's own
-                if self._held.asked_by_nobody() or self._loop.is_closed():
+                if self._unwanted or self._loop.is_closed():
                     future.cancel()
+
+    @property
+    def _unwanted(self) -> bool:
+        return not self._anyhow and self._held.asked_by_nobody()
 
 
 async def _awaited(answer: Answer, request: Message) -> Message:
@@ -108,7 +121,18 @@ class Calls:
     def __init__(self) -> None:
         self._idle: defaultdict[tuple[str, str], list[rospy.ServiceProxy]] = defaultdict(list)
         self._busy: set[rospy.ServiceProxy] = set()
+        self._addresses: dict[str, str] = {}
         self._open = True
+
+    def expect(self, *services: str) -> None:
+        """Find services while the master is there; where they cannot be found now, a call will look again."""
+
+        def look() -> None:
+            for service in map(rospy.resolve_name, services):
+                with suppress(MasterGone, rosgraph.MasterException):
+                    _located(service, self._addresses)
+
+        threading.Thread(target=look, name="maya-expect", daemon=True).start()
 
     async def call(self, service: str, request: Message, kind: str) -> Message:
         """Return the answer of a service; raises `ServiceFailed`, `UnknownInterface`, `InvalidMessage`.
@@ -148,7 +172,7 @@ class Calls:
                 proxy.close()
                 proxy = None
         if proxy is None:
-            proxy = rospy.ServiceProxy(key[0], found.kind, persistent=True)
+            proxy = _Proxy(key[0], found.kind, self._addresses)
         self._busy.add(proxy)
         return proxy
 
@@ -162,6 +186,32 @@ class Calls:
     def _dropped(self, proxy: rospy.ServiceProxy) -> None:
         self._busy.discard(proxy)
         proxy.close()
+
+
+class _Proxy(rospy.ServiceProxy):
+    """A connection to a service that is kept; where no master answers, it is made to where the service was last."""
+
+    def __init__(self, service: str, kind: type[genpy.Service], addresses: dict[str, str]) -> None:
+        super().__init__(service, kind, persistent=True)
+        self._addresses = addresses
+
+    def _get_service_uri(self, request: MessageClass) -> str:
+        """Return where the service is; raises `rospy.ServiceException`."""
+        del request
+        try:
+            return _located(self.resolved_name, self._addresses)
+        except rosgraph.MasterException:
+            raise rospy.ServiceException("nobody serves it") from None
+        except MasterGone as gone:
+            if self.resolved_name not in self._addresses:
+                raise rospy.ServiceException(str(gone)) from None
+            return self._addresses[self.resolved_name]
+
+
+def _located(service: str, addresses: dict[str, str]) -> str:
+    """Return where the master says that a service is, and keep it in `addresses`; raises as `master.told` does."""
+    addresses[service] = told(lambda at: at.lookupService(service))
+    return addresses[service]
 
 
 def _reason(error: BaseException) -> str:

@@ -16,8 +16,10 @@ from maya_un.controller.planner import Planner
 from maya_un.controller.protocol import Jogged, Preview
 from maya_un.controller.run import PLACES, OnVia
 from maya_un.errors import CannotPause, InvalidValue, MayaError, NodeGone, NotConnected, NotHomed, NotOverRos
-from maya_un.events import EventLog, Kind
+from maya_un.events import Event, EventLog, Kind
 from maya_un.graph.clients.asking import called, done
+from maya_un.graph.clients.stopping import given_up
+from maya_un.graph.clients.urgent import Urgent
 from maya_un.graph.clients.vias import Vias
 from maya_un.graph.clients.watch import SETTLES, Watch
 from maya_un.graph.paths import to_message
@@ -33,7 +35,6 @@ AHEAD = 2.0
 """A pause that is also for what comes next is asked for again and again for so long [s, real time]."""
 
 _AGAIN = 0.05
-_MOTIONS = (HOME, MOVE, FOLLOW)
 _NOTHING = StopReport(False, 0.0, (0.0, 0.0, 0.0))
 
 
@@ -54,8 +55,9 @@ class GraphController:
         self._planner = Planner(config, self._watch.mechanism)
         self._jogging = Jogging(self._planner, self._watch.mechanism)
         self._ratio = graph.advertise(SPEED.name, SPEED.type, queue_size=SPEED.queue_size)
-        self._cancels = [graph.advertise(f"{row.name}/cancel", "actionlib_msgs/GoalID") for row in _MOTIONS]
+        self._urgent = Urgent(graph, self._watch, speed)
         self.config = config
+        self.events.heard_by(self._hear)
 
     @classmethod
     @asynccontextmanager
@@ -72,8 +74,8 @@ class GraphController:
 
     async def close(self) -> None:
         """Listen no more."""
-        for held in (self._ratio, *self._cancels):
-            held.close()
+        self._ratio.close()
+        await self._urgent.close()
         await self._watch.close()
 
     async def connected(self) -> None:
@@ -186,9 +188,10 @@ class GraphController:
         """Begin to brake at once, on the path; tell how long and how far it takes.
 
         It is said whatever is known of the floor; raises `NotConnected` where nobody hears it. Where the service cannot
-        be found, as without a master, all goals are cancelled, which needs none.
+        be found, as without a master, all goals are cancelled, which needs none. Where the floor's node hangs it raises
+        `NodeGone`, and the node stops when it goes on.
         """
-        return _report(await self._urgent(STOP))
+        return _report(await self._urgent.say(STOP))
 
     async def override(self, ratio: float) -> None:
         """Scale the speed of the motion under way and of all later ones by `ratio`, from 0.01 to 1."""
@@ -225,7 +228,7 @@ class GraphController:
 
     async def abort(self) -> None:
         """Stop without deceleration; said as a stop is."""
-        await self._urgent(ABORT)
+        await self._urgent.say(ABORT)
 
     async def recover(self) -> None:
         """Clear a fault, once its cause is gone; moves nothing."""
@@ -242,20 +245,19 @@ class GraphController:
                 await self._watch.settled()
 
     async def _call(self, row: Row, request: Message) -> Message:
+        """Call a service; raises `NodeGone` also where the floor's node hangs meanwhile."""
         self._require_there()
-        return await called(self._graph, row, request)
 
-    async def _urgent(self, row: Row) -> Message:
-        try:
-            return await called(self._graph, row, {})
-        except NodeGone:
-            if not any(cancel.readers for cancel in self._cancels):
-                raise NotConnected from None
-        moving = self.state.moving
-        for cancel in self._cancels:
-            cancel.publish({})
-        await self._watch.until(lambda: not self.state.moving, SETTLES)
-        return {"message": json.dumps({"was_moving": moving, "duration": 0.0, "distance": (0.0, 0.0, 0.0)})}
+        def hangs(event: Event) -> NodeGone | None:
+            lost = event.kind is Kind.DISCONNECTED and self._watch.hangs
+            return NodeGone(node=self._watch.node) if lost else None
+
+        return await given_up(self.events, hangs, called(self._graph, row, request))
+
+    def _hear(self, event: Event) -> None:
+        """Have the services of a node that appears found, while there is somebody who knows them."""
+        if event.kind is Kind.CONNECTED:
+            self._graph.expect(*(row.name for row in (STOP, ABORT, PAUSE, RESUME, RECOVER, GRIPPER)))
 
     def _require_there(self) -> None:
         if not self._watch.there:

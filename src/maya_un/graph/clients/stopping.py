@@ -8,34 +8,41 @@ and whoever is in the middle of something gives it up.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Coroutine
-from typing import Any
+from collections.abc import Callable, Coroutine
+from typing import Any, TypeVar
 
-from maya_un.errors import Stopped
+from maya_un.errors import MayaError, Stopped
 from maya_un.events import Event, EventLog, Kind
 from maya_un.graph.clients.asking import whole
 
+T = TypeVar("T")
 
-async def stoppable(events: EventLog, work: Coroutine[Any, Any, None]) -> None:
-    """Do `work`; raises `Stopped` where somebody says stop meanwhile, and what `work` raises.
+
+async def stoppable(events: EventLog, work: Coroutine[Any, Any, T]) -> T:
+    """Return what `work` does; raises `Stopped` where somebody says stop meanwhile, and what `work` raises.
 
     Either way, and where it is cancelled, it has ended when this does.
     """
+    return await given_up(events, lambda event: Stopped() if event.kind is Kind.STOPPED else None, work)
+
+
+async def given_up(events: EventLog, why: Callable[[Event], MayaError | None], work: Coroutine[Any, Any, T]) -> T:
+    """Return what `work` does; cancel it at the first event that is a reason `why`, and raise that, as `stoppable`."""
     task = asyncio.ensure_future(work)
-    said = False
+    reason: MayaError | None = None
 
     def hear(event: Event) -> None:
-        nonlocal said
-        if event.kind is Kind.STOPPED and not said:
-            said = True
+        nonlocal reason
+        if reason is None and (found := why(event)) is not None:
+            reason = found
             if not task.cancelling():
                 task.cancel()
 
     with events.listening(hear):
         try:
-            await whole(task)
+            return await whole(task)
         except asyncio.CancelledError:
             this = asyncio.current_task()
-            if not said or (this is not None and this.cancelling()):
+            if reason is None or (this is not None and this.cancelling()):
                 raise
-            raise Stopped from None
+            raise reason from None

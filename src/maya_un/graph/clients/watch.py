@@ -92,6 +92,11 @@ class Watch:
         return self._standing is not _AWAY and self._sensing
 
     @property
+    def hangs(self) -> bool:
+        """Whether the floor's node no longer tells how it is, as it did."""
+        return self._silence > SILENT
+
+    @property
     def state(self) -> State:
         """Latest state, as far as it is told."""
         return self._latest.state
@@ -128,7 +133,7 @@ class Watch:
         try:
             told = read(message["data"])
             new = self._standing is _AWAY
-            self._sensing = self._sensing or (bool(self._sensed.writers) and not self._hangs)
+            self._sensing = self._sensing or (bool(self._sensed.writers) and not self.hangs)
             self._stand(told.standing)
         except MayaError as error:
             log.warning("%s", error)
@@ -186,19 +191,14 @@ class Watch:
             self._sensing = self._missed = False
             self._silence = -inf
             self._lose(self.node, _AWAY)
-        elif self.there and (self._hangs or not sensors):
+        elif self.there and (self.hangs or not sensors):
             self._sensing, self._missed = False, True
             self._lose(self._sensor if not sensors else self.node, self._standing)
-        elif sensors and not self._sensing and not self._hangs:
+        elif sensors and not self._sensing and not self.hangs:
             self._sensing, missed, self._missed = True, self._missed, False
             self.renew()
             if missed:
                 self.events.emit(Kind.CONNECTED, address=self._sensor)
-
-    @property
-    def _hangs(self) -> bool:
-        """Whether the floor's node no longer tells how it is, as it did."""
-        return self._silence > SILENT
 
     def _lose(self, node: str, standing: Standing) -> None:
         """Say that a node is gone; what it told is worth nothing any more."""

@@ -1,0 +1,88 @@
+"""Parts of the graph that hang, are doubled, or lose their master: somebody says so, and a stop is not lost."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.ros.floors import SLOW, Floors, near
+from tests.ros.harness import Ros
+
+pytestmark = pytest.mark.system
+
+MAYA = str(Path(sys.executable).with_name("maya"))
+ALREADY, GONE, NOTHING_TO_RECOVER = "5004", "1011", "2108"
+SCRIPTS = {
+    "hw_simulator": "maya_controller",
+    "robot_controller": "maya_robot",
+    "process_controller": "maya_process",
+}
+
+
+def maya(ros: Ros, *words: str) -> subprocess.CompletedProcess[str]:
+    """Return how a command ends."""
+    return subprocess.run([MAYA, *words], env=ros.environment, capture_output=True, text=True, timeout=40, check=False)
+
+
+def moving(robot: Floors) -> int:
+    """Have the robot move; return how much had been told before."""
+    robot.at_speed(SLOW)
+    before = robot.mark()
+    robot.begun("approach", robot.away())
+    return before
+
+
+@pytest.mark.parametrize("node", SCRIPTS)
+def test_a_second_node_of_a_name_is_refused_and_the_first_goes_on(robot: Floors, node: str) -> None:
+    before = moving(robot)
+    second = robot.ros.start("rosrun", SCRIPTS[node], f"{node}.py")
+    assert second.wait() == 2, second.said
+    assert f"error {ALREADY}: " in second.said
+    assert f"process {robot.process(f'/{node}')}" in second.said
+    assert "stopped" not in robot.words(before)
+    robot.at_speed(1.0)
+    robot.until_told("idle", before)
+
+
+def test_a_stop_against_a_node_that_hangs_names_it_and_is_not_lost(robot: Floors) -> None:
+    before = moving(robot)
+    with robot.frozen("/hw_simulator"):
+        said = maya(robot.ros, "--json", "stop")
+        assert json.loads(said.stdout or said.stderr).get("error", {}).get("code") == int(GONE), said
+    robot.until_told("stopped", before)
+    robot.at_rest()
+    stood = robot.twin()["joints"]
+    robot.at_speed(1.0)
+    robot.eventually(robot.can_teleop, "the robot floor sees it again")
+    assert near(robot.twin()["joints"], stood, within=1e-9)
+
+
+def test_who_hung_up_while_a_node_hangs_has_a_stop_carried_out_and_nothing_else(robot: Floors) -> None:
+    before = moving(robot)
+    with (
+        robot.ros.asking("/gripper") as gripper,
+        robot.ros.asking("/controller/stop") as stop,
+        robot.frozen("/hw_simulator"),
+    ):
+        gripper.sendall(b"\x01\x00\x00\x00\x01")
+        stop.sendall(b"\x00\x00\x00\x00")
+        for link in (gripper, stop):
+            link.close()
+    robot.until_told("stopped", before)
+    robot.at_rest()
+    assert not {"gripper_opened", "gripper_closed"} & set(robot.words(before))
+
+
+def test_without_a_master_services_that_were_never_called_are_reached(robot: Floors) -> None:
+    before = moving(robot)
+    robot.ros.lose_master()
+    for command in ("pause", "resume"):
+        assert maya(robot.ros, command).returncode == 0
+    robot.until_told("resumed", before)
+    assert maya(robot.ros, "stop").returncode == 0
+    robot.until_told("stopped", before)
+    assert NOTHING_TO_RECOVER in maya(robot.ros, "recover").stderr
