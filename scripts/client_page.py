@@ -17,7 +17,7 @@ INTRODUCTION = """\
 ```python
 from maya_un import Client
 
-maya = Client()  # the `maya up` of this user; or Client("https://robot:4133", token="maya_...")
+maya = Client()  # the `maya up` of this user; or Client("https://robot:4134", token="maya_...")
 maya.home()
 maya.pick(0.50, 1.10)
 maya.place("tray[1,2]")
