@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
@@ -15,6 +16,7 @@ from maya_un.rosbridge.outgoing import Press
 from maya_un.rosbridge.rosapi import Rosapi
 from maya_un.rosbridge.sending import Sender
 from maya_un.rosbridge.session import Session
+from maya_un.rosbridge.turns import Turns
 from tests.virtual_time import turn
 
 Said = dict[str, Any]
@@ -74,11 +76,11 @@ def unframed(data: bytes) -> list[tuple[int, bytes]]:
 class Talker:
     """A client in the loop of its bus: what it says is carried out at once, as far as nothing has to be awaited."""
 
-    def __init__(self, bus: Bus, press: Press, node: BusNode) -> None:
+    def __init__(self, bus: Bus, press: Press, node: BusNode, turns: Turns | None = None) -> None:
         self.mouth = Mouth()
         self.node = node
         self.client = Client(node, Sender(self.mouth), press)
-        self.session = Session(self.client, Rosapi(node, press.now))
+        self.session = Session(self.client, Rosapi(node, press.now), turns or Turns())
         self.bus = bus
 
     def say(self, op: str, **message: Any) -> None:
@@ -109,11 +111,12 @@ class Room:
         self.bus = Bus()
         self.robot = self.bus.node("robot")
         self.press = Press(lambda: DATE)
+        self.turns = Turns()
         self._talkers: list[Talker] = []
 
     def talker(self) -> Talker:
         """Return one more client."""
-        self._talkers.append(Talker(self.bus, self.press, self.bus.node("rosbridge")))
+        self._talkers.append(Talker(self.bus, self.press, self.bus.node("rosbridge"), self.turns))
         return self._talkers[-1]
 
     async def leave(self, talker: Talker) -> None:
@@ -174,3 +177,60 @@ async def web(url: str, **options: Any) -> AsyncIterator[Web]:
     """Be a client by a websocket while the block runs."""
     async with connect(url, compression=None, **options) as connection:
         yield Web(connection)
+
+
+HANDSHAKE = (
+    b"GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+)
+"""What a client says that is no library."""
+
+
+class Flood:
+    """Clients that ask without end, by bare sockets: asking and reading costs them less than answering."""
+
+    def __init__(self) -> None:
+        self.answered = 0
+
+    async def ask(self, port: int, question: bytes) -> None:
+        """Be one of them, until cancelled."""
+        reader, writer = await asyncio.open_connection("127.0.0.1", port)
+        try:
+            writer.write(HANDSHAKE)
+            await reader.readuntil(b"\r\n\r\n")
+            async with asyncio.TaskGroup() as group:
+                group.create_task(self._count(reader))
+                while True:
+                    writer.write(framed(question) * 100)
+                    await writer.drain()
+        finally:
+            writer.transport.abort()
+
+    async def until(self, count: int) -> None:
+        """Return when so many more have been answered."""
+        end = self.answered + count
+        while self.answered < end:
+            await turn()
+
+    async def _count(self, reader: asyncio.StreamReader) -> None:
+        while answers := await reader.read(65_536):
+            self.answered += answers.count(b"service_response")
+
+
+def framed(text: bytes) -> bytes:
+    """Return the frame of a client's short text (RFC 6455, 5.2), its mask zero."""
+    assert len(text) < 126
+    return bytes((0x81, 0x80 | len(text))) + bytes(4) + text
+
+
+@asynccontextmanager
+async def flooded(port: int, clients: int, question: Said) -> AsyncIterator[Flood]:
+    """Have so many clients ask a question without end while the block runs."""
+    flood, text = Flood(), json.dumps(question, separators=(",", ":")).encode()
+    tasks = [asyncio.ensure_future(flood.ask(port, text)) for _ in range(clients)]
+    try:
+        yield flood
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)

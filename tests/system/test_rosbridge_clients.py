@@ -21,7 +21,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 
 from maya_un.server.doors import bound_socket
-from tests.rosbridging import web
+from tests.rosbridging import flooded, web
 from tests.system.processes import Process, done, running
 from tests.system.robots import Running
 
@@ -273,6 +273,28 @@ def test_whoever_listens_is_told_that_maya_ends() -> None:
         assert asyncio.run(story(one)) == 1012
         code, said = one.process.end()
         assert code == 0, said
+
+
+FLOODING = 5
+AHEAD = 600
+"""So many answers to others may come before that to a stop; it was more than 1000 before clients took turns."""
+
+
+def test_a_stop_is_answered_before_what_others_ask_without_end() -> None:
+    question = {"op": "call_service", "service": "/maya_command", "args": {"task": {"command": "can_teleop"}}}
+
+    async def story(one: Served) -> list[int]:
+        ahead: list[int] = []
+        async with flooded(one.port, FLOODING, question) as flood, web(one.url) as client:
+            for _ in range(20):
+                await flood.until(1_000)
+                before = flood.answered
+                assert (await client.answer("/controller/stop"))["success"] is True
+                ahead.append(flood.answered - before)
+        return ahead
+
+    with served() as one:
+        assert max(asyncio.run(story(one))) <= AHEAD
 
 
 def test_the_usual_port_is_9090() -> None:

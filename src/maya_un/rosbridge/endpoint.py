@@ -17,6 +17,7 @@ from maya_un.rosbridge.outgoing import Press
 from maya_un.rosbridge.rosapi import Rosapi
 from maya_un.rosbridge.sending import Sender
 from maya_un.rosbridge.session import Session
+from maya_un.rosbridge.turns import Turns
 from maya_un.rosbridge.wire import GOING, Wire
 from maya_un.server.edge import Edge
 
@@ -38,6 +39,7 @@ class Endpoint:
         self._edge = edge or Edge()
         self._most = most
         self._press = Press(now)
+        self._turns = Turns()
         self._sessions: dict[Wire, tuple[Session, ExitStack]] = {}
         self._ending: set[asyncio.Task[None]] = set()
 
@@ -72,7 +74,7 @@ class Endpoint:
         with ExitStack() as stack:
             graph = stack.enter_context(self._seat())
             client = Client(graph, Sender(wire), self._press, language)
-            session = Session(client, Rosapi(graph, self._press.now))
+            session = Session(client, Rosapi(graph, self._press.now), self._turns)
             self._sessions[wire] = (session, stack.pop_all())
         return session
 

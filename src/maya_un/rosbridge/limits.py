@@ -8,8 +8,14 @@ LONGEST_MESSAGE = 1_000_000
 CLIENTS = 128
 """So many are served at once."""
 
-AT_ONCE = 20
-"""So many messages of one client are carried out before others have their turn."""
+AT_ONCE = 10
+"""So many messages of all clients together are carried out in one turn of the loop."""
+
+LONGEST_TURN = 0.005
+"""No further one is begun in a turn that has taken so long already [s]."""
+
+READ_AT_ONCE = 16_384
+"""So much of what a client sends is read in one turn [bytes]."""
 
 TOPICS = 200
 """A client may subscribe to so many topics, and publish on so many."""

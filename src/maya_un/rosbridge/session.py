@@ -16,11 +16,12 @@ from maya_un.rosbridge.decoding import decoded
 from maya_un.rosbridge.fields import Fields
 from maya_un.rosbridge.fragments import Gathering
 from maya_un.rosbridge.goals import SendingGoals
-from maya_un.rosbridge.limits import AT_ONCE, LONGEST_MESSAGE, NESTED
+from maya_un.rosbridge.limits import LONGEST_MESSAGE, NESTED
 from maya_un.rosbridge.publishing import Publishing
 from maya_un.rosbridge.rosapi import Rosapi
 from maya_un.rosbridge.serving import Serving
 from maya_un.rosbridge.subscribing import Subscribing
+from maya_un.rosbridge.turns import Turns
 from maya_un.server.crash import written_down
 
 Operation = Callable[[Fields], Awaitable[None] | None]
@@ -30,13 +31,14 @@ _LEVELS = tuple(Level.__members__)
 
 
 class Session:
-    """Carries out what one client says. `on_calm` is called when it is ready to hear more.
+    """Carries out what one client says, in the `turns` of all. `on_calm` is called when it is ready to hear more.
 
     Nothing that a client says raises anything here. Whoever hands on more while it is `busy` makes it grow.
     """
 
-    def __init__(self, client: Client, rosapi: Rosapi) -> None:
+    def __init__(self, client: Client, rosapi: Rosapi, turns: Turns) -> None:
         self._client = client
+        self._turns = turns
         self._subscribing = Subscribing(client)
         self._publishing = Publishing(client, self._subscribing.hears)
         self._calling = Calling(client, rosapi)
@@ -57,27 +59,28 @@ class Session:
     def take(self, *texts: str | bytes) -> None:
         """Carry out what came together, now or when what came before has been."""
         self._inbox.extend(texts)
-        if not self.busy:
-            self._work()
+        if self._inbox and not self.busy:
+            self.busy = True
+            self._turns.give(self._step)
 
-    def _work(self) -> None:
-        """Carry out some of what was said; others have their turn before the rest."""
-        self.busy = True
-        for _ in range(AT_ONCE):
-            if not self._inbox or self._closed:
-                self.busy = False
-                if self.on_calm is not None:
-                    self.on_calm()
-                return
-            step = self._carry_out(self._inbox.popleft())
-            if step is not None:
-                self._client.spawn(self._after(step), "a message")
-                return
-        self._loop.call_soon(self._work)
+    def _step(self) -> bool:
+        """Carry out the next of what was said; tell whether another can be carried out now."""
+        step = None if self._closed else self._carry_out(self._inbox.popleft())
+        if step is not None:
+            self._client.spawn(self._after(step), "a message")
+        return step is None and self._goes_on()
 
     async def _after(self, step: Awaitable[None]) -> None:
         await step
-        self._work()
+        if self._goes_on():
+            self._turns.give(self._step)
+
+    def _goes_on(self) -> bool:
+        """Tell whether there is more to carry out; where there is none, be ready to hear more."""
+        self.busy = bool(self._inbox) and not self._closed
+        if not self.busy and self.on_calm is not None:
+            self.on_calm()
+        return self.busy
 
     def _carry_out(self, text: str | bytes) -> Awaitable[None] | None:
         """Carry out a message; return what is to be awaited for that."""

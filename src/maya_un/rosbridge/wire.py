@@ -21,7 +21,7 @@ from websockets.protocol import State
 from websockets.server import ServerProtocol
 
 from maya_un.errors import MayaError
-from maya_un.rosbridge.limits import LONGEST_MESSAGE
+from maya_un.rosbridge.limits import LONGEST_MESSAGE, READ_AT_ONCE
 from maya_un.server.language import language_of
 from maya_un.server.stream_wire import HIGH_WATER, KERNEL_BUFFER, LINGER, LOW_WATER, PING_INTERVAL, PING_TIMEOUT
 
@@ -65,7 +65,7 @@ class Host(Protocol):
         ...
 
 
-class Wire(asyncio.Protocol):
+class Wire(asyncio.BufferedProtocol):
     """One connection; see `sending.Outlet` for what may be done with it."""
 
     def __init__(self, host: Host) -> None:
@@ -74,6 +74,7 @@ class Wire(asyncio.Protocol):
         self._conn = ServerProtocol(max_size=LONGEST_MESSAGE)
         self._conversation: Conversation | None = None
         self._parts: list[bytes] = []
+        self._read = bytearray(READ_AT_ONCE)
         self._timer: asyncio.TimerHandle | None = None
         self._waiting = b""
         self._pings = 0
@@ -90,9 +91,14 @@ class Wire(asyncio.Protocol):
             connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, KERNEL_BUFFER)
         self._timer = self._loop.call_later(HANDSHAKE, self._transport.abort)
 
-    def data_received(self, data: bytes) -> None:
+    def get_buffer(self, sizehint: int) -> bytearray:
+        """Return where to put what comes: no more at once than others can wait for."""
+        del sizehint
+        return self._read
+
+    def buffer_updated(self, nbytes: int) -> None:
         """Take what came."""
-        self._conn.receive_data(data)
+        self._conn.receive_data(bytes(self._read[:nbytes]))
         texts: list[bytes] = []
         for event in self._conn.events_received():
             if isinstance(event, Request):

@@ -21,7 +21,7 @@ from maya_un.rosbridge.endpoint import Endpoint
 from maya_un.rosbridge.limits import LONGEST_MESSAGE, WAITING
 from maya_un.server.doors import bound_socket
 from maya_un.server.edge import Edge
-from tests.rosbridging import DATE, Web, web
+from tests.rosbridging import DATE, HANDSHAKE, Web, framed, web
 from tests.virtual_time import turn
 
 STRING = "std_msgs/String"
@@ -228,10 +228,7 @@ def test_a_client_that_is_dead_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
                 assert await is_well(client), "who answers pings stays"
         await gone(one)
         reader, writer = await asyncio.open_connection("127.0.0.1", one.port)
-        writer.write(
-            b"GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-            b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
-        )
+        writer.write(HANDSHAKE)
         await reader.readuntil(b"\r\n\r\n")
         with pytest.raises(ConnectionError):
             while await reader.read(100):
@@ -285,12 +282,8 @@ async def slow_reader(port: int) -> socket.socket:
     slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     slow.setblocking(False)
     await loop.sock_connect(slow, ("127.0.0.1", port))
-    head = (
-        "GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-        "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
-    )
     wish = json.dumps({"op": "subscribe", "topic": "/t", "type": STRING}).encode()
-    await loop.sock_sendall(slow, head.encode() + bytes((0x81, 0x80 | len(wish))) + bytes(4) + wish)
+    await loop.sock_sendall(slow, HANDSHAKE + framed(wish))
     found = b""
     while b"\r\n\r\n" not in found:
         found += await loop.sock_recv(slow, 1)

@@ -141,7 +141,7 @@ async def test_a_client_that_says_much_at_once_lets_others_have_their_turn() -> 
         for _ in range(10):
             await settled()
         assert [said for said in heard if said != "other"] == [f"{number}" for number in range(10 * AT_ONCE)]
-        assert heard.index("other") < 5 * AT_ONCE
+        assert heard.index("other") <= AT_ONCE + 1
         assert calm == [True]
         assert not loud.session.busy
 
