@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import deque
 from collections.abc import AsyncGenerator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from dataclasses import asdict
@@ -187,8 +188,18 @@ class ControllerDoor:
             work = self._desk.do("follow", lambda: self._follow(trajectory), self._course(lambda _: None))
             working.begin(told(COMMAND.name, work), COMMAND.name)
 
+        async def follow_ratios() -> None:
+            while ratios:
+                await told(SPEED.name, self._floor.override(ratios.pop()))
+
+        ratios = deque[float](maxlen=SPEED.queue_size)
+        following = [working.begin(follow_ratios(), SPEED.name)]
+
         def speed(ratio: Message) -> None:
-            working.begin(told(SPEED.name, self._floor.override(ratio["data"])), SPEED.name)
+            """Set the newest ratio; those that came while another was being set are past."""
+            ratios.append(ratio["data"])
+            if following[0].done():
+                following[0] = working.begin(follow_ratios(), SPEED.name)
 
         return [
             graph.subscribe(row.name, row.type, heard, queue_size=row.queue_size)

@@ -26,7 +26,7 @@ from maya_un.testing.faults import abort_input
 from maya_un.testing.rig import rig
 from maya_un.values import Joints, Mode, State
 from maya_un.virtual.wire.server import VirtualController
-from tests.virtual_time import elapse
+from tests.virtual_time import elapse, turn
 
 HOMED = homed_pose(Config())
 NEAR = homed_pose(Config())._replace(a=0.3)
@@ -251,6 +251,27 @@ async def test_a_path_on_the_topic_is_followed_and_its_refusal_told_among_the_ev
         command.publish(to_message([NEAR, AWAY]))
         await elapse(0.1)
         assert (floor.words[-1], floor.told[-1].code) == ("refused", 2107)
+
+
+async def test_of_speeds_that_come_faster_than_they_can_be_set_the_newest_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with behind() as floor:
+        asked, override = list[float](), floor.controller.override
+
+        async def slowly(ratio: float) -> None:
+            asked.append(ratio)
+            await elapse(0.1)
+            await override(ratio)
+
+        monkeypatch.setattr(floor.controller, "override", slowly)
+        speed = floor.client.advertise("/controller/speed", "std_msgs/Float64")
+        for percent in range(10, 60):
+            speed.publish({"data": percent / 100.0})
+            await turn()
+        await elapse(1.0)
+        assert (asked, floor.controller.state.override) == ([0.1, 0.59], 0.59)
+        speed.publish({"data": 0.7})
+        await elapse(1.0)
+        assert floor.controller.state.override == 0.7
 
 
 async def test_speed_pause_and_resume_go_by_topic_and_service() -> None:
