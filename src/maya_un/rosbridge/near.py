@@ -103,13 +103,14 @@ class NearController:
         return self._stack.controller.workspace
 
     async def watch(self) -> AsyncIterator[State]:
-        """Yield the state now and newer ones, as often as positions are published."""
+        """Yield the state now and newer ones, looked for twice as often as positions are published."""
         shown: State | None = None
         while True:
-            if self.state is not shown:
+            if self.state is shown:
+                await asyncio.sleep(0.5 / POSITION.rate)
+            else:
                 shown = self.state
                 yield shown
-            await asyncio.sleep(0.5 / POSITION.rate)
 
     def progress(self) -> Progress | None:
         """How far the motion under way has come, None at rest."""
