@@ -80,6 +80,14 @@ def test_an_edge_rebuilds_the_same_error_from_code_and_details(leaf: type[MayaEr
     assert (type(again), str(again), again.details) == (leaf, str(error), error.details)
 
 
+def test_an_edge_shows_the_words_of_an_error_whose_details_did_not_come_along() -> None:
+    error = errors.as_said(2111, "This cannot be paused: nothing is under way.")
+    again = errors.from_notice(error.code, error.details, str(error))
+    assert (type(again), str(again)) == (errors.CannotPause, str(error))
+    homed = errors.from_notice(errors.NotHomed.code, {}, "in English")
+    assert (str(homed), homed.said) == (str(errors.NotHomed()), False)
+
+
 def test_a_code_that_is_not_in_the_tree_is_not_rebuilt() -> None:
     with pytest.raises(KeyError):
         errors.from_notice(1, {})

@@ -93,6 +93,6 @@ def _decode(response: HTTPResponse, text: bytes) -> Any:
 
 def _refusal(problem: dict[str, Any]) -> MayaError:
     try:
-        return from_notice(int(problem["code"]), dict(problem["details"]))
+        return from_notice(int(problem["code"]), dict(problem["details"]), str(problem.get("detail", "")))
     except (KeyError, TypeError):
         return ServiceNotAnswering(reason=f"its answer is not understood: {problem}")

@@ -100,7 +100,7 @@ def message(text: str | bytes) -> dict[str, Any]:
 def _refusal(content: bytes) -> MayaError:
     try:
         problem: dict[str, Any] = json.loads(content)
-        return from_notice(int(problem["code"]), dict(problem["details"]))
+        return from_notice(int(problem["code"]), dict(problem["details"]), str(problem.get("detail", "")))
     except (KeyError, TypeError, ValueError):
         return ServiceNotAnswering(reason=f"its answer is not understood: {content[:200].decode(errors='replace')}")
 

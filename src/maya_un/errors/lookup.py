@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from maya_un import messages
 from maya_un.errors.base import MayaError
 
 
@@ -19,11 +20,13 @@ def by_code() -> dict[int, type[MayaError]]:
     return dict(sorted(_walk(MayaError).items()))
 
 
-def from_notice(code: int, details: dict[str, object]) -> MayaError:
-    """Rebuild an error from its code and details, as an edge received them.
+def from_notice(code: int, details: dict[str, object], sentence: str = "") -> MayaError:
+    """Rebuild an error from its code and details, as an edge received them, or from its `sentence` where none came.
 
     Raises `KeyError` for a code that is not in the tree.
     """
+    if sentence and not details and "{" in messages.table()[code]:
+        return as_said(code, sentence)
     return by_code()[code](**details)
 
 

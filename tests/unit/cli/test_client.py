@@ -4,7 +4,7 @@ import pytest
 
 from maya_un import runtime
 from maya_un.cli.client import Client
-from maya_un.errors import NotFound, ServiceNotAnswering, ServiceNotRunning
+from maya_un.errors import CannotPause, NotFound, ServiceNotAnswering, ServiceNotRunning
 from tests.unit.cli.servers import free_port, hanging_service, http_service
 
 
@@ -21,6 +21,12 @@ def test_a_refusal_comes_back_as_the_error_it_is() -> None:
     with http_service(lambda *_: (404, problem)) as url, pytest.raises(NotFound) as caught:
         Client(url).get("/")
     assert str(caught.value) == str(error)
+
+
+def test_a_refusal_that_came_over_a_graph_keeps_its_words() -> None:
+    problem = {"code": CannotPause.code, "details": {}, "detail": "This cannot be paused: nothing is under way."}
+    with http_service(lambda *_: (409, problem)) as url, pytest.raises(CannotPause, match="nothing is under way"):
+        Client(url).post("/v1/pause")
 
 
 @pytest.mark.parametrize("answer", [b"<html>", {"code": 9999, "details": {}}, {"oops": 1}, [1]])
