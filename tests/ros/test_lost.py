@@ -9,13 +9,16 @@ from pathlib import Path
 
 import pytest
 
-from tests.ros.floors import SLOW, Floors, near
+from tests.ros.floors import Floors, near
 from tests.ros.harness import Ros
 
 pytestmark = pytest.mark.system
 
 MAYA = str(Path(sys.executable).with_name("maya"))
 ALREADY, GONE, NOTHING_TO_RECOVER = "5004", "1011", "2108"
+SLOW = 0.02
+"""Share of the speed at which a motion outlasts the end of a master, or the start of a node."""
+
 SCRIPTS = {
     "hw_simulator": "maya_controller",
     "robot_controller": "maya_robot",
