@@ -9,12 +9,11 @@ nobody is there: what the twin takes is not the endpoint's.
 from __future__ import annotations
 
 import asyncio
+import ctypes
 import json
-import os
 import sys
 import time
 from contextlib import ExitStack
-from pathlib import Path
 from statistics import median
 from typing import Any
 
@@ -32,7 +31,6 @@ TIMES = 300
 """So many messages, one after the other, make one sample of how late they are."""
 
 TOPIC = {"topic": "/bench", "type": "std_msgs/String"}
-TICK = float(os.sysconf("SC_CLK_TCK"))
 
 
 async def serve_bare() -> None:
@@ -56,7 +54,7 @@ class Server:
     """A server process and clients of it: one that publishes, and those that read."""
 
     def __init__(self, pid: int, url: str, loop: asyncio.AbstractEventLoop) -> None:
-        self._pid = pid
+        self._clock = cpu_clock(pid)
         self._url = url
         self._loop = loop
         self._clients: list[ClientConnection] = []
@@ -147,8 +145,15 @@ class Server:
 
     def used(self) -> float:
         """Return the CPU time of the server's process [s]."""
-        fields = Path(f"/proc/{self._pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
-        return (int(fields[11]) + int(fields[12])) / TICK
+        return time.clock_gettime(self._clock)
+
+
+def cpu_clock(pid: int) -> int:
+    """Return the clock of a process's CPU time, which counts nanoseconds (clock_getcpuclockid(3))."""
+    clock = ctypes.c_int()
+    if ctypes.CDLL(None).clock_getcpuclockid(pid, ctypes.byref(clock)):
+        raise ProcessLookupError(pid)
+    return clock.value
 
 
 def said(op: str, **message: Any) -> str:
