@@ -29,10 +29,11 @@ Units are SI: m, rad, s. A goal, service or topic means the same on both, for on
 """
 
 MORE = f"""
-/tf comes from robot_state_publisher, which makes it of `/joint_states` and the parameter `robot_description`. Markers
-are told when something changes, at most {DRAWING_RATE:g} times a second, and whole to whoever comes. A queue holds so
-many messages for one reader; the oldest beyond are dropped. Rates are in the time of whoever listens, however fast the
-twin's clock runs.
+/tf comes from robot_state_publisher, which makes it of `/joint_states` and the parameter `robot_description`. Without
+ROS there is neither: whoever draws the robot sets the joints of [its description](../explanation/the-model.md) by
+`/joint_states`. Markers are told when something changes, at most {DRAWING_RATE:g} times a second, and whole to whoever
+comes. A queue holds so many messages for one reader; the oldest beyond are dropped. Rates are in the time of whoever
+listens, however fast the twin's clock runs.
 """
 
 RULES = f"""\
