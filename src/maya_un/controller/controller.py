@@ -13,6 +13,7 @@ from maya_un.controller.homing import Homing
 from maya_un.controller.inspection import Inspection
 from maya_un.controller.jogging import Jogging
 from maya_un.controller.link import Dial
+from maya_un.controller.lookout import Lookout
 from maya_un.controller.monitor import Monitor
 from maya_un.controller.pacing import Pacing
 from maya_un.controller.planner import Plan, Planner
@@ -52,12 +53,13 @@ class GalilController:
 
     def __init__(self, dial: Dial, address: str, config: Config, *, live: bool = True) -> None:
         self._loop = asyncio.get_running_loop()
-        self._monitor = Monitor(dial, address, config, live=live)
+        self._monitor = Monitor(dial, address, config)
+        self._lookout = Lookout(self._monitor, live=live)
         self._planner = Planner(config, self._monitor.mechanism)
         self._jogging = Jogging(self._planner, self._monitor.mechanism)
         self._stopping = Stopping(self._monitor)
         self._pacing = Pacing(self._monitor)
-        self._execution = Execution(self._monitor)
+        self._execution = Execution(self._monitor, self._lookout)
         self.config = config
         self.units = self._monitor.units
 
@@ -134,17 +136,22 @@ class GalilController:
         try:
             if not self._monitor.moving():
                 await configure(driver, self.config)
-            await self._monitor.install_guard(driver)
+            await self._lookout.install_guard(driver)
         except BaseException:
-            await self._monitor.close()
+            await self._end()
             raise
         self._monitor.announce()
+        self._lookout.begin()
 
     async def close(self) -> None:
         """Brake if something moves, give the handle back."""
         if self._monitor.desk.current is not None and self._monitor.link.up:
             await self.stop()
             await self._monitor.desk.free()
+        await self._end()
+
+    async def _end(self) -> None:
+        await self._lookout.close()
         await self._monitor.close()
 
     async def skip_home(self) -> None:
@@ -180,9 +187,9 @@ class GalilController:
             await configure(driver, self.config)
             await marker.erase(driver)
             await monitor.power(driver)
-            await monitor.wake_guard(driver)
+            await self._lookout.wake_guard(driver)
             self.events.emit(Kind.HOMING)
-            seeker = Seeker(driver, self.config, self.units, wish.wait, self._loop.time, monitor.load)
+            seeker = Seeker(driver, self.config, self.units, wish.wait, self._loop.time, self._lookout.load)
             found = await Homing(seeker, driver, self.config, self.units, monitor.enter_phase).run()
             ends = (found.b_end, found.c_end)
             await marker.leave(driver, ends, self.units)
@@ -291,7 +298,7 @@ class GalilController:
             if record.amplifier_status:
                 raise AmplifierFault(status=f"{record.amplifier_status:#010x}")
             await configure(driver, self.config)
-            await monitor.install_guard(driver)
+            await self._lookout.install_guard(driver)
             if await driver.value("_AB") == 0.0:  # pressed meanwhile: no motor is switched on again
                 raise AbortInput
             await monitor.power(driver)

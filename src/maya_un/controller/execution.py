@@ -6,6 +6,7 @@ import asyncio
 from math import inf
 
 from maya_un.controller import faults
+from maya_un.controller.lookout import Lookout
 from maya_un.controller.monitor import Monitor
 from maya_un.controller.run import OnVia, Run
 from maya_un.controller.seek import SETTLE
@@ -29,8 +30,9 @@ _ROUNDING = 1e-6
 class Execution:
     """Carries out plans, one at a time, on the controller that `monitor` keeps."""
 
-    def __init__(self, monitor: Monitor) -> None:
+    def __init__(self, monitor: Monitor, lookout: Lookout) -> None:
         self._monitor = monitor
+        self._lookout = lookout
         self._loop = asyncio.get_running_loop()
 
     async def allowed(self, wish: Wish) -> None:
@@ -44,8 +46,8 @@ class Execution:
         if move.start != monitor.standing():  # segments are relative: from elsewhere none of what was proved is true
             raise TrajectoryRefused(reason=f"it starts at counts {move.start}, the axes are at {monitor.standing()}")
         ratio = monitor.pace.ratio
-        await monitor.wake_guard(driver)
-        await monitor.load(driver, commands(move, ratio))
+        await self._lookout.wake_guard(driver)
+        await self._lookout.load(driver, commands(move, ratio))
         # Between this look at wish and pace and the bytes of BGS nothing can come in: no await stands there.
         wish.check()
         if monitor.pace.ratio != ratio:
@@ -72,7 +74,7 @@ class Execution:
         try:
             self._arrived(record, run)
         except Stopped:
-            await self._monitor.load(driver, [])  # the guard did it, if this program slept until now
+            await self._lookout.load(driver, [])  # the guard did it, if this program slept until now
             wish.check()
             raise
         run.tell_vias(inf)

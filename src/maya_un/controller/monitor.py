@@ -3,26 +3,18 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Coroutine, Iterator, Sequence
-from contextlib import suppress
+from collections.abc import AsyncIterator, Iterator
 
 from maya_un.config import AxisConfig, Config, Units
 from maya_un.controller import faults, marker
-from maya_un.controller.guard import Guard, Watch
-from maya_un.controller.guard_program import REPORT
 from maya_un.controller.latest import Latest
 from maya_un.controller.link import Dial, Link
 from maya_un.controller.run import Pace, Run
 from maya_un.controller.snapshot import Lens, Standing
-from maya_un.controller.wish import Desk, Wish
+from maya_un.controller.wish import Desk
 from maya_un.errors import (
-    AbortInput,
-    AmplifierFault,
     ControllerReset,
     Faulted,
-    GuardNotRunning,
-    HostSilent,
-    InternalError,
     MachineError,
     MayaError,
     MotorOff,
@@ -41,13 +33,9 @@ OFF_SWITCH = (0.002, 0.001, 0.001)
 
 
 class Monitor:
-    """Keeps the link, reads the record, publishes states and events, notices what the machine does unasked.
+    """Keeps the link, reads the record when it is asked to, publishes states and events. It never sends motion."""
 
-    A `live` one reads the record at the configured rate and keeps the guard in the controller awake; the other looks
-    only when somebody asks, as in a dry run. It never sends motion.
-    """
-
-    def __init__(self, dial: Dial, address: str, config: Config, *, live: bool) -> None:
+    def __init__(self, dial: Dial, address: str, config: Config) -> None:
         self._loop = asyncio.get_running_loop()
         self.config = config
         self.units = Units.of(config)
@@ -66,13 +54,7 @@ class Monitor:
         self.fault: MayaError | None = None
         self.record: DataRecord | None = None
         self._down = True
-        self._live = live
-        self._streamer: asyncio.Task[None] | None = None
         self._lens = Lens(config, self.units, self.mechanism, self.order)
-        self._tasks: set[asyncio.Task[None]] = set()
-        self._hearing: asyncio.Task[None] | None = None
-        self._unheard = False
-        self._guard = self._chosen_guard()
         self._latest = Latest(self._compose())
 
     @property
@@ -88,43 +70,14 @@ class Monitor:
         return driver
 
     def announce(self) -> None:
-        """Tell that the controller is connected and not homed, and begin to stream."""
+        """Tell that the controller is connected and not homed."""
         self.events.emit(Kind.CONNECTED, address=self.link.address, firmware=self.link.firmware)
         self.events.emit(Kind.NOT_HOMED)
         self.publish()
-        if self._live:
-            self._streamer = self._loop.create_task(self._keep_looking(), name="state stream")
 
     async def close(self) -> None:
-        """End the stream and the link."""
-        if self._streamer is not None:
-            self._streamer.cancel()
-            await asyncio.gather(self._streamer, return_exceptions=True)
-            self._streamer = None
-        if self._guard is not None:
-            with suppress(MayaError):
-                await self._guard.close(self.link.driver if self.link.up else None)
-        for task in self._tasks:
-            task.cancel()
+        """End the link."""
         await self.link.close()
-
-    async def install_guard(self, driver: Driver) -> None:
-        """Have the guard in the controller watch from now on; raises `GuardBlocked`, `GuardNotRunning`."""
-        if self._guard is not None:
-            driver.on_message = self._on_message
-            await self._guard.install(driver)
-
-    async def load(self, driver: Driver, commands: Sequence[str]) -> None:
-        """Send what prepares a motion; with a guard only where it watches (`GuardNotRunning`, `HostSilent`)."""
-        if self._guard is None:
-            await driver.batch(commands)
-        else:
-            await self._guard.load(driver, commands)
-
-    async def wake_guard(self, driver: Driver) -> None:
-        """Begin the guard's time anew before a motion: at rest, a host that was busy for longer did no harm."""
-        if self._guard is not None:
-            await self._guard.arm(driver)
 
     def watch(self) -> AsyncIterator[State]:
         """Yield the state now and every newer one; a slow reader skips to the newest."""
@@ -223,17 +176,25 @@ class Monitor:
         if driver.lost.done():
             self._on_lost(driver.lost.result())
         elif self.fault is None:
-            self._fail(error)
+            self.enter_fault(error)
 
-    def publish(self) -> None:
-        """Renew the state and wake whoever watches."""
-        self._latest.show(self._compose())
+    def end(self, error: MayaError) -> None:
+        """End the wish under way with an error, or enter the fault state at once where there is none."""
+        if self.desk.current is None:
+            self.enter_fault(error)
+        else:
+            self.desk.current.interrupt(error)
 
-    def _fail(self, error: MayaError) -> None:
+    def enter_fault(self, error: MayaError) -> None:
+        """Enter the fault state with an error, whatever is under way."""
         self.fault = error
         self.release()
         self.events.emit(faults.kind(error), error.code, message=str(error))
         self.publish()
+
+    def publish(self) -> None:
+        """Renew the state and wake whoever watches."""
+        self._latest.show(self._compose())
 
     def _on_lost(self, reason: MachineError) -> None:
         """Announce a lost link once, whoever notices it first: the wish that was waiting or the link's keeper."""
@@ -260,105 +221,8 @@ class Monitor:
         self.events.emit(Kind.CONNECTED, address=self.link.address, firmware=self.link.firmware)
         if lost:
             self.homed = False
-            self._fail(ControllerReset())
+            self.enter_fault(ControllerReset())
         self.publish()
-
-    async def _keep_looking(self) -> None:
-        period = 1.0 / self.config.controller.stream_rate
-        while True:
-            await asyncio.sleep(period)
-            run = self.run
-            try:
-                record = await self.look()
-                if run is self.run:  # asked before BGS, a record tells of the motion before
-                    self._watch_for_faults(record)
-            except (NotConnected, MachineError):
-                continue  # the link's keeper announces the loss and dials again
-            except Exception as defect:
-                self._fail(InternalError(reason=repr(defect)))
-                raise
-
-    def _chosen_guard(self) -> Guard | None:
-        seconds = self.config.safety.guard_time
-        letters = "".join(sorted(axis.letter for axis, _ in self.places()))
-        return Guard(seconds, letters, self._on_watch) if self._live and seconds > 0.0 else None
-
-    def _on_watch(self, watch: Watch, driver: Driver) -> None:
-        """Hear from the guard, many times a second; it matters while nothing else is wrong."""
-        if self.fault is not None or driver.lost.done():
-            return
-        if not watch.running:
-            self._begin(self._find_out(watch.garbled or GuardNotRunning()))
-        elif watch.expired and (self.run is not None or self.phase is not None):
-            self._end(self.desk.current, HostSilent())
-        elif watch.expired and self._guard is not None:  # at rest there was nothing to stop
-            self._begin(self._guard.arm(driver))
-
-    def _on_message(self, text: str) -> None:
-        """A limit or a following error, told by the controller itself: look at once."""
-        if text.startswith(REPORT):
-            self._unheard = True
-            if self._hearing is None or self._hearing.done():
-                self._hearing = self._begin(self._hear())
-
-    async def _hear(self) -> None:
-        """Look once for all reports that came meanwhile, so that a flood of them is no flood of questions."""
-        while self._unheard:
-            self._unheard = False
-            await self._find_out(None)
-
-    async def _find_out(self, otherwise: MachineError | None) -> None:
-        """Look what befell the axes and end the motion under way with it, or with `otherwise`."""
-        run = self.run
-        try:
-            record = await self.look()
-        except (NotConnected, MachineError):
-            return  # the link's keeper announces the loss
-        if run is self.run:
-            self._watch_for_faults(record)
-        wish = self.desk.current
-        if otherwise is not None and self.fault is None and (wish is None or not wish.interrupted.done()):
-            found = faults.grave(record, self.order, (0, 1, 2) if run is None else run.members)
-            # Outside of a run, a limit or a following error may be one that was met long ago.
-            if found is None or (run is None and not isinstance(found, (AbortInput, AmplifierFault))):
-                found = otherwise
-            self._end(wish, found)
-
-    def _begin(self, work: Coroutine[None, None, None]) -> asyncio.Task[None]:
-        task = self._loop.create_task(work)
-        self._tasks.add(task)
-        task.add_done_callback(self._told)
-        return task
-
-    def _told(self, task: asyncio.Task[None]) -> None:
-        self._tasks.discard(task)
-        if not task.cancelled() and task.exception() is not None and not isinstance(task.exception(), MayaError):
-            self._fail(InternalError(reason=repr(task.exception())))
-
-    def _watch_for_faults(self, record: DataRecord) -> None:
-        """Tell the motion under way, or the house, what the machine did unasked."""
-        if self.fault is not None:
-            return
-        wish = self.desk.current
-        if self.homed and not marker.plausible(self.config, self.here()):
-            self.homed = False
-            self._end(wish, ControllerReset())
-            return
-        if self.run is not None and wish is not None:
-            found = faults.grave(record, self.order, self.run.members)
-            if found is not None:
-                wish.interrupt(found)
-            return
-        found = self.motor_off()
-        if found is not None and wish is None:
-            self._fail(found)
-
-    def _end(self, wish: Wish | None, error: MayaError) -> None:
-        """End the wish under way with an error, or enter the fault at once where there is none."""
-        if wish is None:
-            self._fail(error)
-        else:
-            wish.interrupt(error)
 
     def _mode(self) -> Mode:
         if self._down:

@@ -33,6 +33,9 @@ FAR = Joints(1.2, 1.0, 1.8)
 
 FIRMWARE = "DMC4133 Rev 1.3k"
 
+BEAT = ("mayabeat=TIME", "MG_XQ7,mayaout")
+"""What the host says to the guard all the time; it moves nothing."""
+
 
 @asynccontextmanager
 async def homed(config: Config | None = None, *, truth: Truth | None = None, live: bool = False) -> AsyncIterator[Rig]:

@@ -284,7 +284,7 @@ async def test_who_slept_until_after_the_motion_hears_what_stopped_it() -> None:
     async with homed(live=True) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(5.0)
-        guard = bench.controller._monitor._guard
+        guard = bench.controller._lookout._guard
         assert guard is not None
         await guard._stop_beating()
         guard._beat = asyncio.create_task(elapse(1000.0))
@@ -320,10 +320,10 @@ async def test_many_reports_are_not_many_questions() -> None:
     async with homed(parse({"controller": {"stream_rate": 0.01}}), live=True) as bench:
         del bench.sent[:]
         for _ in range(100):
-            bench.controller._monitor._on_message("MAYA limit")
+            bench.controller._lookout._on_message("MAYA limit")
         await elapse(0.1)
         assert commands_in(bytes(bench.sent)).count("QR") == 1
-        bench.controller._monitor._on_message("MAYA error")
+        bench.controller._lookout._on_message("MAYA error")
         await elapse(0.1)
         assert commands_in(bytes(bench.sent)).count("QR") == 2
 
@@ -361,7 +361,7 @@ async def test_a_homing_that_slept_hears_of_the_guard() -> None:
     async with rig(live=True) as bench:
         home = asyncio.create_task(bench.controller.home())
         await elapse(150.0)
-        guard = bench.controller._monitor._guard
+        guard = bench.controller._lookout._guard
         assert guard is not None
         await guard._stop_beating()
         guard._beat = asyncio.create_task(elapse(1000.0))

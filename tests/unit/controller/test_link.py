@@ -175,7 +175,7 @@ async def test_closing_ends_the_dialling() -> None:
 
 async def test_a_controller_that_hangs_up_behind_its_name_is_dialled_again() -> None:
     wall = Wall(well)
-    monitor = Monitor(wall.dial, "box", Config(), live=False)
+    monitor = Monitor(wall.dial, "box", Config())
     await monitor.link.open()
 
     def hang_up(command: str) -> bytes | None:

@@ -1,31 +1,20 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
 
 import pytest
 
-from maya_un.config.load import parse
 from maya_un.errors import (
-    AbortInput,
-    AmplifierFault,
     ControllerReset,
     Faulted,
-    FollowingError,
     LinkLost,
-    MachineError,
-    MotorOff,
     NotConnected,
-    NotHomed,
 )
 from maya_un.events import Kind
-from maya_un.testing import Rig, rig
+from maya_un.testing import rig
 from maya_un.values import Mode, State
-from tests.unit.controller.bench import FAR, HERE, commands_in, far_away, foreign, homed, kinds
+from tests.unit.controller.bench import BEAT, FAR, HERE, commands_in, foreign, homed, kinds
 from tests.virtual_time import elapse
-
-BEAT = ("mayabeat=TIME", "MG_XQ7,mayaout")
-"""What the host says to the guard all the time; it moves nothing."""
 
 QUESTIONS = ("\x12\x16", "QR", "MG ", "TC1")
 
@@ -69,22 +58,6 @@ async def test_watchers_do_not_disturb_one_another() -> None:
         await asyncio.wait(watchers)
         assert len(seen) >= 3 * 20
         assert all(seen.count(state) == 3 for state in seen[3:-3])
-
-
-@pytest.mark.parametrize("rate", [5.0, 50.0])
-async def test_the_record_is_read_at_the_configured_rate(rate: float) -> None:
-    async with rig(parse({"controller": {"stream_rate": rate}}), live=True) as bench:
-        del bench.sent[:]
-        await elapse(10.0)
-        assert bench.sent.count(b"QR") == pytest.approx(10 * rate, abs=1)
-        assert set(commands_in(bytes(bench.sent))) == {"QR", *BEAT}
-
-
-async def test_without_a_stream_nothing_is_asked_at_rest() -> None:
-    async with rig() as bench:
-        del bench.sent[:]
-        await elapse(1000.0)
-        assert bench.sent == b""
 
 
 async def test_modes_and_progress_of_a_move() -> None:
@@ -166,69 +139,3 @@ async def test_a_reset_in_motion_ends_the_motion_by_name() -> None:
         assert bench.controller.state.fault is not None
         assert bench.controller.state.fault.code == ControllerReset.code
         assert (bench.controller.state.mode, bench.controller.state.homed) == (Mode.FAULT, False)
-
-
-async def unplug(bench: Rig) -> None:
-    await foreign(bench, "MOB")
-
-
-async def burn(bench: Rig) -> None:
-    bench.virtual.amplifier_fault(0x04000000)
-
-
-async def press(bench: Rig) -> None:
-    bench.virtual.abort_input(True)
-
-
-@pytest.mark.parametrize(("cause", "error"), [(unplug, MotorOff), (burn, AmplifierFault), (press, AbortInput)])
-async def test_what_switches_motors_off_at_rest_is_named(
-    cause: Callable[[Rig], Awaitable[None]], error: type[MachineError]
-) -> None:
-    async with homed(live=True) as bench:
-        await cause(bench)
-        await elapse(0.2)
-        assert type(bench.controller._monitor.fault) is error
-        with pytest.raises(Faulted):
-            await bench.controller.move(FAR)
-
-
-async def test_the_first_cause_stays() -> None:
-    async with homed(live=True) as bench:
-        await press(bench)
-        await elapse(0.2)
-        seen = len(bench.controller.events)
-        await burn(bench)
-        await unplug(bench)
-        await elapse(1.0)
-        assert type(bench.controller._monitor.fault) is AbortInput
-        assert kinds(bench, seen) == []
-
-
-async def test_motors_that_nobody_switched_on_are_no_fault() -> None:
-    async with rig(live=True) as bench:
-        await elapse(1.0)
-        assert bench.controller.state.motors_on == (False, False, False)
-        assert bench.controller.state.mode is Mode.NOT_HOMED
-        with pytest.raises(NotHomed):
-            await bench.controller.move(FAR)
-
-
-async def test_stop_codes_of_an_earlier_fault_do_not_end_the_next_move() -> None:
-    async with far_away(latency=0.004, rate=50.0) as bench:
-        for wait in range(20):
-            bench.virtual.abort_input(True)
-            await elapse(0.1)
-            bench.virtual.abort_input(False)
-            await bench.controller.recover()
-            await elapse(0.001 * wait)
-            await bench.controller.move(HERE._replace(a=HERE.a + 0.001 * (wait % 2)))
-
-
-async def test_a_following_error_is_told_by_its_axis() -> None:
-    async with homed(live=True) as bench:
-        move = asyncio.create_task(bench.controller.move(FAR))
-        await elapse(8.0)
-        await foreign(bench, "ERC=5")
-        with pytest.raises(FollowingError) as failure:
-            await move
-        assert failure.value.details == {"axis": "c"}

@@ -1,0 +1,176 @@
+"""What the machine does unasked, and who is told: the motion under way, or the house.
+
+It shows in the record, which is read again and again; in what the guard in the controller says with every beat; and in
+what the controller reports by itself.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Coroutine, Sequence
+from contextlib import suppress
+
+from maya_un.controller import faults, marker
+from maya_un.controller.guard import Guard, Watch
+from maya_un.controller.guard_program import REPORT
+from maya_un.controller.monitor import Monitor
+from maya_un.errors import (
+    AbortInput,
+    AmplifierFault,
+    ControllerReset,
+    GuardNotRunning,
+    HostSilent,
+    InternalError,
+    MachineError,
+    MayaError,
+    NotConnected,
+)
+from maya_un.galil.driver import Driver
+from maya_un.galil.record import DataRecord
+
+
+class Lookout:
+    """Looks out for the controller that `monitor` keeps, and keeps the guard in it awake.
+
+    One that is not `live`, as in a dry run, has no guard and looks only when somebody asks. It never sends motion.
+    """
+
+    def __init__(self, monitor: Monitor, *, live: bool) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._monitor = monitor
+        self._live = live
+        self._guard = self._chosen_guard() if live else None
+        self._looking: asyncio.Task[None] | None = None
+        self._hearing: asyncio.Task[None] | None = None
+        self._unheard = False
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    def begin(self) -> None:
+        """Read the record at the configured rate from now on."""
+        if self._live:
+            self._looking = self._loop.create_task(self._keep_looking(), name="state stream")
+
+    async def close(self) -> None:
+        """Look and hear no more, and end the guard."""
+        link = self._monitor.link
+        if self._looking is not None:
+            self._looking.cancel()
+            await asyncio.gather(self._looking, return_exceptions=True)
+            self._looking = None
+        if self._guard is not None:
+            with suppress(MayaError):
+                await self._guard.close(link.driver if link.up else None)
+        for task in self._tasks:
+            task.cancel()
+
+    async def install_guard(self, driver: Driver) -> None:
+        """Have the guard in the controller watch from now on; raises `GuardBlocked`, `GuardNotRunning`."""
+        if self._guard is not None:
+            driver.on_message = self._on_message
+            await self._guard.install(driver)
+
+    async def load(self, driver: Driver, commands: Sequence[str]) -> None:
+        """Send what prepares a motion; with a guard only where it watches (`GuardNotRunning`, `HostSilent`)."""
+        if self._guard is None:
+            await driver.batch(commands)
+        else:
+            await self._guard.load(driver, commands)
+
+    async def wake_guard(self, driver: Driver) -> None:
+        """Begin the guard's time anew before a motion: at rest, a host that was busy for longer did no harm."""
+        if self._guard is not None:
+            await self._guard.arm(driver)
+
+    def _chosen_guard(self) -> Guard | None:
+        seconds = self._monitor.config.safety.guard_time
+        letters = "".join(sorted(axis.letter for axis, _ in self._monitor.places()))
+        return Guard(seconds, letters, self._on_watch) if seconds > 0.0 else None
+
+    async def _keep_looking(self) -> None:
+        monitor = self._monitor
+        period = 1.0 / monitor.config.controller.stream_rate
+        while True:
+            await asyncio.sleep(period)
+            run = monitor.run
+            try:
+                record = await monitor.look()
+                if run is monitor.run:  # asked before BGS, a record tells of the motion before
+                    self._judge(record)
+            except (NotConnected, MachineError):
+                continue  # the link's keeper announces the loss and dials again
+            except Exception as defect:
+                monitor.enter_fault(InternalError(reason=repr(defect)))
+                raise
+
+    def _judge(self, record: DataRecord) -> None:
+        """Tell the motion under way, or the house, what the record says that the machine did unasked."""
+        monitor = self._monitor
+        if monitor.fault is not None:
+            return
+        wish = monitor.desk.current
+        if monitor.homed and not marker.plausible(monitor.config, monitor.here()):
+            monitor.homed = False
+            monitor.end(ControllerReset())
+            return
+        if monitor.run is not None and wish is not None:
+            found = faults.grave(record, monitor.order, monitor.run.members)
+            if found is not None:
+                wish.interrupt(found)
+            return
+        found = monitor.motor_off()
+        if found is not None and wish is None:
+            monitor.enter_fault(found)
+
+    def _on_watch(self, watch: Watch, driver: Driver) -> None:
+        """Hear from the guard, many times a second; it matters while nothing else is wrong."""
+        monitor = self._monitor
+        if monitor.fault is not None or driver.lost.done():
+            return
+        if not watch.running:
+            self._begin(self._find_out(watch.garbled or GuardNotRunning()))
+        elif watch.expired and (monitor.run is not None or monitor.phase is not None):
+            monitor.end(HostSilent())
+        elif watch.expired and self._guard is not None:  # at rest there was nothing to stop
+            self._begin(self._guard.arm(driver))
+
+    def _on_message(self, text: str) -> None:
+        """A limit or a following error, told by the controller itself: look at once."""
+        if text.startswith(REPORT):
+            self._unheard = True
+            if self._hearing is None or self._hearing.done():
+                self._hearing = self._begin(self._hear())
+
+    async def _hear(self) -> None:
+        """Look once for all reports that came meanwhile, so that a flood of them is no flood of questions."""
+        while self._unheard:
+            self._unheard = False
+            await self._find_out(None)
+
+    async def _find_out(self, otherwise: MachineError | None) -> None:
+        """Look what befell the axes and end the motion under way with it, or with `otherwise`."""
+        monitor = self._monitor
+        run = monitor.run
+        try:
+            record = await monitor.look()
+        except (NotConnected, MachineError):
+            return  # the link's keeper announces the loss
+        if run is monitor.run:
+            self._judge(record)
+        wish = monitor.desk.current
+        if otherwise is not None and monitor.fault is None and (wish is None or not wish.interrupted.done()):
+            found = faults.grave(record, monitor.order, (0, 1, 2) if run is None else run.members)
+            # Outside of a run, a limit or a following error may be one that was met long ago.
+            if found is None or (run is None and not isinstance(found, (AbortInput, AmplifierFault))):
+                found = otherwise
+            monitor.end(found)
+
+    def _begin(self, work: Coroutine[None, None, None]) -> asyncio.Task[None]:
+        task = self._loop.create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._ended)
+        return task
+
+    def _ended(self, task: asyncio.Task[None]) -> None:
+        self._tasks.discard(task)
+        if not task.cancelled() and task.exception() is not None and not isinstance(task.exception(), MayaError):
+            self._monitor.enter_fault(InternalError(reason=repr(task.exception())))
