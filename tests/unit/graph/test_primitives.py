@@ -17,10 +17,11 @@ from maya_un.robot.move import MoveJoints
 from maya_un.robot.pick import Pick
 from maya_un.robot.place import Place
 from maya_un.robot.primitives import Primitive
-from maya_un.values import Joints, Point
+from maya_un.values import FARTHEST, Joints, Point
 
-POINTS = st.builds(Point, *[st.floats(allow_nan=False, allow_infinity=False)] * 3)
-JOINTS = st.builds(Joints, *[st.floats(allow_nan=False, allow_infinity=False)] * 3)
+NUMBERS = [st.floats(-FARTHEST, FARTHEST)] * 3
+POINTS = st.builds(Point, *NUMBERS)
+JOINTS = st.builds(Joints, *NUMBERS)
 PRIMITIVES = st.one_of(
     st.builds(Approach, POINTS),
     st.builds(Pick, POINTS),
