@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 
 from maya_un.cli.quantities import angle, clock_factor, host_and_port, length, share, target_address
 from maya_un.errors import InvalidValue, SpeedOnRealMachine
+from maya_un.values import FARTHEST
 
-numbers = st.floats(allow_nan=False, allow_infinity=False)
+numbers = st.floats(-FARTHEST, FARTHEST)
 
 
 @given(numbers)
