@@ -90,8 +90,12 @@ Serve = Callable[[Node], Awaitable[None]]
 def run(name: str, serve: Serve, *, scaled: bool = True) -> int:
     """Be the node `name` (roslaunch may give another) until it is told to end; return the exit code.
 
-    A node that is an edge is not `scaled`: its clock is that of the wall, whatever the twin's.
+    A node that is an edge is not `scaled`: its clock is that of the wall, whatever the twin's. Asked for help it says
+    what it is, and needs no master for that.
     """
+    if not {"-h", "--help"}.isdisjoint(sys.argv[1:]):
+        print((sys.modules[serve.__module__].__doc__ or name).strip())
+        return DONE
     ending = Ending()
     ending.listen()
     try:
