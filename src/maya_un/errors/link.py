@@ -66,7 +66,7 @@ class NotConnected(RequestError):
 
 
 class NodeGone(MachineError):
-    """The node that did this ended by itself, or is not there."""
+    """The node that did this ended by itself, or is not there; where only its action is known, that is named."""
 
     code = 1011
 

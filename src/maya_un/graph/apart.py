@@ -78,9 +78,13 @@ async def tasks_handed_on(graph: Graph) -> AsyncGenerator[None]:
     """Offer /task while the block runs, each goal carried out by the robot floor."""
 
     async def act(goal: Message, feedback: Feedback) -> Message:
-        ended = await whole(graph.do(INNER, TASK.type, goal, feedback))
+        gone = NodeGone(node=_DECIDES)
+        try:
+            ended = await whole(graph.do(INNER, TASK.type, goal, feedback))
+        except NodeGone:  # it knows the action only, not whose it is
+            raise gone from None
         if not ended.result:
-            raise NodeGone(node=_DECIDES)
+            raise gone
         if ended.outcome is Outcome.REJECTED:
             raise Refused(ended.result)
         error = error_of(ended.result, INNER)

@@ -18,7 +18,7 @@ SENTENCES: dict[int, str] = {
     1009: "The controller found its burned {what} damaged when it last powered up. Download and burn them again before "
     "anything moves.",
     1010: "There is no connection to the controller. Wait for it, or check power and cable.",
-    1011: "The node {node} is not there any more. What it did has been stopped on its path; start it again, and look where "
+    1011: "{node} is not there any more. What it did has been stopped on its path; start it again, and look where "
     "the robot stands before you go on.",
     1020: "Nothing is running here. Start `maya up`, then say it again.",
     1021: "The running `maya up` does not answer ({reason}). Use `maya stop` to stop the robot, then restart it.",

@@ -18,7 +18,7 @@ SENTENCES: dict[int, str] = {
     1009: "El controlador encontró dañado lo grabado ({what}) al encenderse por última vez. Descárguelo y grábelo otra vez "
     "antes de mover nada.",
     1010: "No hay conexión con el controlador. Espere, o revise alimentación y cable.",
-    1011: "El nodo {node} ya no está. Lo que hacía se detuvo sobre su trayectoria; inícielo de nuevo y mire dónde está el robot "
+    1011: "{node} ya no está. Lo que hacía se detuvo sobre su trayectoria; inícielo de nuevo y mire dónde está el robot "
     "antes de seguir.",
     1020: "Aquí no hay nada en marcha. Inicie `maya up` y repita la orden.",
     1021: "El `maya up` en marcha no responde ({reason}). Detenga el robot con `maya stop` y reinícielo.",
