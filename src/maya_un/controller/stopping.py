@@ -89,7 +89,7 @@ class Stopping:
         together = max((time for time, (axis, _) in zip(alone, axes, strict=True) if axis.coordinated), default=0.0)
         times = [together if axis.coordinated else time for time, (axis, _) in zip(alone, axes, strict=True)]
         a, b, c = (
-            0.5 * axis.velocity * time / unit
+            0.5 * axis.velocity * time / unit + 0.0  # people read it: -0.0 becomes 0.0
             for (axis, _), time, unit in zip(axes, times, self._monitor.units.per_unit, strict=True)
         )
         return StopReport(self._monitor.moving(), max(times), (a, b, c))

@@ -209,7 +209,8 @@ async def test_a_stop_reaches_what_somebody_else_began(stop: str) -> None:
 
 
 async def test_a_refused_stop_of_the_sequence_does_not_spare_axes_that_move_alone() -> None:
-    alone = record_of(AxisRecord(status=Status.MOVING, velocity_raw=64 * 1_024), AxisRecord(), AxisRecord())
+    still = AxisRecord(velocity_raw=-64)  # what an encoder says that trembles
+    alone = record_of(AxisRecord(status=Status.MOVING, velocity_raw=64 * 1_024), AxisRecord(), still)
     known = box(Config())
     answers = {"QR": alone.encode() + b":", "ST S": b"?", "TC1": b"28 S operand\r\n:"}
     ours, theirs = loopback_pair("box")
@@ -226,6 +227,7 @@ async def test_a_refused_stop_of_the_sequence_does_not_spare_axes_that_move_alon
     await serving
     assert "STA" in peer.commands
     assert (report.was_moving, report.duration) == (True, pytest.approx(0.1))
+    assert str(report.distance[1:]) == "(0.0, 0.0)"  # and not -0.0
 
 
 async def test_a_stop_is_the_first_thing_on_the_wire() -> None:
