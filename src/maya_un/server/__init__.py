@@ -1,1 +1,1 @@
-"""The HTTP door on loopback: it translates between requests and the api's Service, and decides nothing."""
+"""HTTP and the websocket: they translate between requests and the api's Service, and decide nothing."""
