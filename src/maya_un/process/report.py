@@ -41,10 +41,11 @@ class JobReport:
     """One job: its state, its steps' results, predicted and actual duration [s].
 
     `predicted` is the sum over the steps that can be predicted (a homing cannot). `lowest` and `highest` bound
-    the gripper point over the whole job as checked [m], None where that was in an earlier run. `parts` tells where the
-    job has put its named parts [m], None for those that it has not put down, or let go where nobody knows. `remarks`
-    say what of its pallets is out of shape; they are used as they are. `line` is how it stands in the queue, with its
-    owner, dates and options. `version` is another where its steps are changed, or the places that they name.
+    the gripper point over the whole job as checked [m], None where that was in an earlier run, and where the job has
+    ended before its first step. `parts` tells where the job has put its named parts [m], None for those that it has not
+    put down, or let go where nobody knows. `remarks` say what of its pallets is out of shape; they are used as they
+    are. `line` is how it stands in the queue, with its owner, dates and options. `version` is another where its steps
+    are changed, or the places that they name.
     """
 
     id: int
@@ -137,6 +138,11 @@ class JobRecord:
         return sum(step.state is TaskState.DONE for step in self.steps)
 
     @property
+    def begun(self) -> bool:
+        """Whether a step of it was tried."""
+        return any(step.row.duration is not None for step in self.steps)
+
+    @property
     def remaining(self) -> list[StepRecord]:
         """The steps that have not ended, in order."""
         return [step for step in self.steps if not step.state.ended]
@@ -165,7 +171,7 @@ class JobRecord:
 
 def report_of(line: JobLine, record: JobRecord, version: str) -> JobReport:
     """Return a job as a value."""
-    preview = record.preview
+    preview = None if line.state.ended and not record.begun else record.preview
     return JobReport(
         id=line.id,
         name=line.name,

@@ -112,6 +112,7 @@ async def test_a_job_is_refused_whole_before_its_first_step() -> None:
     async with running() as (controller, process):
         report = await process.result(await process.submit(job(*PICK_AND_PLACE, {"approach": [3.0, 3.0]}, "home")))
         assert states(report) == ["failed", "skipped", "skipped", "failed", "skipped"]
+        assert (report.lowest, report.highest) == (None, None)
         assert (report.code, report.steps[2].code) == (2101, 2101)
         assert controller.calls == []
 
