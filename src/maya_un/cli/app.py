@@ -27,13 +27,14 @@ _CONTEXT = {"help_option_names": ["--help"], "ignore_unknown_options": True}
 _HOW: dict[str, Any] = {"epilog": EVERYWHERE, "context_settings": _CONTEXT}
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False, no_args_is_help=True)
-dmc = typer.Typer(add_completion=False, rich_markup_mode=None, help="A virtual DMC-41x3, and tools for any.")
-config = typer.Typer(add_completion=False, rich_markup_mode=None, help="The machine's constants.")
+_GROUP: dict[str, Any] = {"add_completion": False, "rich_markup_mode": None, "epilog": EVERYWHERE}
+dmc = typer.Typer(**_GROUP, help="A virtual DMC-41x3, and tools for any.")
+config = typer.Typer(**_GROUP, help="The machine's constants.")
 app.add_typer(dmc, name="dmc")
 app.add_typer(config, name="config")
-plot = typer.Typer(add_completion=False, rich_markup_mode=None, help="Pictures: SVG, PNG or PDF.")
+plot = typer.Typer(**_GROUP, help="Pictures: SVG, PNG or PDF.")
 app.add_typer(plot, name="plot")
-gclib = typer.Typer(add_completion=False, rich_markup_mode=None, help="A module gclib for scripts written for Galil's.")
+gclib = typer.Typer(**_GROUP, help="A module gclib for scripts written for Galil's.")
 dmc.add_typer(gclib, name="gclib")
 
 Length = Annotated[str, typer.Argument(help="a length in m, or like 120mm")]

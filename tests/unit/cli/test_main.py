@@ -14,6 +14,7 @@ import pytest
 
 import maya_un
 from maya_un.cli import app, quick
+from maya_un.cli.help import EVERYWHERE
 from maya_un.cli.main import main
 
 HEAVY = ("asyncio", "typer", "rich", "pydantic", "numpy", "fastapi", "uvicorn", "importlib.metadata")
@@ -48,8 +49,18 @@ def test_help_is_an_answer(line: str, capsys: pytest.CaptureFixture[str]) -> Non
 @pytest.mark.parametrize("line", ["dmc --help", "dmc gclib --help", "config --help", "plot --help"])
 def test_a_list_of_commands_tells_each_in_a_whole_sentence(line: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(line.split()) == 0
-    _, _, commands = capsys.readouterr().out.partition("Commands:\n")
+    commands = capsys.readouterr().out.partition("Commands:\n")[2].partition("\n\n")[0]
     assert [text for text in commands.splitlines() if text.endswith("...") or not text.endswith(".")] == []
+
+
+def test_every_group_says_what_holds_everywhere(capsys: pytest.CaptureFixture[str]) -> None:
+    silent = list[str]()
+    for line in [group.name for group in app.app.registered_groups] + ["dmc gclib"]:
+        assert line is not None
+        assert main([*line.split(), "--help"]) == 0
+        if not capsys.readouterr().out.endswith(f"{EVERYWHERE}\n"):
+            silent.append(line)
+    assert silent == []
 
 
 def test_a_mistyped_command_gets_a_proposal(capsys: pytest.CaptureFixture[str]) -> None:

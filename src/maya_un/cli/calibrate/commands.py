@@ -31,6 +31,7 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
         cls=_WithDefault,
         add_completion=False,
         rich_markup_mode=None,
+        epilog=how["epilog"],
         help="Fit the machine's constants to measured points: maya calibrate FILE [--hold NAME] [--apply]; "
         "take the last fit back: maya calibrate --revert. `maya calibrate fit --help` tells the options.",
     )

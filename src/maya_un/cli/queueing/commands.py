@@ -27,7 +27,8 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
     queue.callback(invoke_without_command=True, **how)(_shown)
     for command in (pause, resume, step, clear, move, recover, backup, restore, export):
         queue.command(**how)(command)
-    job = typer.Typer(add_completion=False, rich_markup_mode=None, help="One job, from its submission to its end.")
+    about = "One job, from its submission to its end."
+    job = typer.Typer(add_completion=False, rich_markup_mode=None, epilog=how["epilog"], help=about)
     for command in (submit, show, cancel, hold, release, again, edit, notes):
         job.command(**how)(command)
     app.add_typer(queue, name="queue")
