@@ -97,6 +97,15 @@ def test_the_readme_starts_with_the_two_commands() -> None:
     assert sorted(set(commands)) == ["./run", "./test"]
 
 
+def test_every_page_is_found_from_the_index_of_the_documentation() -> None:
+    folders = ("tutorials", "how-to", "reference", "explanation")
+    pages = [
+        page for folder in folders for page in (ROOT / "docs" / folder).iterdir() if page.suffix in {".md", ".ipynb"}
+    ]
+    index = text("docs/README.md")
+    assert [page.name for page in pages if f"({page.parent.name}/{page.name})" not in index] == []
+
+
 def test_the_readme_tells_how_much_of_the_language_the_twin_does() -> None:
     done = sum(coverage.kind is Class.IMPLEMENTED for coverage in COVERAGE.values())
     assert f"[{done} of {len(COVERAGE)} entries of the language]" in text("README.md")
