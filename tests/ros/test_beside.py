@@ -32,6 +32,18 @@ def test_the_commands_find_the_robot_and_its_queue(robot: Floors) -> None:
     assert "running" in said(robot, "queue")
 
 
+def test_what_happens_to_the_robot_is_said_once_on_the_screen_and_jobs_are(robot: Floors) -> None:
+    before = len(robot.launched.said)
+
+    def lines(word: str) -> int:
+        return sum(word in line for line in robot.launched.said[before:].splitlines())
+
+    said(robot, "gripper", "close")
+    said(robot, "gripper", "open")
+    robot.eventually(lambda: lines("name=gripper state=done") == 2, "both jobs are said to be done")
+    assert (lines("gripper_closed"), lines("gripper_open")) == (1, 1)
+
+
 def test_a_second_service_is_refused_while_the_node_runs(robot: Floors) -> None:
     second = subprocess.run(
         [MAYA, "up"], env=robot.ros.environment, capture_output=True, text=True, timeout=30, check=False

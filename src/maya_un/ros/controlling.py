@@ -11,12 +11,14 @@ from maya_un.config import Config
 from maya_un.errors import MayaError
 from maya_un.events import Event, Kind
 from maya_un.graph.doors.controller import ControllerDoor
+from maya_un.graph.events import SAID
 from maya_un.graph.table import POSITION
 from maya_un.ros.node import Node
 
 _QUIET = {Kind.PHASE, Kind.MOVING, Kind.IDLE}
 _GRAVE = {Kind.FAULT, Kind.ESTOP}
 _STRANGE = {Kind.DISCONNECTED, Kind.LIMIT}
+_OF_THE_CONTROLLER = SAID - {Kind.CONNECTED, Kind.DISCONNECTED}  # whether its node is there is news of whoever looks
 
 
 def ros_time() -> float:
@@ -32,6 +34,12 @@ def log_event(event: Event) -> None:
     if event.kind in _GRAVE:
         write = rospy.logerr
     write("%s", f"{event} [{event.code}]" if event.code else event)
+
+
+def log_own_event(event: Event) -> None:
+    """Write an event of a floor above the controller's; what that tells, its own node has in its log already."""
+    if event.kind not in _OF_THE_CONTROLLER:
+        log_event(event)
 
 
 def fast_enough(config: Config, speed: float) -> Config:

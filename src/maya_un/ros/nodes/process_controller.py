@@ -25,7 +25,7 @@ from maya_un.graph.doors.process import ProcessDoor
 from maya_un.graph.queue import Queue, status_of
 from maya_un.process.journal.file import NAME
 from maya_un.ros.configuration import awaited
-from maya_un.ros.controlling import log_event, ros_time
+from maya_un.ros.controlling import log_own_event, ros_time
 from maya_un.ros.node import Node, run
 from maya_un.server import dates, log
 from maya_un.server.app import create_app
@@ -97,7 +97,7 @@ async def _floor(node: Node, config: Config, metrics: Metrics) -> AsyncIterator[
 
 
 def _listened(events: EventLog, metrics: Metrics) -> None:
-    for listener in (metrics.happened, log.note_event, log_event):
+    for listener in (metrics.happened, log.note_event, log_own_event):
         events.heard_by(listener)
 
 
