@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
@@ -40,6 +43,14 @@ def returns_without_motion(robot: Floors, node: str, package: str, ready: str) -
     assert "moving" not in robot.words(before)
     assert "homing" not in robot.words(before)
     assert near(robot.twin()["joints"], stood, within=1e-9)
+
+
+def examined(robot: Floors) -> str:
+    """Return what `maya doctor` finds."""
+    doctor = [str(Path(sys.executable).with_name("maya")), "doctor"]
+    return subprocess.run(
+        doctor, env=robot.ros.environment, capture_output=True, text=True, timeout=40, check=False
+    ).stdout
 
 
 def works(robot: Floors) -> None:
@@ -103,9 +114,11 @@ def test_without_robot_controller_the_controller_floor_stops_what_it_asked_for(r
     outcome, result = goal.ended()
     assert (outcome, result["code"]) == (Outcome.ABORTED, NODE_GONE)
     comes_to_rest(robot, before)
+    assert "robot_controller is not there" in examined(robot)
     returns_without_motion(robot, "robot_controller", "maya_robot", "The robot floor is offered")
     robot.until_homed()
     works(robot)
+    assert "robot_controller" not in examined(robot)
 
 
 def test_without_hw_simulator_wishes_end_with_the_code_and_a_new_one_is_not_homed(robot: Floors) -> None:

@@ -2,17 +2,18 @@
 
 robot_floor        node robot_controller    /maya_command, /maya_move, and the task that decides who may move
 tasks_handed_on    node primitive_server    /task, handed on to that
+robot_floor_seen   whether both are there, for whoever asks them for something
 """
 
 from __future__ import annotations
 
-from collections.abc import AsyncGenerator
-from contextlib import asynccontextmanager
+from collections.abc import AsyncGenerator, Callable, Generator
+from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
 
 from maya_un.config import Config
 from maya_un.controller.protocol import Controller
-from maya_un.errors import NodeGone
+from maya_un.errors import MayaError, NodeGone
 from maya_un.graph.clients.asking import whole
 from maya_un.graph.clients.controller import GraphController
 from maya_un.graph.clients.stopping import stoppable
@@ -97,3 +98,18 @@ async def tasks_handed_on(graph: Graph) -> AsyncGenerator[None]:
         yield
     finally:
         served.close()
+
+
+@contextmanager
+def robot_floor_seen(graph: Graph) -> Generator[Callable[[], list[MayaError]]]:
+    """Give what tells which nodes of the robot floor are not there, while the block runs."""
+    actions = {_DECIDES: INNER, TASK.sources[0]: TASK.name}
+    heard = {
+        node: graph.subscribe(f"{action}/status", "actionlib_msgs/GoalStatusArray", lambda _: None, queue_size=1)
+        for node, action in actions.items()
+    }
+    try:
+        yield lambda: [NodeGone(node=node) for node, status in heard.items() if not status.writers]
+    finally:
+        for status in heard.values():
+            status.close()

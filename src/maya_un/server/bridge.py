@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncGenerator, Awaitable, Callable, Mapping
+from collections.abc import AsyncGenerator, Awaitable, Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
@@ -14,7 +14,7 @@ from maya_un.api.gate import Gate
 from maya_un.api.history import MOST_EVENTS
 from maya_un.api.messages import EventMessage
 from maya_un.api.service import Service
-from maya_un.errors import Cancelled
+from maya_un.errors import Cancelled, MayaError
 from maya_un.events import EventLog
 from maya_un.process.journal.protocol import Journal
 from maya_un.process.lease import Lease, cancel_once
@@ -30,7 +30,7 @@ class Bridge:
     Neither loop ever blocks on the other. `callers` tell who asks. Without a gate and callers it is for a service that
     nobody shares: everybody is `LOCAL`, and no audit log is kept. `parts` tells where the twin's parts stand by its own
     record; a real machine has none. `journal` is what keeps the queue, where it is to be looked at. `past` is what all
-    readers of the past together take of the server's loop.
+    readers of the past together take of the server's loop. `missing` tells in any thread which floors are not there.
     """
 
     def __init__(
@@ -42,6 +42,7 @@ class Bridge:
         gate: Gate | None = None,
         callers: Callers | None = None,
         journal: Journal | None = None,
+        missing: Callable[[], Sequence[MayaError]] = list[MayaError],
     ) -> None:
         self._loop = loop
         self._service = service
@@ -49,6 +50,7 @@ class Bridge:
         self._callers = callers
         self.parts = parts
         self.journal = journal
+        self.missing = missing
         self.past = Share()
 
     async def caller(

@@ -26,7 +26,7 @@ class Readiness:
 
 async def readiness(bridge: Bridge, language: str) -> Readiness:
     """Return how the robot is; answers within `PATIENCE` also where its loop hangs."""
-    found: list[MayaError] = []
+    found = [*bridge.missing()]
     try:
         async with asyncio.timeout(PATIENCE):
             found += await bridge.asked(_obstacles)

@@ -7,7 +7,7 @@ import asyncio
 import pytest
 
 from maya_un.errors import Busy, Cancelled, FollowingError, MayaError, NodeGone, NotConnected, Stopped
-from maya_un.graph.apart import INNER, robot_floor, tasks_handed_on
+from maya_un.graph.apart import INNER, robot_floor, robot_floor_seen, tasks_handed_on
 from maya_un.graph.bus import Bus
 from maya_un.graph.outcome import error_of, failure, success
 from maya_un.graph.primitives import to_message
@@ -58,6 +58,17 @@ async def test_where_nobody_decides_the_node_is_said_to_be_gone() -> None:
         assert ended.outcome is Outcome.ABORTED
         assert isinstance(error_of(ended.result), NodeGone)
         assert ended.result["message"].startswith("robot_controller is not there any more.")
+
+
+async def test_whoever_looks_sees_which_nodes_of_the_robot_floor_are_not_there() -> None:
+    bus = Bus()
+    deciding = bus.node("robot_controller")
+    with robot_floor_seen(bus.node("process_controller")) as missing:
+        assert [error.details["node"] for error in missing()] == ["robot_controller", "primitive_server"]
+        async with robot_floor(deciding, CALM), tasks_handed_on(bus.node("primitive_server")):
+            assert missing() == []
+            deciding.close()
+            assert [error.details["node"] for error in missing()] == ["robot_controller"]
 
 
 async def test_a_cancel_goes_through_and_waits_for_rest() -> None:

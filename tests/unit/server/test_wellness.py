@@ -7,6 +7,7 @@ from typing import cast
 import pytest
 
 from maya_un.api.service import Service
+from maya_un.errors import NodeGone
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.server.bridge import Bridge
 from maya_un.server.wellness import PATIENCE, Readiness, readiness, storage_of
@@ -31,6 +32,14 @@ async def test_without_a_link_it_is_not(language: str, word: str) -> None:
     found = await readiness(bridge_to(service), language)
     assert (found.ready, [reason.code for reason in found.reasons]) == (False, [1010])
     assert word in found.reasons[0].message
+
+
+async def test_without_a_floor_that_it_needs_it_is_not() -> None:
+    bridge = bridge_to(StandIn())
+    bridge.missing = lambda: [NodeGone(node="robot_controller")]
+    found = await readiness(bridge, "en")
+    assert (found.ready, [reason.code for reason in found.reasons]) == (False, [1011])
+    assert found.reasons[0].message.startswith("robot_controller is not there")
 
 
 async def test_with_a_loop_that_hangs_it_is_not_and_says_so_in_time() -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import os
 import socket
-from collections.abc import AsyncGenerator, AsyncIterator
+from collections.abc import AsyncGenerator, AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager, suppress
 
 from maya_un import runtime
@@ -17,8 +17,9 @@ from maya_un.address import REAL, SIM, meant
 from maya_un.assembly import ProcessFloor, keep_events, process_floor, storage
 from maya_un.config import Config, default_path
 from maya_un.config.state import state_folder
-from maya_un.errors import AddressInUse
+from maya_un.errors import AddressInUse, MayaError
 from maya_un.events import EventLog
+from maya_un.graph.apart import robot_floor_seen
 from maya_un.graph.clients.controller import GraphController
 from maya_un.graph.clients.robot import GraphRobot
 from maya_un.graph.doors.process import ProcessDoor
@@ -43,11 +44,16 @@ def main() -> int:
 async def serve(node: Node) -> None:
     """Work the queue until cancelled; raises `AlreadyRunning`, `AddressInUse`, `StorageInUse` and their kin."""
     waiting = "Waiting for the controller floor (hw_simulator or hardware_interface)."
-    with runtime.claimed(), log.kept(people=False), await _door(node) as near:
+    with (
+        runtime.claimed(),
+        log.kept(people=False),
+        await _door(node) as near,
+        robot_floor_seen(node.graph) as missing,
+    ):
         config = await awaited(node.graph.parameters, speed=node.speed, waiting=lambda: node.say(waiting))
         metrics = Metrics()
         async with _floor(node, config, metrics) as (floor, controller):
-            app = create_app(_bridge(floor), None, metrics)
+            app = create_app(_bridge(floor, missing), None, metrics)
             queue = Queue(floor.gate.call, lambda: status_of(floor.service.queue.view(), controller))
             door = ProcessDoor(queue, clock=ros_time, speed=node.speed)
             async with served(app, near) as url, _timed(metrics, node.speed), door.open(node.graph):
@@ -101,9 +107,15 @@ def _listened(events: EventLog, metrics: Metrics) -> None:
         events.heard_by(listener)
 
 
-def _bridge(floor: ProcessFloor) -> Bridge:
-    loop = asyncio.get_running_loop()
-    return Bridge(loop, floor.service, gate=floor.gate, callers=floor.entrance.callers, journal=floor.journal)
+def _bridge(floor: ProcessFloor, missing: Callable[[], Sequence[MayaError]]) -> Bridge:
+    return Bridge(
+        asyncio.get_running_loop(),
+        floor.service,
+        gate=floor.gate,
+        callers=floor.entrance.callers,
+        journal=floor.journal,
+        missing=missing,
+    )
 
 
 @asynccontextmanager
