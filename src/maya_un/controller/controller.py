@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
+from functools import partial
 
 from maya_un.config import Config
 from maya_un.controller import marker
@@ -358,17 +359,13 @@ class GalilController:
                 yield wish, driver
                 wish.check()  # said during the last look at what has ended: what comes next must not begin
             except asyncio.CancelledError:
-                await self._stopping.rest(driver)
-                self.events.emit(Kind.STOPPED)
+                await self._stopping.rest(driver, self._tell_stopped)
                 raise
             except Stopped:
-                await self._stopping.rest(driver)
-                monitor.release()
-                self.events.emit(Kind.STOPPED)
+                await self._stopping.rest(driver, self._release_stopped)
                 raise
             except MachineError as error:
-                await self._stopping.rest(driver)
-                monitor.fail(error, driver)
+                await self._stopping.rest(driver, partial(monitor.fail, error, driver))
                 raise
             except Exception:
                 if monitor.run is not None or monitor.phase is not None:
@@ -379,3 +376,10 @@ class GalilController:
                 monitor.phase = None
                 monitor.stopping = False
                 monitor.publish()
+
+    def _tell_stopped(self) -> None:
+        self.events.emit(Kind.STOPPED)
+
+    def _release_stopped(self) -> None:
+        self._monitor.release()
+        self._tell_stopped()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
 from contextlib import suppress
 
 from maya_un.controller.monitor import Monitor
@@ -41,8 +42,11 @@ class Stopping:
             monitor.events.emit(Kind.STOPPED)
         return report or self._braking(record)
 
-    async def rest(self, driver: Driver) -> None:
-        """Brake on the path and wait until nothing moves; a cancel that comes meanwhile takes effect afterwards."""
+    async def rest(self, driver: Driver, then: Callable[[], object] | None = None) -> None:
+        """Brake on the path, wait until nothing moves, and call `then`, to tell of it.
+
+        A cancel that comes meanwhile takes effect afterwards.
+        """
         resting = self._loop.create_task(self._come_to_rest(driver))
         cancelled = False
         while not resting.done():
@@ -51,6 +55,8 @@ class Stopping:
             except asyncio.CancelledError:
                 cancelled = True
         resting.result()
+        if then is not None:
+            then()
         if cancelled:
             raise asyncio.CancelledError
 

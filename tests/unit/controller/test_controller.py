@@ -10,6 +10,7 @@ from maya_un.config.load import parse
 from maya_un.controller.controller import GalilController
 from maya_un.controller.seek import SETTLE
 from maya_un.errors import (
+    AbortInput,
     Busy,
     CommandRejected,
     ConnectFailed,
@@ -385,6 +386,49 @@ async def test_the_end_of_a_move_that_was_cancelled_is_at_rest() -> None:
         assert (bench.controller.state.mode, bench.controller.state.moving) == (Mode.IDLE, False)
         assert kinds(bench)[-1] is Kind.STOPPED
         await bench.controller.jog("a", 0.01)
+
+
+@pytest.mark.parametrize("later", [0.0, 0.02, 0.05])
+async def test_a_stop_whose_move_is_cancelled_while_it_brakes_is_told(later: float) -> None:
+    async with homed() as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(8.0)
+        before = len(bench.controller.events)
+        assert (await bench.controller.stop()).was_moving
+        await elapse(later)
+        move.cancel()
+        await asyncio.wait({move})
+        assert move.cancelled()
+        assert still_moving(bench) == 0.0
+        assert kinds(bench, before) == [Kind.STOPPED]
+        await bench.controller.jog("a", 0.01)
+
+
+async def test_a_move_that_is_cancelled_twice_is_told() -> None:
+    async with homed() as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(8.0)
+        move.cancel()
+        await elapse(0.02)
+        move.cancel()
+        await asyncio.wait({move})
+        assert still_moving(bench) == 0.0
+        assert kinds(bench)[-1] is Kind.STOPPED
+
+
+async def test_a_fault_whose_move_is_cancelled_while_it_comes_to_rest_is_a_fault() -> None:
+    async with homed(live=True) as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(8.0)
+        when_sent(bench, "ST S", move.cancel)
+        bench.virtual.abort_input(True)
+        await asyncio.wait({move})
+        assert move.cancelled()
+        assert still_moving(bench) == 0.0
+        fault = bench.controller.state.fault
+        assert fault is not None
+        assert fault.code == AbortInput.code
+        assert AbortInput.code in [event.code for event in bench.controller.events.since(0)]
 
 
 @pytest.mark.parametrize("at", ["CS S", "LE", "BGS"])
