@@ -83,13 +83,19 @@ def test_tf_follows_the_twin_and_turns_as_the_manual_says(ros: Ros, driver: Driv
 
 
 def _assert_same(driver: Driver, states: list[Message], told: list[Message]) -> None:
-    """Assert at so many different poses that tf at the time of a state is what /maya_position told then."""
+    """Assert at so many different poses that tf at the time of a state is what /maya_position told then.
+
+    Of positions only the latest counts: one that a busy machine did not send in time is not sent any more.
+    """
     places = np.array([[point[axis] for axis in "xyz"] for point in told])
     moments = {tuple(state["position"][:3]): state["header"]["stamp"] for state in states}
-    assert len(moments) >= POSES
-    for stamp in list(moments.values())[-POSES:]:
-        away = np.linalg.norm(places - place(driver, stamp), axis=1)
-        assert away.min() < MICROMETRE
+    same = 0
+    for stamp in reversed(moments.values()):
+        away = float(np.linalg.norm(places - place(driver, stamp), axis=1).min())
+        same += away < MICROMETRE
+        if same == POSES:
+            return
+    raise AssertionError(f"of {len(moments)} poses only {same} are where /maya_position told")
 
 
 @pytest.fixture

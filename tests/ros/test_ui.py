@@ -169,7 +169,7 @@ def test_the_robot_moves_while_a_button_is_held_and_stops_when_it_is_let_go(read
     assert before - 40.0 < at_rest < before - 12.0
     ready.ask("strike", key="F12")
     ready.wait("note", "Stop: done.")
-    assert height(ready) == at_rest
+    assert height(ready) == pytest.approx(at_rest, abs=1.0)  # the last millimetre may be shown a little later
     slow_down(ready, driver, 1.0, "100 %")
 
 
