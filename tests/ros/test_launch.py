@@ -191,7 +191,7 @@ def check_state(ros: Ros, file: str, choice: Choice) -> None:
     assert json.loads(state)["homed"] is False
     if file != CONTROLLER:
         question = {"task": {"command": "can_teleop"}}
-        ros.until(lambda: driver.call("/maya_command", question)["code"] == "2103", "all of the robot is heard, not homed")
+        ros.until(lambda: driver.call("/maya_command", question)["code"] == "2103", "all of it is heard, not homed")
     if file == PROCESS:
         socket.create_connection(("127.0.0.1", ros.rosbridge_port), 10.0).close()
     driver.close()
