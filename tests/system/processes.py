@@ -22,6 +22,11 @@ class Process:
             [*before, MAYA, *line.split()], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1
         )
 
+    @property
+    def number(self) -> int:
+        """The number of the process."""
+        return self._popen.pid
+
     def until(self, text: str) -> str:
         """Return the first line that holds `text`; fails where the command ends before."""
         assert self._popen.stdout is not None

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
+import os
+import resource
 import signal
 import socket
+import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -153,3 +157,73 @@ def test_of_two_twins_one_is_named() -> None:
         assert fault(f"drop probability=1 --twin {two[1]}") == ["drop"]
         with tcp(one) as line:
             line.say("MG 1", " 1.0000\r\n:")
+
+
+def _lines(path: Path) -> list[dict[str, Any]]:
+    """Return the whole lines of a record so far."""
+    *whole, _ = path.read_text(encoding="utf-8").split("\n")
+    return [json.loads(line) for line in whole]
+
+
+@contextmanager
+def _following(path: Path) -> Iterator[Iterator[dict[str, Any]]]:
+    """Yield the lines of a record as they come, as somebody beside the twin reads them."""
+    follow = ["timeout", str(PATIENCE), "tail", "-n", "+1", "-f", str(path)]
+    with subprocess.Popen(follow, stdout=subprocess.PIPE, text=True) as tail:
+        assert tail.stdout is not None
+        try:
+            yield (json.loads(line) for line in tail.stdout)
+        finally:
+            tail.kill()
+
+
+def test_record_is_read_while_the_twin_runs_and_is_whole_after_a_kill(tmp_path: Path) -> None:
+    record = tmp_path / "mechanics.jsonl"
+    with running(f"dmc serve --port 0 --seed 3 --record {record}") as process:
+        host, _, port = process.until("127.0.0.1:").rpartition(":")
+        with tcp((host, int(port))) as line, _following(record) as lines:
+            line.say("SH;ACB=1000000;JGB=-400000;BGB", "::::")
+            assert any(one["kind"] == "contact" and one["axes"] == ["b"] for one in lines)
+            pushed = next(one for one in lines if one["kind"] == "motion" and one["total"]["stalled"][1] > 0.2)
+            process.kill()
+    assert pushed["total"]["tension"] > 0.0
+    first, *rest = _lines(record)
+    assert first["kind"] == "start"
+    motions = [one for one in rest if one["kind"] == "motion"]
+    assert all(late["since"] == early["time"] for early, late in pairwise(motions))
+    assert record.read_bytes().endswith(b"\n")
+    assert record.stat().st_mode & 0o777 == 0o600
+    with running(f"dmc serve --port 0 --record {record}") as process:
+        process.until("127.0.0.1:")
+        process.send(signal.SIGTERM)
+        assert process.end()[0] == 0
+    assert [one["kind"] for one in _lines(record)[len(rest) + 1 :]] == ["start"]
+
+
+def test_record_is_refused_for_what_is_no_regular_file(tmp_path: Path) -> None:
+    kept = tmp_path / "kept"
+    kept.write_text("kept", encoding="utf-8")
+    (tmp_path / "link").symlink_to(kept)
+    os.mkfifo(tmp_path / "pipe")
+    for name in ("/dev/null", tmp_path / "link", tmp_path / "pipe", tmp_path, tmp_path / "no" / "file"):
+        code, said = done(f"dmc serve --port 0 --record {name} --json")
+        assert code != 0, said
+        assert json.loads(said)["error"]["code"] == 5002, said
+    assert kept.read_text(encoding="utf-8") == "kept"
+    code, said = done("dmc serve --port 0 --bench --record x --json")
+    assert json.loads(said)["error"]["code"] == 4008, said
+
+
+def test_twin_whose_record_cannot_be_written_ends_and_says_so(tmp_path: Path) -> None:
+    record = tmp_path / "record"
+    with running(f"dmc serve --port 0 --record {record}") as process:
+        host, _, port = process.until("127.0.0.1:").rpartition(":")
+        size = record.stat().st_size
+        resource.prlimit(process.number, resource.RLIMIT_FSIZE, (size + 10, resource.RLIM_INFINITY))  # a full disk
+        with tcp((host, int(port))) as line:
+            line.say("SHA;JGA=1000;BGA", ":::")
+            code, said = process.end()
+    assert code != 0
+    assert "5002" in said
+    assert "Traceback" not in said
+    assert record.stat().st_size == size + 10

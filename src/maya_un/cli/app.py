@@ -384,14 +384,18 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     speed: Speed = None,
     seed: Seed = None,
     table: Table = None,
+    record: Annotated[
+        str | None, typer.Option(metavar="FILE", help="adds what the mechanics see: motion, loads, stalls, drops")
+    ] = None,
 ) -> int:
     """Serve a virtual DMC-41x3 on TCP and UDP.
 
     Prints its address when it listens; Ctrl-C ends it. Faults on demand: maya dmc fault.
+    --record writes a line of JSON at once for each contact and drop, and every 50 ms of motion.
     """
     from maya_un.cli import serve as command
 
-    options = command.Options(host, port, also_port, udp, axes, bench, memory, firmware, speed, seed, table)
+    options = command.Options(host, port, also_port, udp, axes, bench, memory, firmware, speed, seed, table, record)
     return command.serve(options, settings_of(context))
 
 

@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
-from collections.abc import Sequence
+import signal
+from collections.abc import Coroutine, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import NamedTuple
 
 from maya_un.address import SIM
-from maya_un.assembly import make_twin
+from maya_un.assembly import Twin, make_twin
 from maya_un.cli import output
 from maya_un.cli.configure import configuration
 from maya_un.cli.quantities import clock_factor
 from maya_un.cli.settings import Settings
-from maya_un.cli.signals import asked_to_end
+from maya_un.cli.signals import on_end
 from maya_un.cli.twin import on_the_table
+from maya_un.cli.twin_record import LineFile, TwinRecord
 from maya_un.cli.twins import ServedTwin, published
 from maya_un.errors import FileUnwritable, InvalidCommandLine, InvalidValue
 from maya_un.loops import ScaledLoop, run
 from maya_un.values import Point
 from maya_un.virtual.bench import ServoBench
 from maya_un.virtual.machine import VirtualDmc
+from maya_un.virtual.maya.mechanics import SAMPLE
 from maya_un.virtual.memory import Memory
 from maya_un.virtual.wire.control import HOST, ControlDoor
 from maya_un.virtual.wire.server import VirtualController
@@ -43,6 +48,7 @@ class Options(NamedTuple):
     speed: float | None = None
     seed: int | None = None
     table: str | None = None
+    record: str | None = None
 
 
 def serve(options: Options, settings: Settings) -> int:
@@ -53,7 +59,8 @@ def serve(options: Options, settings: Settings) -> int:
     _check(options)
     factor = clock_factor(options.speed, SIM)
     parts = on_the_table(options.table, configuration(settings), settings)
-    run(_serve(options, parts, settings), lambda: ScaledLoop(factor))
+    with nullcontext() if options.record is None else LineFile.opened(options.record) as record:
+        run(_serve(options, parts, record, factor, settings), lambda: ScaledLoop(factor))
     return output.DONE
 
 
@@ -62,6 +69,8 @@ def _check(options: Options) -> None:
         raise InvalidCommandLine(reason="Maya has three axes; --axes is for --bench", command=_COMMAND)
     if options.bench and options.table is not None:
         raise InvalidCommandLine(reason="there is no table on a bench", command=_COMMAND)
+    if options.bench and options.record is not None:
+        raise InvalidCommandLine(reason="a bench has no mechanics to record", command=_COMMAND)
     if options.firmware is not None and not (options.firmware.isascii() and options.firmware.isprintable()):
         raise InvalidValue(key="--firmware", value=options.firmware, reason="it is a line in ASCII")
     if options.memory is not None:
@@ -76,30 +85,52 @@ def _check_memory(text: str) -> None:
         raise FileUnwritable(path=text, reason="it is no file")
 
 
-def _made(options: Options, parts: dict[str, Point]) -> VirtualController:
+def _made(options: Options, parts: dict[str, Point]) -> VirtualController | Twin:
     memory = Memory(None if options.memory is None else Path(options.memory).absolute())
     if not options.bench:
-        return make_twin(seed=options.seed or 0, parts=parts, memory=memory, firmware=options.firmware).controller
+        return make_twin(seed=options.seed or 0, parts=parts, memory=memory, firmware=options.firmware)
     axes = options.axes or _MAYAS_AXES
     machine = VirtualDmc(ServoBench(axes), axes=axes, memory=memory, firmware=options.firmware)
     return VirtualController(machine, seed=options.seed or 0)
 
 
-async def _serve(options: Options, parts: dict[str, Point], settings: Settings) -> None:
-    controller = _made(options, parts)
+async def _serve(
+    options: Options, parts: dict[str, Point], record: LineFile | None, speed: float, settings: Settings
+) -> None:
+    made = _made(options, parts)
+    controller = made.controller if isinstance(made, Twin) else made
+    kept = TwinRecord(made, record) if record is not None and isinstance(made, Twin) else None
     door: ControlDoor | None = None
     try:
         host, port = await controller.serve(options.host, options.port, udp=options.udp)
         for also in options.also_ports:
             await controller.serve(options.host, also, udp=options.udp)
         door = await ControlDoor.opened(controller.faults)
-        with published(ServedTwin(host, port, door.port, os.getpid())):
+        asked = asyncio.Event()
+        end = on_end(asked.set, signal.SIGINT, signal.SIGTERM)
+        with end, published(ServedTwin(host, port, door.port, os.getpid())):
             _say(host, port, door.port, options, settings)
-            await asked_to_end()
+            if kept is None:
+                await asked.wait()
+            else:
+                await _until(asked, kept.keep(SAMPLE * max(1.0, speed)))
     finally:
         if door is not None:
             await door.close()
         await controller.close()
+
+
+async def _until(asked: asyncio.Event, work: Coroutine[None, None, None]) -> None:
+    """Wait for `asked` with `work` beside; raises what `work` raises."""
+    waiting, working = asyncio.create_task(asked.wait()), asyncio.create_task(work)
+    try:
+        await asyncio.wait((waiting, working), return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        waiting.cancel()
+        working.cancel()
+        await asyncio.wait((waiting, working))
+    if not working.cancelled():
+        working.result()
 
 
 def _say(host: str, port: int, control: int, options: Options, settings: Settings) -> None:

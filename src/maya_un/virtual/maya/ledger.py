@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -80,21 +80,60 @@ class Trace(NamedTuple):
     tension: Floats
 
 
+class Listener(Protocol):
+    """Hears what the mechanics write, at the moment they write it."""
+
+    def added(self, window: Window) -> None:
+        """Take what a further stretch of time brought."""
+        ...
+
+    def held(self, axes: tuple[bool, ...]) -> None:
+        """Take which axes an obstacle holds back from now on."""
+        ...
+
+    def gripped(self, name: str) -> None:
+        """Take that the jaws took a part."""
+        ...
+
+    def released(self, name: str, place: Place, drop: Drop | None) -> None:
+        """Take that the jaws let a part go, and whether it fell."""
+        ...
+
+
 class Book:
     """Where the mechanics write. Windows between marks are kept apart, so that any mark can be asked about."""
 
     def __init__(self, first: Window) -> None:
         self._windows = [first]
         self._samples: list[Trace] = []
+        self._held: tuple[bool, ...] = (False, False, False)
         self.tracing = False
+        self.listener: Listener | None = None
 
     def add(self, window: Window) -> None:
         """Add what a further stretch of time brought."""
         self._windows[-1] = self._windows[-1].then(window)
+        if self.listener is not None:
+            self.listener.added(window)
 
-    def drop(self, drop: Drop) -> None:
-        """Note that a part fell."""
-        self._windows[-1] = replace(self._windows[-1], drops=(*self._windows[-1].drops, drop))
+    def hold(self, axes: tuple[bool, ...]) -> None:
+        """Note which axes an obstacle holds back."""
+        if axes != self._held:
+            self._held = axes
+            if self.listener is not None:
+                self.listener.held(axes)
+
+    def grip(self, name: str) -> None:
+        """Note that the jaws took a part."""
+        if self.listener is not None:
+            self.listener.gripped(name)
+
+    def release(self, name: str, place: Place, drop: Drop | None) -> None:
+        """Note that the jaws let a part go, and whether it fell."""
+        if drop is not None:
+            self._windows[-1] = replace(self._windows[-1], drops=(*self._windows[-1].drops, drop))
+        if self.listener is not None:
+            self.listener.released(name, place, drop)
 
     def trace(self, samples: Trace) -> None:
         """Keep samples, where tracing is switched on."""

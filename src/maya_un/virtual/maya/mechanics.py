@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from maya_un.virtual.maya.drive import GIVE, Drive
-from maya_un.virtual.maya.ledger import Book, Record, Trace, Window
+from maya_un.virtual.maya.ledger import Book, Listener, Record, Trace, Window
 from maya_un.virtual.maya.start import Start
 from maya_un.virtual.maya.statics import Floats, Hang, Statics
 from maya_un.virtual.maya.table import Place, Table
@@ -101,6 +101,11 @@ class MayaMechanics:
         return self._record.parts
 
     @property
+    def written(self) -> Window:
+        """What is written since power-up, without the free motion that nobody has looked at yet."""
+        return self._book.since(0)
+
+    @property
     def now(self) -> float:
         """The time last advanced to [s]."""
         return self._now
@@ -113,6 +118,14 @@ class MayaMechanics:
     def add_part(self, name: str, place: Place) -> None:
         """Stand a further part on the table. Raises `ValueError` where the name is taken."""
         self._table.add(name, place)
+
+    def listen(self, listener: Listener) -> None:
+        """Tell `listener` what is written from now on, in place of another."""
+        self._book.listener = listener
+
+    def settle(self) -> None:
+        """Write down the free motion up to the present."""
+        self._write()
 
     def true_joints(self) -> Triple:
         """Return the true angle [rad] and the true line lengths [m]."""
@@ -211,11 +224,14 @@ class MayaMechanics:
             return
         gripper = self.gripper_point()
         if on == self._truth.gripper_closes_on:
-            self._table.close(gripper)
+            taken = self._table.close(gripper)
+            if taken is not None:
+                self._book.grip(taken)
             return
+        carried = self._table.carried
         drop = self._table.open(gripper, self._now)
-        if drop is not None:
-            self._book.drop(drop)
+        if carried is not None:
+            self._book.release(carried, self._table.places(gripper)[carried], drop)
 
     def fail_encoder(self, axis: int, on: bool) -> None:
         """Let an encoder count no more, or count on from where it stopped; the body and its record are as they are."""
@@ -291,6 +307,7 @@ class MayaMechanics:
         self._now = self._written = t
         held_back = [drive.held_back() != 0.0 for drive in self._drives]
         self._note(length, held_back)
+        self._book.hold(tuple(held_back))
         if not any(held_back) and not any(map(self._pays_out, (1, 2))):
             self._stepping = False
             self._epoch += 1
@@ -321,7 +338,7 @@ class MayaMechanics:
         return was_b - share * shorter_b, was_c - share * shorter_c
 
     def _settled(self) -> Window:
-        self._write()
+        self.settle()
         return self._instant()
 
     def _instant(self) -> Window:
