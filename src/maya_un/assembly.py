@@ -17,6 +17,7 @@ from maya_un.api.access.store import FileStore, Store
 from maya_un.api.gate import Gate
 from maya_un.api.messages import plain
 from maya_un.api.service import Service
+from maya_un.cancellation import run_to_end
 from maya_un.config import Config, StorageConfig
 from maya_un.controller.controller import GalilController
 from maya_un.controller.link import Dial
@@ -270,7 +271,7 @@ async def process_floor(  # noqa: PLR0913 - every option of a process floor is a
         gate = Gate(service, lease, entrance.audit.asked)
         yield ProcessFloor(process, service, gate, entrance, lease, process.journal)
     finally:
-        await process.close()
+        await run_to_end(process.close())
         await entrance.register.close()
         lease.close()
 

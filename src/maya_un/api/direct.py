@@ -11,11 +11,11 @@ from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from typing import Any
 
+from maya_un.cancellation import cancel_once, is_caller_cancelled, run_to_rest
 from maya_un.controller.protocol import Controller
 from maya_un.controller.run import OnVia
 from maya_un.errors import Busy, Cancelled, NotConnected
 from maya_un.motion.path import Route
-from maya_un.process.lease import cancel_once
 from maya_un.process.process import Process
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.protocol import OnPhase, Robot
@@ -95,18 +95,11 @@ class Direct:
         """Carry a wish out in a task of its own; whoever waits leaves when it has ended, be he cancelled or not."""
         self._doing = name
         self._task = task = asyncio.get_running_loop().create_task(work, name=f"direct {name}")
-        left = False
-        while not task.done():
-            try:
-                await asyncio.wait({task})
-            except asyncio.CancelledError:
-                left = True
-                cancel_once(task)
-        self._doing, self._task = "", None
-        defect = None if task.cancelled() else task.exception()
-        if left:
-            raise asyncio.CancelledError
-        if task.cancelled():
-            raise Cancelled
-        if defect is not None:
-            raise defect
+        try:
+            await run_to_rest(task)
+        except asyncio.CancelledError:
+            if is_caller_cancelled():
+                raise
+            raise Cancelled from None
+        finally:
+            self._doing, self._task = "", None

@@ -12,8 +12,9 @@ from typing import TypeVar
 from maya_un.api.access.caller import Caller
 from maya_un.api.access.operations import RULES, Operation, require
 from maya_un.api.service import Service
+from maya_un.cancellation import is_caller_cancelled, run_to_rest
 from maya_un.errors import Cancelled, InternalError, LeaseLost, MayaError
-from maya_un.process.lease import Lease, cancel_once
+from maya_un.process.lease import Lease
 
 T = TypeVar("T")
 
@@ -71,22 +72,8 @@ class Gate:
             task = asyncio.ensure_future(wish(self._service))
             drive.carry(task)
             try:
-                return await _carried(task)
+                return await run_to_rest(task)
             except asyncio.CancelledError:
-                this = asyncio.current_task()
-                if not drive.lost or (this is not None and this.cancelling()):
+                if not drive.lost or is_caller_cancelled():
                     raise
                 raise LeaseLost(reason=drive.lost) from None
-
-
-async def _carried(task: asyncio.Future[T]) -> T:
-    """Return what a task does; whoever waits being cancelled cancels it once, and waits for the axes to rest."""
-    try:
-        await asyncio.wait({task})
-    except asyncio.CancelledError:
-        cancel_once(task)
-        await asyncio.wait({task})
-        if not task.cancelled():
-            task.exception()
-        raise
-    return task.result()

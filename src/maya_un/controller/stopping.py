@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Callable
 from contextlib import suppress
 
+from maya_un.cancellation import wait_for_end
 from maya_un.controller.monitor import Monitor
 from maya_un.controller.seek import SETTLE, brake
 from maya_un.errors import CommandRejected, MachineError, NotConnected, Stopped
@@ -48,15 +49,10 @@ class Stopping:
         A cancel that comes meanwhile takes effect afterwards.
         """
         resting = self._loop.create_task(self._come_to_rest(driver))
-        cancelled = False
-        while not resting.done():
-            try:
-                await asyncio.wait({resting})
-            except asyncio.CancelledError:
-                cancelled = True
+        cancelled = await wait_for_end(resting)
         resting.result()
         if then is not None:
-            then()
+            then()  # in this task: nobody else has a turn before the caller publishes the state
         if cancelled:
             raise asyncio.CancelledError
 

@@ -11,10 +11,10 @@ from collections.abc import AsyncGenerator, Callable, Generator
 from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
 
+from maya_un.cancellation import run_to_rest
 from maya_un.config import Config
 from maya_un.controller.protocol import Controller
 from maya_un.errors import MayaError, NodeGone
-from maya_un.graph.clients.asking import whole
 from maya_un.graph.clients.controller import GraphController
 from maya_un.graph.clients.stopping import stoppable
 from maya_un.graph.doors.robot import RobotDoor
@@ -81,7 +81,7 @@ async def tasks_handed_on(graph: Graph) -> AsyncGenerator[None]:
     async def act(goal: Message, feedback: Feedback) -> Message:
         gone = NodeGone(node=_DECIDES)
         try:
-            ended = await whole(graph.do(INNER, TASK.type, goal, feedback))
+            ended = await run_to_rest(graph.do(INNER, TASK.type, goal, feedback))
         except NodeGone:  # it knows the action only, not whose it is
             raise gone from None
         if not ended.result:

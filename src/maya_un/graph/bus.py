@@ -14,6 +14,7 @@ import asyncio
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from maya_un.cancellation import cancel_once, is_caller_cancelled, run_to_rest
 from maya_un.errors import InvalidMessage, MayaError, NodeGone, ServiceFailed, UnknownInterface
 from maya_un.graph import types
 from maya_un.graph.goals import GoalServer, Voices
@@ -97,16 +98,13 @@ class BusService:
         task = asyncio.ensure_future(self._answer(asked))
         self._tasks.add(task)  # type: ignore[arg-type]
         try:
-            await asyncio.wait({task})
+            return await run_to_rest(task)
         except asyncio.CancelledError:
-            task.cancel()
-            await asyncio.wait({task})
-            raise
+            if is_caller_cancelled():
+                raise
+            raise ServiceFailed(service=self._name, reason="nobody answers any more") from None
         finally:
             self._tasks.discard(task)  # type: ignore[arg-type]
-        if task.cancelled():
-            raise ServiceFailed(service=self._name, reason="nobody answers any more")
-        return task.result()
 
     def close(self) -> None:
         """Answer no more; what is being answered is cancelled."""
@@ -115,7 +113,7 @@ class BusService:
             del services[self._name]
         self.node.drop(self)
         for task in self._tasks:
-            task.cancel()
+            cancel_once(task)
 
 
 class BusAction:
@@ -258,12 +256,7 @@ class BusNode:
         cancels = self.advertise(f"{name}/cancel", _CANCEL)
         try:
             goals.publish({"goal_id": {"stamp": now, "id": own}, "goal": goal})
-            try:
-                await self._until(ended, server)
-            except asyncio.CancelledError:
-                cancels.publish({"id": own})
-                await self._until(ended, server)
-                raise
+            await run_to_rest(self._until(ended, server), lambda: cancels.publish({"id": own}))
             return ended.result() if ended.done() else Ended(Outcome.LOST, {})
         finally:
             for one in (*held, goals, cancels):

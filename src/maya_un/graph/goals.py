@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from maya_un.cancellation import cancel_once
 from maya_un.errors import Cancelled
 from maya_un.graph import types
 from maya_un.graph.outcome import ENDED, carried, failure
@@ -177,8 +178,7 @@ class GoalServer:
         self._closed = True
         self._silence()
         for goal in self._goals:
-            if goal.task is not None and not goal.task.done() and not goal.task.cancelling():
-                goal.task.cancel()
+            cancel_once(goal.task)
         self._voices.close()
 
     async def _carry_out(self, goal: Goal, message: Message) -> None:

@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
+from maya_un.cancellation import cancel_once
 from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded
 from maya_un.events import EventLog, Kind
 
@@ -332,12 +333,6 @@ class Lease:
 
     def _now(self) -> float:
         return asyncio.get_running_loop().time()
-
-
-def cancel_once(task: asyncio.Future[Any] | None) -> None:
-    """Cancel a task; a second time would cut short its wait for the axes to come to rest."""
-    if task is not None and not (isinstance(task, asyncio.Task) and task.cancelling()):
-        task.cancel()
 
 
 def _bytes(text: str) -> bytes:

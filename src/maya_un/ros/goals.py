@@ -13,6 +13,7 @@ from typing import Any
 
 import rospy
 
+from maya_un.cancellation import run_to_rest
 from maya_un.errors import NodeGone
 from maya_un.graph.protocol import Ended, Feedback, Message, Outcome
 from maya_un.ros.master import published
@@ -86,17 +87,7 @@ class ActionClient:
 
     async def _outcome(self, run: _Goal) -> Ended:
         """Wait for the end; being cancelled, cancel the goal and wait for its end all the same."""
-        cancelled: asyncio.CancelledError | None = None
-        while not run.ended.done():
-            try:
-                await asyncio.wait({run.ended})
-            except asyncio.CancelledError as cancel:
-                if cancelled is None:
-                    self._cancel.publish({"id": run.name})
-                cancelled = cancel
-        if cancelled is not None:
-            raise cancelled
-        return run.ended.result()
+        return await run_to_rest(run.ended, lambda: self._cancel.publish({"id": run.name}))
 
     async def _server(self) -> frozenset[str]:
         """Return the server's name once all five topics are connected to it; raises `NodeGone`."""

@@ -7,6 +7,7 @@ import itertools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from maya_un.cancellation import wait_for_end
 from maya_un.errors import Cancelled, InvalidRequest, ServiceFailed
 from maya_un.graph import types
 from maya_un.graph.protocol import Feedback, Held, Message
@@ -48,11 +49,7 @@ class _Action:
         same = {"id": name, "action": self._said}
         self._client.say({"op": "send_action_goal", **same, "action_type": self._kind, "args": args, "feedback": True})
         try:
-            try:
-                await asyncio.wait({ended})
-            except asyncio.CancelledError:
-                self._client.say({"op": "cancel_action_goal", **same})
-                await asyncio.wait({ended})
+            await wait_for_end(ended, lambda: self._client.say({"op": "cancel_action_goal", **same}))
             return ended.result()
         finally:
             del self._given[name]

@@ -14,10 +14,11 @@ from maya_un.api.gate import Gate
 from maya_un.api.history import MOST_EVENTS
 from maya_un.api.messages import EventMessage
 from maya_un.api.service import Service
+from maya_un.cancellation import cancel_once, run_to_rest
 from maya_un.errors import Cancelled, MayaError
 from maya_un.events import EventLog
 from maya_un.process.journal.protocol import Journal
-from maya_un.process.lease import Lease, cancel_once
+from maya_un.process.lease import Lease
 from maya_un.server.share import Share
 from maya_un.values import Point
 
@@ -90,16 +91,12 @@ class Bridge:
             if not begun[0].cancelled():
                 begun[0].exception()
 
-        waiting = asyncio.ensure_future(self.within(carried))
-        while not waiting.done():
-            try:
-                await asyncio.wait({waiting})
-            except asyncio.CancelledError:
-                left = True
-                self._loop.call_soon_threadsafe(lambda: begun and cancel_once(begun[0]))
-        waiting.result()
-        if left:
-            raise asyncio.CancelledError
+        def leave() -> None:
+            nonlocal left
+            left = True
+            self._loop.call_soon_threadsafe(lambda: begun and cancel_once(begun[0]))
+
+        await run_to_rest(self.within(carried), leave)
         if begun[0].cancelled():
             raise Cancelled
         return begun[0].result()

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import asyncio
-from collections.abc import Coroutine
-from typing import Any, TypeVar
-
+from maya_un.cancellation import run_to_rest
 from maya_un.errors import NodeGone, ServiceFailed, UnknownInterface
 from maya_un.graph.outcome import error_of
 from maya_un.graph.protocol import Feedback, Graph, Message, Outcome
 from maya_un.graph.table import Row
-
-T = TypeVar("T")
 
 
 async def done(graph: Graph, row: Row, goal: Message, feedback: Feedback | None = None) -> Message:
@@ -22,7 +17,7 @@ async def done(graph: Graph, row: Row, goal: Message, feedback: Feedback | None 
     """
     gone = NodeGone(node=row.sources[0])
     try:
-        ended = await whole(graph.do(row.name, row.type, goal, feedback))
+        ended = await run_to_rest(graph.do(row.name, row.type, goal, feedback))
     except NodeGone:  # it knows the action only, not whose it is
         raise gone from None
     if not ended.result:
@@ -41,33 +36,10 @@ async def called(graph: Graph, row: Row, request: Message) -> Message:
     Being cancelled cancels what is being answered, and ends when that is over.
     """
     try:
-        response = await whole(graph.call(row.name, request, row.type))
+        response = await run_to_rest(graph.call(row.name, request, row.type))
     except (ServiceFailed, UnknownInterface):
         raise NodeGone(node=row.sources[0]) from None
     error = error_of(response, row.name)
     if error is not None:
         raise error
     return response
-
-
-async def whole(work: Coroutine[Any, Any, T] | asyncio.Task[T]) -> T:
-    """Return what `work` does; being cancelled, cancel it once and wait for its end: the robot is at rest then."""
-    task = asyncio.ensure_future(work)
-    try:
-        await asyncio.wait({task})
-    except asyncio.CancelledError:
-        if not task.cancelling():
-            task.cancel()
-        await _over(task)
-        raise
-    return task.result()
-
-
-async def _over(task: asyncio.Future[Any]) -> None:
-    while not task.done():
-        try:
-            await asyncio.wait({task})
-        except asyncio.CancelledError:
-            continue  # said before; a second word does not make the robot stop sooner
-    if not task.cancelled():
-        task.exception()

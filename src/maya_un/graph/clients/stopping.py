@@ -11,9 +11,9 @@ import asyncio
 from collections.abc import Callable, Coroutine
 from typing import Any, TypeVar
 
+from maya_un.cancellation import cancel_once, is_caller_cancelled, run_to_rest
 from maya_un.errors import MayaError, Stopped
 from maya_un.events import Event, EventLog, Kind
-from maya_un.graph.clients.asking import whole
 
 T = TypeVar("T")
 
@@ -35,14 +35,12 @@ async def given_up(events: EventLog, why: Callable[[Event], MayaError | None], w
         nonlocal reason
         if reason is None and (found := why(event)) is not None:
             reason = found
-            if not task.cancelling():
-                task.cancel()
+            cancel_once(task)
 
     with events.listening(hear):
         try:
-            return await whole(task)
+            return await run_to_rest(task)
         except asyncio.CancelledError:
-            this = asyncio.current_task()
-            if reason is None or (this is not None and this.cancelling()):
+            if reason is None or is_caller_cancelled():
                 raise
             raise reason from None

@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Awaitable, Callable
 from contextlib import nullcontext
 
+from maya_un.cancellation import run_to_end
 from maya_un.errors import Busy, Cancelled, RequestError, Stopped
 from maya_un.events import Event, Kind
 from maya_un.graph.doors.telling import Listened
@@ -100,5 +101,5 @@ class Desk:
         return success()
 
     async def free(self) -> None:
-        """Return when nothing is under way."""
-        await self._free.wait()
+        """Return when nothing is under way, however often this is cancelled meanwhile."""
+        await run_to_end(self._free.wait())

@@ -9,6 +9,7 @@ from contextlib import asynccontextmanager
 from dataclasses import replace
 from typing import Any
 
+from maya_un.cancellation import cancel_once, run_to_end
 from maya_un.errors import MayaError
 from maya_un.graph.diagnostics import Status, array
 from maya_un.graph.outcome import trigger_failure
@@ -38,12 +39,14 @@ class Tasks:
     def cancel(self) -> None:
         """Cancel all, each once."""
         for task in self._tasks:
-            if not task.cancelling():
-                task.cancel()
+            cancel_once(task)
 
     async def settle(self) -> None:
-        """Cancel all and return when all have ended."""
+        """Cancel all and return when all have ended, however often this is cancelled meanwhile."""
         self.cancel()
+        await run_to_end(self._all_ended())
+
+    async def _all_ended(self) -> None:
         while self._tasks:
             await asyncio.wait(self._tasks)
 

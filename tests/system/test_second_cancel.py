@@ -1,0 +1,131 @@
+"""Many cancels at random instants, at every place that waits for moving axes: each returns with the axes at rest."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
+from typing import cast
+
+import pytest
+
+from maya_un.api.access.caller import LOCAL
+from maya_un.api.access.operations import Operation
+from maya_un.api.direct import Direct
+from maya_un.api.gate import Gate
+from maya_un.api.service import Service
+from maya_un.graph.clients.asking import called, done
+from maya_un.graph.protocol import Message
+from maya_un.graph.table import MOVE, Floor, Form, Row
+from maya_un.process.lease import Lease
+from maya_un.robot.move import MoveJoints
+from maya_un.server.bridge import Bridge
+from tests.campaign import Campaign
+from tests.graphs import Apart, apart
+from tests.unit.controller.bench import FAR
+from tests.virtual_time import elapse
+
+pytestmark = pytest.mark.system
+
+LAG = 3e-4
+"""The axes may still follow a reference that rests by so much [rad, m, m]."""
+
+GO = Row("/go", Form.SERVICE, "std_srvs/Trigger", Floor.CONTROLLER, "move", (), ())
+
+
+def by_controller(floors: Apart) -> Awaitable[object]:
+    return floors.below.rig.controller.move(FAR)
+
+
+def by_direct(floors: Apart) -> Awaitable[object]:
+    return Direct(floors.process, floors.robot, floors.below.rig.controller, lambda: None).move(FAR)
+
+
+def gate(floors: Apart) -> Gate:
+    return Gate(cast("Service", None), Lease(floors.below.rig.controller.events))
+
+
+def by_gate(floors: Apart) -> Awaitable[object]:
+    return gate(floors).call(LOCAL, Operation.WISH, lambda _: by_controller(floors))
+
+
+def by_bridge(floors: Apart) -> Awaitable[object]:
+    bridge = Bridge(asyncio.get_running_loop(), cast("Service", None), gate=gate(floors))
+    return bridge.carry(LOCAL, Operation.WISH, lambda _: by_controller(floors))
+
+
+async def _answer(floors: Apart) -> Message:
+    await by_controller(floors)
+    return {"success": True, "message": ""}
+
+
+def by_service_of_the_bus(floors: Apart) -> Awaitable[object]:
+    node = floors.bus.node("server")
+    node.serve(GO.name, GO.type, lambda _: _answer(floors))
+    return floors.bus.node("client").call(GO.name, {}, GO.type)
+
+
+def by_service_asked(floors: Apart) -> Awaitable[object]:
+    node = floors.bus.node("server")
+    node.serve(GO.name, GO.type, lambda _: _answer(floors))
+    return called(floors.bus.node("client"), GO, {})
+
+
+def by_action_of_the_bus(floors: Apart) -> Awaitable[object]:
+    return floors.bus.node("client").do(MOVE.name, MOVE.type, FAR._asdict())
+
+
+def by_action_asked(floors: Apart) -> Awaitable[object]:
+    return done(floors.bus.node("client"), MOVE, FAR._asdict())
+
+
+def by_controller_over_the_graph(floors: Apart) -> Awaitable[object]:
+    return floors.controller.move(FAR)
+
+
+def by_robot_over_the_graph(floors: Apart) -> Awaitable[object]:
+    return floors.robot.run(MoveJoints(FAR))
+
+
+PLACES: dict[str, Callable[[Apart], Awaitable[object]]] = {
+    wish.__name__.removeprefix("by_"): wish
+    for wish in (
+        by_controller,
+        by_direct,
+        by_gate,
+        by_bridge,
+        by_service_of_the_bus,
+        by_service_asked,
+        by_action_of_the_bus,
+        by_action_asked,
+        by_controller_over_the_graph,
+        by_robot_over_the_graph,
+    )
+}
+
+
+@pytest.mark.parametrize("place", PLACES)
+async def test_wish_cancelled_many_times_returns_with_the_axes_at_rest(place: str, campaign: Campaign) -> None:
+    for case in range(campaign.size(ci=4, long=200)):
+        rng = campaign.rng(case)
+        async with apart() as floors:
+            wish = asyncio.ensure_future(_whole(PLACES[place](floors)))
+            await elapse(rng.uniform(0.0, 20.0))
+            for _ in range(rng.randint(2, 6)):
+                wish.cancel()
+                await elapse(rng.choice((0.0, rng.uniform(0.0, 0.1))))
+            with suppress(asyncio.CancelledError):
+                await wish
+            assert wish.cancelled()
+            before = _joints(floors)
+            await elapse(5.0)
+            assert _joints(floors) == pytest.approx(before, abs=LAG)
+
+
+async def _whole(wish: Awaitable[object]) -> object:
+    return await wish
+
+
+def _joints(floors: Apart) -> tuple[float, ...]:
+    floors.below.rig.virtual.sync()
+    return floors.mechanics.true_joints()
