@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, cast
@@ -183,11 +183,13 @@ def near(one: Any, other: Any, within: float = 0.002) -> bool:
 
 
 @contextmanager
-def floors(folder: Path, workspace: Workspace, **arguments: Any) -> Iterator[Floors]:
-    """Launch all floors for as long as the block runs."""
+def floors(
+    folder: Path, workspace: Workspace, environment: Mapping[str, str] | None = None, **arguments: Any
+) -> Iterator[Floors]:
+    """Launch all floors for as long as the block runs; `environment` is laid over that of the launch."""
     with Ros(folder, workspace) as ros:
         ros.set_param("/maya/parts", {name: list(place) for name, place in PARTS.items()})
-        launched = ros.launch("maya_process", "process.launch", environment=None, **{"speed": FAST, **arguments})
+        launched = ros.launch("maya_process", "process.launch", environment=environment, **{"speed": FAST, **arguments})
         ros.until_nodes(*NODES)
         launched.until("The queue is worked")
         yield Floors(ros, launched)

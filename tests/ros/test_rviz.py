@@ -1,4 +1,4 @@
-"""rviz on a display that nobody sees: its window comes up, the model is in it, and it moves when the twin moves."""
+"""rviz on a display that nobody sees: its window comes up, and it lives while the twin moves and handles a part."""
 
 from __future__ import annotations
 
@@ -7,49 +7,77 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from maya_un.graph.protocol import Outcome
 from maya_un.values import Joints
 from tests.ros.display import Display, Picture
-from tests.ros.driven import Driver
-from tests.ros.harness import Ros
-from tests.ros.test_model import QUICK, homed, reached
+from tests.ros.floors import DONE, HERE, THERE, Floors, floors
+from tests.ros.test_model import QUICK, reached
+from tests.ros.workspace import Workspace
 
 BOOM = np.array((0.96, 0.69, 0.10))
 """The colour of the boom in the description."""
 
+SCENE = np.s_[70:760, 370:1260]
+"""The pixels of the scene, right of the list of displays."""
 
-@pytest.fixture
-def display(ros: Ros) -> Iterator[Display]:
-    with Display(ros.folder) as own:
+DRAWN = 120.0
+"""rviz without a graphics card has drawn by then what it was told, on a machine that others use as well [s]."""
+
+pytestmark = pytest.mark.timeout(600)
+
+
+@pytest.fixture(scope="module")
+def display(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Display]:
+    with Display(tmp_path_factory.mktemp("display")) as own:
         yield own
 
 
+@pytest.fixture(scope="module")
+def shown(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace, display: Display) -> Iterator[Floors]:
+    """All floors with rviz, whose window is there."""
+    folder = tmp_path_factory.mktemp("shown")
+    with floors(folder, workspace, environment=display.environment, core_debug=False, speed=QUICK) as up:
+        up.ros.until(lambda: "urdf.rviz - RViz" in display.windows(), "the window of rviz", DRAWN)
+        up.ros.until_nodes("/rviz", "/robot_state_publisher")
+        yield up
+
+
 def boom(picture: Picture) -> np.ndarray:
-    """Return which pixels of the scene, right of the list of displays, have the boom's colour, in whatever light."""
-    scene = picture[70:760, 370:1260]
+    """Return which pixels of the scene have the boom's colour, in whatever light."""
+    scene = picture[SCENE]
     light = scene.max(axis=2)
     share = scene / np.maximum(light, 1)[:, :, None]
     return (light > 90) & (np.abs(share - BOOM / BOOM.max()).max(axis=2) < 0.08)
 
 
-DRAWN = 120.0
-"""rviz without a graphics card has drawn by then what it was told, on a machine that others use as well [s]."""
-
-
-@pytest.mark.timeout(600)
-def test_rviz_shows_the_model_and_it_moves_with_the_twin(ros: Ros, driver: Driver, display: Display) -> None:
-    launch = ros.launch("maya_controller", "controller.launch", display.environment, core_debug=False, speed=QUICK)
-    ros.until(lambda: "urdf.rviz - RViz" in display.windows(), "the window of rviz", DRAWN)
-    ros.until_nodes("/rviz", "/hw_simulator", "/robot_state_publisher")
-    markers = driver.subscribe("/maya_markers", "visualization_msgs/MarkerArray")
+def test_rviz_shows_the_model_and_it_moves_with_the_twin(shown: Floors, display: Display) -> None:
+    markers = shown.driver.subscribe("/maya_markers", "visualization_msgs/MarkerArray")
     markers.until(lambda array: any(one["ns"] == "workspace" for one in array["markers"]))
     assert not boom(display.picture()).any(), "what nobody knows is not drawn as if it were known"
-    homed(driver)
-    ros.until(lambda: boom(display.picture()).sum() > 2000, "the boom", DRAWN)
-    reached(driver, Joints(0.0, 1.7, 1.6))
-    ros.until(lambda: _middle(display.picture()) > 480, "the boom along +y, on the right", DRAWN)
-    reached(driver, Joints(1.9, 1.7, 1.6))
-    ros.until(lambda: _middle(display.picture()) < 380, "the boom beyond +x, on the left", DRAWN)
-    assert "Exception" not in launch.said
+    shown.home()
+    shown.ros.until(lambda: boom(display.picture()).sum() > 2000, "the boom", DRAWN)
+    reached(shown.driver, Joints(0.0, 1.7, 1.6))
+    shown.ros.until(lambda: _middle(display.picture()) > 480, "the boom along +y, on the right", DRAWN)
+    reached(shown.driver, Joints(1.9, 1.7, 1.6))
+    shown.ros.until(lambda: _middle(display.picture()) < 380, "the boom beyond +x, on the left", DRAWN)
+    assert "Exception" not in shown.launched.said
+
+
+def test_rviz_lives_when_a_known_part_is_picked_and_placed(shown: Floors, display: Display) -> None:
+    shown.ready()
+    for place, back in ((HERE, THERE), (THERE, HERE)):
+        assert shown.task("pick", place).ended() == (Outcome.SUCCEEDED, DONE)
+        assert shown.twin()["carried"] == "part"
+        assert shown.task("place", back).ended() == (Outcome.SUCCEEDED, DONE)
+    reached(shown.driver, Joints(0.0, 1.7, 1.6))
+    shown.ros.until(lambda: died(shown) or _middle(display.picture()) > 480, "the boom along +y, on the right", DRAWN)
+    assert not died(shown)
+    assert "/rviz" in shown.ros.nodes()
+
+
+def died(shown: Floors) -> bool:
+    """Tell whether a program of the launch has died."""
+    return "process has died" in shown.launched.said
 
 
 def _middle(picture: Picture) -> float:

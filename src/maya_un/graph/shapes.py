@@ -59,11 +59,16 @@ def marker(  # noqa: PLR0913 - a marker has that many sides
     place: Point = ORIGIN,
     turned: Quaternion = UPRIGHT,
     frame: str = BASE,
+    follows: bool = False,
     points: Iterable[Iterable[float]] = (),
     colours: Iterable[Colour] = (),
     text: str = "",
 ) -> Message:
-    """Return marker `number` of the namespace `name`; of lines only the first of `size` counts, their width [m]."""
+    """Return marker `number` of the namespace `name`; of lines only the first of `size` counts, their width [m].
+
+    One that is not in the frame `BASE` moves with its frame. One that is there now, and in another frame later,
+    `follows` from the beginning: rviz ends itself where `frame_locked` of a marker it has drawn becomes false.
+    """
     return {
         "header": header(frame=frame),
         "ns": name,
@@ -74,7 +79,7 @@ def marker(  # noqa: PLR0913 - a marker has that many sides
         "scale": dict(zip("xyz", size, strict=True)),
         "color": colour._asdict(),
         "lifetime": stamp(0.0),
-        "frame_locked": frame != BASE,
+        "frame_locked": follows or frame != BASE,
         "points": [{"x": float(x), "y": float(y), "z": float(z)} for x, y, z in points],
         "colors": [one._asdict() for one in colours],
         "text": text,

@@ -110,7 +110,7 @@ def way_of(route: Route, mechanism: Mechanism) -> tuple[Point, ...]:
 
 def _part(number: int, place: Point, frame: str = "base") -> Message:
     size = (2.0 * PART_RADIUS, 2.0 * PART_RADIUS, PART_HEIGHT)
-    return marker("parts", Shape.CYLINDER, PART, size, number=number, place=place, frame=frame)
+    return marker("parts", Shape.CYLINDER, PART, size, number=number, place=place, frame=frame, follows=True)
 
 
 def _turned(edge: Floats, angle: float) -> Floats:

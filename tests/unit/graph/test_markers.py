@@ -153,3 +153,23 @@ def _ends(description: Tree, there: dict[str, float], cylinder: Message) -> Any:
     middle, half = cylinder["pose"]["position"]["x"], 0.5 * cylinder["scale"]["z"]
     frame = description.frame(cylinder["header"]["frame_id"], there)
     return [(frame @ np.array((middle + side * half, 0.0, 0.0, 1.0)))[:3] for side in (-1.0, 1.0)]
+
+
+def test_a_marker_keeps_its_lock_to_the_frame_while_parts_are_carried_and_placed() -> None:
+    """rviz ends itself where a marker that it has drawn is locked no longer."""
+    drawing, view = Drawing(CONFIG), View(standing(), WORKSPACE, zones=(Box("fence", Point(0, 0, 0), Point(1, 1, 1)),))
+    bolt, nut, there = Point(0.5, 1.2, 0.4), Point(0.3, 1.0, 0.4), Point(0.9, 0.9, 0.4)
+    scenes: list[tuple[dict[str, Point], str | None]] = [
+        ({"bolt": bolt, "nut": nut}, None),
+        ({"bolt": bolt, "nut": nut}, "bolt"),
+        ({"bolt": there, "nut": nut}, None),
+        ({"nut": nut}, "nut"),  # another part has the number of the first
+        ({"a": bolt, "nut": nut}, "nut"),
+    ]
+    locks: dict[tuple[str, int], set[bool]] = {}
+    for parts, carried in scenes:
+        told = drawing.update(replace(view, parts=parts, carried=carried)) or {"markers": []}
+        for one in told["markers"]:
+            if one["action"] != DELETE:
+                locks.setdefault((one["ns"], one["id"]), set()).add(one["frame_locked"])
+    assert {key for key, seen in locks.items() if len(seen) > 1} == set()
