@@ -114,6 +114,16 @@ class Ros:
         self._core.wait()
 
     @contextmanager
+    def frozen_master(self) -> Iterator[None]:
+        """Have the master hang while the block runs: it takes connections and does not answer."""
+        pid = self.ask_master("getPid")
+        os.kill(pid, signal.SIGSTOP)
+        try:
+            yield
+        finally:
+            os.kill(pid, signal.SIGCONT)
+
+    @contextmanager
     def asking(self, service: str) -> Iterator[socket.socket]:
         """Give a connection to a service, ready for a request, which is hung up when the block ends."""
         at = urlsplit(self.ask_master("lookupService", service))

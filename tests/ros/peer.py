@@ -112,7 +112,7 @@ async def work(seconds: float) -> None:
 async def serve(node: Node) -> None:
     """Be there until cancelled, and take a while to come to rest."""
     Peer(node)
-    node.say("ready")
+    await node.say_ready("ready")
     try:
         await asyncio.Event().wait()
     finally:

@@ -80,12 +80,41 @@ def test_who_hung_up_while_a_node_hangs_has_a_stop_carried_out_and_nothing_else(
     assert not {"gripper_opened", "gripper_closed"} & set(robot.words(before))
 
 
-def test_without_a_master_services_that_were_never_called_are_reached(robot: Floors) -> None:
+def submit(ros: Ros) -> None:
+    """Submit a job, by which the queue asks for /task."""
+    job = ros.folder / "job.yaml"
+    job.write_text("name: late\nsteps:\n  - approach: [0.5, 1.2, 0.4]\n")
+    said = maya(ros, "job", "submit", str(job))
+    assert said.returncode == 0, said.stderr
+
+
+def answered(ros: Ros) -> dict[str, int]:
+    """Return the exit codes of the commands that must be answered whatever the master does."""
+    return {" ".join(words): maya(ros, *words).returncode for words in (["stop"], ["status"], ["queue"])}
+
+
+ALL_ANSWERED = {"stop": 0, "status": 0, "queue": 0}
+
+
+def test_with_a_master_that_hangs_stop_status_and_queue_are_answered(robot: Floors) -> None:
+    """The queue asks for /task for the first time while the master hangs."""
+    before = moving(robot)
+    with robot.ros.frozen_master():
+        submit(robot.ros)
+        assert answered(robot.ros) == ALL_ANSWERED
+        robot.until_told("stopped", before)
+        assert answered(robot.ros) == ALL_ANSWERED
+    robot.at_rest()
+
+
+def test_without_a_master_stop_is_answered_when_the_queue_first_asks_for_a_task(robot: Floors) -> None:
     before = moving(robot)
     robot.ros.lose_master()
-    for command in ("pause", "resume"):
+    for command in ("pause", "resume"):  # services that were never called
         assert maya(robot.ros, command).returncode == 0
     robot.until_told("resumed", before)
-    assert maya(robot.ros, "stop").returncode == 0
+    submit(robot.ros)
+    assert answered(robot.ros) == ALL_ANSWERED
     robot.until_told("stopped", before)
     assert NOTHING_TO_RECOVER in maya(robot.ros, "recover").stderr
+    assert answered(robot.ros) == ALL_ANSWERED

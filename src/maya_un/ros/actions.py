@@ -9,6 +9,7 @@ import rospy
 from maya_un.graph.goals import GoalServer, Voices
 from maya_un.graph.protocol import Act, Message
 from maya_un.graph.stamps import Stamp
+from maya_un.ros.registering import Registrar
 from maya_un.ros.threads import Post
 from maya_un.ros.topics import RosPublisher, RosSubscription
 
@@ -23,20 +24,30 @@ class RosAction:
     twice a second. `ended` completes once this is closed and all is at rest.
     """
 
-    def __init__(self, post: Post, action: str, kind: str, act: Act, speed: float) -> None:
+    def __init__(self, registrar: Registrar, post: Post, action: str, kind: str, act: Act, speed: float) -> None:
         self.ended: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self._clients: set[str] = set()
-        status = RosPublisher(f"{action}/status", "actionlib_msgs/GoalStatusArray", latch=True, queue_size=_QUEUE)
-        feedback = RosPublisher(f"{action}/feedback", f"{kind}ActionFeedback", queue_size=_QUEUE)
+        status = RosPublisher(
+            registrar, f"{action}/status", "actionlib_msgs/GoalStatusArray", latch=True, queue_size=_QUEUE
+        )
+        feedback = RosPublisher(registrar, f"{action}/feedback", f"{kind}ActionFeedback", queue_size=_QUEUE)
         self._result = RosPublisher(
-            f"{action}/result", f"{kind}ActionResult", queue_size=_QUEUE, changed=lambda: post(self._look_for_clients)
+            registrar,
+            f"{action}/result",
+            f"{kind}ActionResult",
+            queue_size=_QUEUE,
+            changed=lambda: post(self._look_for_clients),
         )
         voices = Voices(status, feedback, self._result)
         self._server = GoalServer(action, kind, act, voices, _now, self._over, speed=speed)
         self._ears = (
-            RosSubscription(post, f"{action}/goal", f"{kind}ActionGoal", self._take),
+            RosSubscription(registrar, post, f"{action}/goal", f"{kind}ActionGoal", self._take),
             RosSubscription(
-                post, f"{action}/cancel", "actionlib_msgs/GoalID", lambda asked, _: self._server.cancel(asked)
+                registrar,
+                post,
+                f"{action}/cancel",
+                "actionlib_msgs/GoalID",
+                lambda asked, _: self._server.cancel(asked),
             ),
         )
 

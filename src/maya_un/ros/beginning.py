@@ -3,32 +3,26 @@
 from __future__ import annotations
 
 import socket
-from http.client import HTTPConnection, HTTPException
 from typing import cast
 from urllib.parse import urlsplit
-from xml.parsers.expat import ExpatError
-from xmlrpc.client import Error as XmlRpcError
-from xmlrpc.client import ServerProxy, Transport
+from xmlrpc.client import ServerProxy
 
 import rosgraph
 import rospy
 
 from maya_un.errors import AlreadyRunning, MasterGone
+from maya_un.ros.master import NO_ANSWER, REACH, BoundedTransport, master
 
-_REACH = 5.0
-"""Who does not take a connection within this time is not there, who does not answer hangs [s]."""
-
-_NO_ANSWER = (OSError, ValueError, HTTPException, XmlRpcError, ExpatError)
+_CALLER = "/maya"
+"""The name under which a program asks that is no node yet."""
 
 
 def require_master() -> None:
     """Raise `MasterGone` where no master answers; rospy would wait for one for ever."""
-    uri = rosgraph.get_master_uri()
     try:
-        _reached(uri)
-        rosgraph.Master("/maya").getPid()
-    except (*_NO_ANSWER, rosgraph.MasterException):
-        raise MasterGone(uri=uri) from None
+        master(_CALLER).getPid()
+    except (*NO_ANSWER, rosgraph.MasterException):
+        raise MasterGone(uri=rosgraph.get_master_uri()) from None
 
 
 def require_sole(name: str) -> None:
@@ -38,31 +32,16 @@ def require_sole(name: str) -> None:
     """
     own = rospy.resolve_name(rospy.names.get_mappings().get("__name", name))
     try:
-        uri = rosgraph.Master("/maya").lookupNode(own)
-        _reached(uri)
-    except (*_NO_ANSWER, rosgraph.MasterException):
+        uri = master(_CALLER).lookupNode(own)
+        at = urlsplit(uri)
+        socket.create_connection((at.hostname or "", at.port or 80), REACH).close()
+    except (*NO_ANSWER, rosgraph.MasterException):
         return
     try:
-        with ServerProxy(uri, _Hurried()) as other:
-            _, _, process = cast("tuple[int, str, int]", other.getPid("/maya"))
+        with ServerProxy(uri, BoundedTransport()) as other:
+            _, _, process = cast("tuple[int, str, int]", other.getPid(_CALLER))
     except TimeoutError:
         raise AlreadyRunning(pid="?") from None
-    except _NO_ANSWER:
+    except NO_ANSWER:
         return  # somebody else's port by now
     raise AlreadyRunning(pid=process)
-
-
-def _reached(uri: str) -> None:
-    """Raise an error of `_NO_ANSWER` where nobody takes a connection."""
-    at = urlsplit(uri)
-    socket.create_connection((at.hostname or "", at.port or 80), _REACH).close()
-
-
-class _Hurried(Transport):
-    """Waits for an answer no longer than `_REACH`."""
-
-    def make_connection(self, host: tuple[str, dict[str, str]] | str) -> HTTPConnection:
-        """Return the connection that a request goes over."""
-        connection = super().make_connection(host)
-        connection.timeout = _REACH
-        return connection

@@ -55,7 +55,7 @@ async def offered(node: Node, floor: ControllerFloor, *, skip_home: bool) -> Non
     """
     door = ControllerDoor(floor.controller, address=floor.address, clock=ros_time, speed=node.speed)
     async with door.open(node.graph):
-        node.say(f"The controller at {floor.address} is offered to the graph.")
+        await node.say_ready(f"The controller at {floor.address} is offered to the graph.")
         if skip_home:
             try:
                 await floor.controller.skip_home()

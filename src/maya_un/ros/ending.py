@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-import logging
 import os
 import signal
 import threading
 from types import FrameType
 
-from rospy.impl.rosout import RosOutHandler
-
+from maya_un.ros import rosout
 from maya_un.ros.threads import Post
 
 PATIENCE = 12.0
@@ -51,13 +49,8 @@ class Ending:
             self._post(self._asked.set)
 
     def ask_and_wait(self) -> None:
-        """Ask for the end and wait for it; for rospy, which gives everything back as soon as this returns.
-
-        Nothing is told on /rosout any more: where another node has this name now, it would be ended for that.
-        """
-        log = logging.getLogger("rosout")
-        for handler in [handler for handler in log.handlers if isinstance(handler, RosOutHandler)]:
-            log.removeHandler(handler)
+        """Ask for the end and wait for it; for rospy, which gives everything back as soon as this returns."""
+        rosout.leave()
         self.ask()
         self.over.wait(PATIENCE)
 

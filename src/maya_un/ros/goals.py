@@ -17,6 +17,7 @@ from maya_un.cancellation import run_to_rest
 from maya_un.errors import NodeGone
 from maya_un.graph.protocol import Ended, Feedback, Message, Outcome
 from maya_un.ros.master import published
+from maya_un.ros.registering import Registrar
 from maya_un.ros.threads import Post, in_thread
 from maya_un.ros.topics import RosPublisher, RosSubscription
 
@@ -52,12 +53,13 @@ class _Goal:
 class ActionClient:
     """All goals of this node for one action. `speed` is how fast the loop's clock runs."""
 
-    def __init__(self, post: Post, action: str, kind: str, speed: float) -> None:
+    def __init__(self, registrar: Registrar, post: Post, action: str, kind: str, speed: float) -> None:
         self._action = action
         self._speed = speed
         self._goals: dict[str, _Goal] = {}
-        self._goal = RosPublisher(f"{action}/goal", f"{kind}ActionGoal", queue_size=_QUEUE)
-        self._cancel = RosPublisher(f"{action}/cancel", "actionlib_msgs/GoalID", queue_size=_QUEUE)
+        self._goal = RosPublisher(registrar, f"{action}/goal", f"{kind}ActionGoal", queue_size=_QUEUE)
+        self._cancel = RosPublisher(registrar, f"{action}/cancel", "actionlib_msgs/GoalID", queue_size=_QUEUE)
+        self._registrar = registrar
         self._status = self._heard(post, "status", "actionlib_msgs/GoalStatusArray", self._status_came)
         self._feedback = self._heard(post, "feedback", f"{kind}ActionFeedback", self._feedback_came)
         self._result = self._heard(post, "result", f"{kind}ActionResult", self._result_came)
@@ -115,7 +117,7 @@ class ActionClient:
                 run.end(Outcome.LOST, {})
 
     def _heard(self, post: Post, part: str, kind: str, heard: Callable[[Message], None]) -> RosSubscription:
-        return RosSubscription(post, f"{self._action}/{part}", kind, lambda message, _: heard(message))
+        return RosSubscription(self._registrar, post, f"{self._action}/{part}", kind, lambda message, _: heard(message))
 
     def _status_came(self, message: Message) -> None:
         for status in message["status_list"]:

@@ -6,7 +6,7 @@ import asyncio
 
 import rospy
 
-from maya_un.errors import NodeGone
+from maya_un.errors import NodeGone, ServiceFailed, UnknownInterface
 from maya_un.graph.protocol import (
     Act,
     Answer,
@@ -21,7 +21,8 @@ from maya_un.graph.protocol import (
 )
 from maya_un.ros.actions import RosAction
 from maya_un.ros.goals import ActionClient
-from maya_un.ros.master import RosDirectory, RosParameters
+from maya_un.ros.master import REACH, RosDirectory, RosParameters
+from maya_un.ros.registering import Registrar
 from maya_un.ros.services import Calls, RosService
 from maya_un.ros.threads import Post
 from maya_un.ros.topics import LINGER, RosPublisher, RosSubscription
@@ -30,19 +31,25 @@ from maya_un.ros.topics import LINGER, RosPublisher, RosSubscription
 class RosGraph:
     """The graph that this process's node takes part in (`graph.protocol.Graph`), in the running loop.
 
-    The node must have been made (`rospy.init_node`). `speed` is how fast the loop's clock runs. Taking something asks
-    the master and waits for its answer, which takes about a millisecond.
+    The node must have been made (`rospy.init_node`). `speed` is how fast the loop's clock runs. Nothing here waits in
+    the loop for the master: what is taken is registered a moment later, in order (`registered`).
     """
 
     def __init__(self, *, speed: float = 1.0) -> None:
         self._loop = asyncio.get_running_loop()
         self._post = Post(self._loop)
         self._speed = speed
-        self._directory = RosDirectory()
+        self._registrar = Registrar(speed)
+        self._directory = RosDirectory(self._registrar.settled)
         self._parameters = RosParameters()
         self._calls = Calls()
         self._clients: dict[tuple[str, str], ActionClient] = {}
         self._actions: list[RosAction] = []
+        self._served: dict[str, RosService] = {}
+
+    async def registered(self) -> None:
+        """Wait until everything that was taken is known to the master; without a master that is when it is back."""
+        await self._registrar.settled()
 
     @property
     def directory(self) -> RosDirectory:
@@ -56,18 +63,29 @@ class RosGraph:
 
     def advertise(self, topic: str, kind: str, *, latch: bool = False, queue_size: int = 100) -> Publisher:
         """Take a topic to publish on."""
-        return RosPublisher(topic, kind, latch=latch, queue_size=queue_size)
+        return RosPublisher(self._registrar, topic, kind, latch=latch, queue_size=queue_size)
 
     def subscribe(self, topic: str, kind: str, heard: Heard, *, queue_size: int = 100) -> Subscription:
-        """Listen to a topic; `kind` "" takes the type it has."""
-        return RosSubscription(self._post, topic, kind, lambda message, _: heard(message), queue_size)
+        """Listen to a topic, whose type must be given: the master is not asked for it here (`directory` does)."""
+        if not kind:
+            raise UnknownInterface(form="topic", name=topic)
+        return RosSubscription(self._registrar, self._post, topic, kind, lambda message, _: heard(message), queue_size)
 
     def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> Held:
-        """Answer a service; `quick` is asked in a thread of rospy's. Who hangs up has his answer cancelled."""
-        return RosService(self._loop, service, kind, answer, quick)
+        """Answer a service; `quick` is asked in a thread of rospy's. Who hangs up has his answer cancelled.
+
+        Raises `ServiceFailed` where this node serves one of that name already.
+        """
+        name = rospy.resolve_name(service)
+        if name in self._served and self._served[name].open:
+            raise ServiceFailed(service=name, reason="this node serves it already")
+        held = self._served[name] = RosService(self._registrar, self._loop, service, kind, answer, quick)
+        return held
 
     async def call(self, service: str, request: Message, kind: str = "") -> Message:
         """Return the answer of a service; raises `ServiceFailed` where it fails, or nobody answers any more."""
+        if not kind:
+            await self._registrar.settled(REACH)  # it may be one of ours, begun a moment ago
         return await self._calls.call(service, request, kind)
 
     def expect(self, *services: str) -> None:
@@ -76,7 +94,7 @@ class RosGraph:
 
     def act(self, action: str, kind: str, act: Act) -> Held:
         """Be the server of an action."""
-        self._actions.append(RosAction(self._post, rospy.resolve_name(action), kind, act, self._speed))
+        self._actions.append(RosAction(self._registrar, self._post, rospy.resolve_name(action), kind, act, self._speed))
         return self._actions[-1]
 
     async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> Ended:
@@ -84,7 +102,7 @@ class RosGraph:
         key = (rospy.resolve_name(action), kind)
         client = self._clients.get(key)
         if client is None:
-            client = self._clients[key] = ActionClient(self._post, *key, self._speed)
+            client = self._clients[key] = ActionClient(self._registrar, self._post, *key, self._speed)
         try:
             return await client.do(goal, feedback)
         except NodeGone:

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import asyncio
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from contextlib import suppress
+from http.client import HTTPConnection, HTTPException
 from typing import Any, TypeVar
+from xml.parsers.expat import ExpatError
+from xmlrpc.client import Error as XmlRpcError
+from xmlrpc.client import ServerProxy, Transport
 
 import rosgraph
 import rospy
@@ -18,24 +22,46 @@ from maya_un.ros.threads import in_thread
 
 T = TypeVar("T")
 
+REACH = 5.0
+"""A peer that does not accept a connection within this time is not there; one that does not answer hangs [s]."""
 
-def master() -> rosgraph.Master:
-    """Return a link to the master, for the thread that asks."""
-    return rosgraph.Master(rospy.get_name())
+NO_ANSWER = (OSError, ValueError, HTTPException, XmlRpcError, ExpatError)
+"""Errors of a peer that does not answer XML-RPC."""
 
 
-def told(ask: Callable[[rosgraph.Master], T]) -> T:
-    """Return what the master says; raises `MasterGone`, and `rosgraph.MasterError` where it says no."""
+class BoundedTransport(Transport):
+    """Waits for a connection and for an answer for `patience` [s] each; without it XML-RPC waits for ever."""
+
+    def __init__(self, patience: float = REACH) -> None:
+        super().__init__()
+        self._patience = patience
+
+    def make_connection(self, host: tuple[str, dict[str, str]] | str) -> HTTPConnection:
+        """Return the connection that a request goes over."""
+        connection = super().make_connection(host)
+        connection.timeout = self._patience
+        return connection
+
+
+def master(name: str = "", patience: float = REACH) -> rosgraph.Master:
+    """Return a link to the master, for the thread that asks; `name` is the caller's, this node's where it is empty.
+
+    A request waits for `patience` [s] at most.
+    """
+    link = rosgraph.Master(name or rospy.get_name())
+    link.handle = ServerProxy(link.master_uri, BoundedTransport(patience))
+    return link
+
+
+def told(ask: Callable[[rosgraph.Master], T], patience: float = REACH) -> T:
+    """Return what the master says; raises `MasterGone`, and `rosgraph.MasterError` where it says no.
+
+    It is asked in a thread, never in the loop: a master that hangs takes `patience` [s].
+    """
     try:
-        return ask(master())
-    except OSError:
+        return ask(master(patience=patience))
+    except NO_ANSWER:
         raise MasterGone(uri=rosgraph.get_master_uri()) from None
-
-
-def topic_type(topic: str) -> str:
-    """Return the type of a topic, "" where nobody uses it."""
-    name = rospy.resolve_name(topic)
-    return next((kind for found, kind in told(lambda at: at.getTopicTypes()) if found == name and kind != "*"), "")
 
 
 def published() -> frozenset[str]:
@@ -54,15 +80,23 @@ def service_type(service: str) -> str:
 
 
 class RosDirectory:
-    """What there is in the graph (`graph.protocol.Directory`). Raises `MasterGone`."""
+    """What there is in the graph (`graph.protocol.Directory`). Raises `MasterGone`.
+
+    `settled` waits until the master knows what this node has begun, for so long at most [s].
+    """
+
+    def __init__(self, settled: Callable[[float], Awaitable[None]]) -> None:
+        self._settled = settled
 
     async def topics(self) -> Mapping[str, str]:
         """Return the type of every topic that somebody publishes or subscribes, "" where nobody said it."""
+        await self._settled(REACH)
         found = await in_thread(lambda: told(lambda at: at.getTopicTypes()))
         return {name: "" if kind == "*" else kind for name, kind in found}
 
     async def services(self) -> Mapping[str, str]:
         """Return the type of every service, as its server says it; "" of one that does not answer."""
+        await self._settled(REACH)
         _, _, served = await in_thread(lambda: told(lambda at: at.getSystemState()))
         names = [name for name, _ in served]
         kinds = await asyncio.gather(*(in_thread(lambda name=name: service_type(name)) for name in names))
@@ -70,6 +104,7 @@ class RosDirectory:
 
     async def nodes(self) -> Mapping[str, Node]:
         """Return what every node publishes, subscribes and serves."""
+        await self._settled(REACH)
         parts = await in_thread(lambda: told(lambda at: at.getSystemState()))
         done: defaultdict[str, tuple[list[str], list[str], list[str]]] = defaultdict(lambda: ([], [], []))
         for place, part in enumerate(parts):

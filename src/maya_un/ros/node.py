@@ -23,6 +23,7 @@ import rospy
 from maya_un import graph
 from maya_un.errors import InternalError, InvalidValue, MayaError
 from maya_un.loops import ScaledLoop
+from maya_un.ros import rosout
 from maya_un.ros.beginning import require_master, require_sole
 from maya_un.ros.ending import Ending
 from maya_un.ros.graph import RosGraph
@@ -57,6 +58,11 @@ class Node:
     def say(self, sentence: str) -> None:
         """Write a line to the log: on the screen, in the node's file, on /rosout."""
         rospy.loginfo("%s", sentence)
+
+    async def say_ready(self, sentence: str) -> None:
+        """Write a line to the log as soon as others find everything that this node offers."""
+        await self.graph.registered()
+        self.say(sentence)
 
     def warn(self, sentence: str) -> None:
         """Write a line about what a person should look at."""
@@ -102,6 +108,7 @@ def run(name: str, serve: Serve, *, scaled: bool = True) -> int:
         require_master()
         require_sole(name)
         rospy.init_node(name, disable_signals=True)
+        rosout.write_in_thread()
         rospy.on_shutdown(ending.ask_and_wait)
         logging.getLogger(graph.__name__).addHandler(_Shown(logging.WARNING))
         speed, serve = _clocked(serve) if scaled else (1.0, serve)

@@ -1,4 +1,7 @@
-"""Services of a real graph: answered in the loop, or at once in rospy's own thread; and called without blocking."""
+"""Services of a real graph: answered in the loop, or at once in rospy's own thread; and called without blocking.
+
+The address of a service that was found once is kept: without a master it is called there.
+"""
 
 from __future__ import annotations
 
@@ -20,8 +23,12 @@ from maya_un.graph.protocol import Answer, Message, Quick
 from maya_un.graph.table import ABORT, PAUSE, STOP
 from maya_un.ros.classes import MessageClass, ServiceClass, service_class
 from maya_un.ros.convert import converter_of
-from maya_un.ros.master import service_type, told
+from maya_un.ros.master import REACH, service_type, told
+from maya_un.ros.registering import Registrar
 from maya_un.ros.threads import in_thread
+
+_LOOKUP = 0.3
+"""The master has this time to say where a service is that was found before [s]; then it is called where it was."""
 
 _LOOK = 0.2
 """A caller that hung up is noticed within this time [s]."""
@@ -36,9 +43,16 @@ class RosService:
     """A service that is answered until it is closed (`graph.protocol.Held`)."""
 
     def __init__(
-        self, loop: asyncio.AbstractEventLoop, service: str, kind: str, answer: Answer, quick: Quick | None
+        self,
+        registrar: Registrar,
+        loop: asyncio.AbstractEventLoop,
+        service: str,
+        kind: str,
+        answer: Answer,
+        quick: Quick | None,
     ) -> None:
         found = service_class(kind)
+        self._registrar = registrar
         self._loop = loop
         self._plain = converter_of(found.request).plain
         self._made = converter_of(found.response).made
@@ -46,16 +60,32 @@ class RosService:
         self._quick = quick
         self._anyhow = service in _ANYHOW
         self._open = True
-        self._held = _Service(service, found.kind, self._handle)
+        self._held: _Service | None = None
+        registrar(lambda: self._register(service, found.kind))
+
+    @property
+    def open(self) -> bool:
+        """Whether it has not been closed."""
+        return self._open
 
     def close(self) -> None:
         """Answer no more."""
         if self._open:
             self._open = False
+            self._registrar(self._given_back)
+
+    def _register(self, service: str, kind: type[genpy.Service]) -> None:
+        if self._open:
+            self._held = _Service(service, kind, self._handle)
+
+    def _given_back(self) -> None:
+        if self._held is not None:
             self._held.shutdown("closed")
 
     def _handle(self, request: MessageClass) -> MessageClass:
         """Answer a request, in the thread that rospy has for who asks."""
+        if not self._open:
+            raise rospy.ServiceException("it is no longer served")
         plain = self._plain(request)
         try:
             said = None if self._quick is None else self._quick(plain)
@@ -81,7 +111,7 @@ class RosService:
 
     @property
     def _unwanted(self) -> bool:
-        return not self._anyhow and self._held.asked_by_nobody()
+        return not self._anyhow and _Service.asked_by_nobody()
 
 
 async def _awaited(answer: Answer, request: Message) -> Message:
@@ -93,9 +123,10 @@ class _Service(rospy.Service):
 
     _asking = threading.local()
 
-    def asked_by_nobody(self) -> bool:
+    @classmethod
+    def asked_by_nobody(cls) -> bool:
         """Tell whether who asked in this thread has hung up."""
-        return _hung_up(self._asking.transport)
+        return _hung_up(cls._asking.transport)
 
     def _handle_request(self, transport: Any, request: MessageClass) -> None:
         self._asking.transport = transport
@@ -210,7 +241,8 @@ class _Proxy(rospy.ServiceProxy):
 
 def _located(service: str, addresses: dict[str, str]) -> str:
     """Return where the master says that a service is, and keep it in `addresses`; raises as `master.told` does."""
-    addresses[service] = told(lambda at: at.lookupService(service))
+    patience = _LOOKUP if service in addresses else REACH
+    addresses[service] = told(lambda at: at.lookupService(service), patience)
     return addresses[service]
 
 

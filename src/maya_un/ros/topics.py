@@ -1,4 +1,7 @@
-"""Topics of a real graph: publishers that never block, and subscriptions that are heard in the loop."""
+"""Topics of a real graph: publishers that never block, and subscriptions that are heard in the loop.
+
+Both are made at once, and registered with the master as soon as that answers (`registering`).
+"""
 
 from __future__ import annotations
 
@@ -10,11 +13,10 @@ from contextlib import suppress
 
 import rospy
 
-from maya_un.errors import UnknownInterface
 from maya_un.graph.protocol import Message
 from maya_un.ros.classes import MessageClass, message_class
 from maya_un.ros.convert import converter_of
-from maya_un.ros.master import topic_type
+from maya_un.ros.registering import Registrar
 from maya_un.ros.threads import Post
 
 LINGER = 0.2
@@ -24,13 +26,15 @@ LINGER = 0.2
 class RosPublisher:
     """A topic to publish on (`graph.protocol.Publisher`).
 
-    There always is a queue: without one, rospy writes to every reader itself, and one that is stopped stops us. And
-    nothing waits for company on the wire: else the second of two messages comes up to 40 ms late, behind what another
-    topic told later. `changed` is called when somebody came or went, in a thread of rospy's.
+    There always is a queue: without one, rospy writes to every reader itself, and one that is stopped stops us. What is
+    published before the topic is registered waits in a queue of the same length. And nothing waits for company on the
+    wire: else the second of two messages comes up to 40 ms late, behind what another topic told later. `changed` is
+    called when somebody came or went, in a thread of rospy's.
     """
 
     def __init__(
         self,
+        registrar: Registrar,
         topic: str,
         kind: str,
         *,
@@ -39,41 +43,61 @@ class RosPublisher:
         changed: Callable[[], object] | None = None,
     ) -> None:
         found = message_class(kind)
+        size = max(1, queue_size)
+        self._registrar = registrar
         self._converter = converter_of(found)
         self._changed = changed
-        self._open = False
-        self._held = rospy.Publisher(topic, found, _Readers(self._look), latch=latch, queue_size=max(1, queue_size))
         self._open = True
-        self._look()
+        self._held: rospy.Publisher | None = None
+        self._early: deque[MessageClass] = deque(maxlen=size)
+        self._turn = threading.Lock()
+        registrar(
+            lambda: self._taken(rospy.Publisher(topic, found, _Readers(self._look), latch=latch, queue_size=size))
+        )
 
     def publish(self, message: Message) -> None:
         """Put a message on the topic; raises `InvalidMessage`. After the end there is nobody to be told."""
         made = self._converter.made(message)
-        if self._open and not rospy.is_shutdown():
-            self._held.publish(made)
+        if not self._open or rospy.is_shutdown():
+            return
+        with self._turn:
+            if self._held is None:
+                self._early.append(made)
+            else:
+                self._held.publish(made)
 
     @property
     def readers(self) -> int:
         """How many nodes subscribe now; one that died counts for up to half a second more."""
-        return self._held.get_num_connections() if self._open else 0
+        held = self._held
+        return held.get_num_connections() if held is not None and self._open else 0
 
     @property
     def reading(self) -> frozenset[str]:
         """The names of the nodes that subscribe now."""
-        impl = self._held.impl
+        impl = None if self._held is None else self._held.impl
         return frozenset() if impl is None else frozenset(link.endpoint_id for link in impl.connections)
 
     def close(self) -> None:
         """Give the topic back, as soon as what was published last has gone out."""
         if self._open:
             self._open = False
-            timer = threading.Timer(LINGER, self._given_back)
+            timer = threading.Timer(LINGER, self._registrar, (self._given_back,))
             timer.daemon = True
             timer.start()
 
+    def _taken(self, held: rospy.Publisher) -> None:
+        """Publish what waits for the topic to be registered, which is so now."""
+        with self._turn:
+            for made in self._early:
+                held.publish(made)
+            self._early.clear()
+            self._held = held
+        self._look()
+
     def _look(self) -> None:
         """Have messages go out at once to whoever came."""
-        impl = self._held.impl if self._open else None
+        impl = self._held.impl if self._held is not None and self._open else None
         for link in () if impl is None else impl.connections:
             with suppress(OSError, AttributeError):  # it has just gone
                 link.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -81,7 +105,7 @@ class RosPublisher:
             self._changed()
 
     def _given_back(self) -> None:
-        if not rospy.is_shutdown():
+        if self._held is not None:
             self._held.unregister()
 
 
@@ -108,23 +132,28 @@ class RosSubscription:
     """
 
     def __init__(
-        self, post: Post, topic: str, kind: str, heard: Callable[[Message, str], None], queue_size: int = 0
+        self,
+        registrar: Registrar,
+        post: Post,
+        topic: str,
+        kind: str,
+        heard: Callable[[Message, str], None],
+        queue_size: int = 0,
     ) -> None:
-        kind = kind or topic_type(topic)
-        if not kind:
-            raise UnknownInterface(form="topic", name=topic)
         found = message_class(kind)
+        self._registrar = registrar
         self._plain = converter_of(found).plain
         self._post = post
         self._heard = heard
         self._waiting: deque[tuple[Message, str]] = deque(maxlen=queue_size or None)
         self._open = True
-        self._held = rospy.Subscriber(topic, found, self._arrived, tcp_nodelay=True)
+        self._held: rospy.Subscriber | None = None
+        registrar(lambda: self._register(topic, found))
 
     @property
     def writers(self) -> frozenset[str]:
         """The names of the nodes that publish on it now; one that dies is gone at once."""
-        impl = self._held.impl
+        impl = None if self._held is None else self._held.impl
         links = [] if impl is None else impl.connections
         return frozenset(link.callerid_pub for link in links if _alive(link.socket, link.callerid_pub, done=link.done))
 
@@ -132,6 +161,14 @@ class RosSubscription:
         """Listen no more."""
         if self._open:
             self._open = False
+            self._registrar(self._given_back)
+
+    def _register(self, topic: str, found: type[MessageClass]) -> None:
+        if self._open:
+            self._held = rospy.Subscriber(topic, found, self._arrived, tcp_nodelay=True)
+
+    def _given_back(self) -> None:
+        if self._held is not None:
             self._held.unregister()
 
     def _arrived(self, message: MessageClass) -> None:

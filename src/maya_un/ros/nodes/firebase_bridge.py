@@ -25,7 +25,9 @@ async def serve(node: Node) -> None:
     store = await StepStore.open(state_folder() / NAME)
     try:
         async with BridgeDoor(store, dates.now, clock=ros_time, speed=node.speed).open(node.graph):
-            node.say(f"Steps from /step_command are done by /task; {state_folder() / NAME} keeps which were.")
+            await node.say_ready(
+                f"Steps from /step_command are done by /task; {state_folder() / NAME} keeps which were."
+            )
             await asyncio.Event().wait()
     finally:
         await store.close()

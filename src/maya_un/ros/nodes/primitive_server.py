@@ -16,5 +16,5 @@ def main() -> int:
 async def serve(node: Node) -> None:
     """Hand tasks on until cancelled."""
     async with tasks_handed_on(node.graph):
-        node.say("Primitives are done by /task.")
+        await node.say_ready("Primitives are done by /task.")
         await asyncio.Event().wait()

@@ -58,8 +58,8 @@ async def serve(node: Node) -> None:
             door = ProcessDoor(queue, clock=ros_time, speed=node.speed)
             async with served(app, near) as url, _timed(metrics, node.speed), door.open(node.graph):
                 runtime.publish(runtime.Running(url, os.getpid(), None))
-                node.say(f"The queue is worked; {url} and the `maya` commands find it.")
                 try:
+                    await node.say_ready(f"The queue is worked; {url} and the `maya` commands find it.")
                     await asyncio.Event().wait()
                 finally:
                     await floor.process.close()

@@ -24,5 +24,5 @@ async def serve(node: Node) -> None:
     config = await awaited(node.graph.parameters, speed=node.speed, waiting=lambda: node.say(waiting))
     async with robot_floor(node.graph, config, clock=ros_time, speed=node.speed) as controller:
         await controller.connected()
-        node.say("The robot floor is offered to the graph.")
+        await node.say_ready("The robot floor is offered to the graph.")
         await asyncio.Event().wait()

@@ -1,0 +1,79 @@
+"""Registrations of this node with the master, in a thread: rospy waits there for a master that does not answer.
+
+rospy tries for ever to register what a node publishes, subscribes and serves, and holds its locks meanwhile. So the
+master is asked first, and nothing of rospy is begun before it answers.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from queue import SimpleQueue
+
+import rosgraph
+import rospy
+
+from maya_un.errors import MasterGone
+from maya_un.ros.master import told
+from maya_un.ros.threads import Post
+
+LOOK = 0.5
+"""A master that does not answer is asked again after this time [s]."""
+
+Work = Callable[[], object]
+
+
+class Registrar:
+    """Does what needs the master, one thing after the other, in a thread of its own; returns at once.
+
+    While no master answers it waits, and everybody else goes on: what is to be registered then is not known to others.
+    `speed` is how fast the loop's clock runs.
+    """
+
+    def __init__(self, speed: float = 1.0) -> None:
+        self._speed = speed
+        self._work: SimpleQueue[Work] = SimpleQueue()
+        self._wait = threading.Event()
+        threading.Thread(target=self._run, name="maya-register", daemon=True).start()
+
+    def __call__(self, work: Work) -> None:
+        """Have `work` done after everything that was asked for before."""
+        self._work.put(work)
+
+    async def settled(self, within: float | None = None) -> None:
+        """Wait until everything is done that was asked for before, for so long at most [s, real time].
+
+        Without a master it is done when that is back.
+        """
+        done = asyncio.Event()
+        post = Post(asyncio.get_running_loop())
+        self(lambda: post(done.set))
+        with suppress(TimeoutError):
+            async with asyncio.timeout(None if within is None else within * self._speed):
+                await done.wait()
+
+    def _run(self) -> None:
+        while True:
+            work = self._work.get()
+            self._await_master()
+            if rospy.is_shutdown():
+                return
+            try:
+                work()
+            except Exception as error:  # noqa: BLE001 - what fails here must not keep the rest from being registered
+                rospy.logerr("a registration with the ROS master failed: %r", error)
+
+    def _await_master(self) -> None:
+        missed = False
+        while not rospy.is_shutdown():
+            try:
+                told(lambda at: at.getPid())
+            except (MasterGone, rosgraph.MasterException) as gone:
+                if not missed:
+                    rospy.logwarn("%s Until it does, what this node begins is not known to others.", gone)
+                missed = True
+                self._wait.wait(LOOK)
+            else:
+                return
