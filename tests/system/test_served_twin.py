@@ -9,7 +9,7 @@ import signal
 import socket
 import subprocess
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -86,9 +86,11 @@ def test_a_session_by_tcp_and_udp_on_two_ports() -> None:
     with socket.create_server(("127.0.0.1", 0)) as free:
         also = free.getsockname()[1]
     there = ("127.0.0.1", also)
-    with served(f"--axes 4 --also-port {also}") as (_, address), tcp(address) as first, tcp(there) as second:
+    with served(f"--axes 4 --also-port {also}") as (_, address), ExitStack() as lines:
+        first = lines.enter_context(tcp(address))
         first.say("\x12\x16", "DMC4143 Rev 1.3k\r\n:")
         first.say("x=5;WH", ":IHA\r\n:")
+        second = lines.enter_context(tcp(there))  # of two that wait at two ports, either may come first
         second.say("MG x;WH", " 5.0000\r\n:IHB\r\n:")
         with udp(there) as third:
             third.say("MG x;WH", " 5.0000\r\n:IHC\r\n:")

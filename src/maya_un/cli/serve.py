@@ -21,6 +21,7 @@ from maya_un.cli.twin import on_the_table
 from maya_un.cli.twin_record import LineFile, TwinRecord
 from maya_un.cli.twins import ServedTwin, published
 from maya_un.errors import FileUnwritable, InvalidCommandLine, InvalidValue
+from maya_un.listening import reserve_descriptors
 from maya_un.loops import ScaledLoop, run
 from maya_un.values import Point
 from maya_un.virtual.bench import ServoBench
@@ -57,6 +58,7 @@ def serve(options: Options, settings: Settings) -> int:
     Raises `AddressInUse`, `FileUnwritable`, `InvalidCommandLine` and `InvalidValue`.
     """
     _check(options)
+    reserve_descriptors()
     factor = clock_factor(options.speed, SIM)
     parts = on_the_table(options.table, configuration(settings), settings)
     with nullcontext() if options.record is None else LineFile.opened(options.record) as record:

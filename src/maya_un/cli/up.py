@@ -27,6 +27,7 @@ from maya_un.cli.twin import on_the_table, require_twin
 from maya_un.config import Config
 from maya_un.config.state import state_folder
 from maya_un.errors import MayaError
+from maya_un.listening import reserve_descriptors
 from maya_un.loops import ScaledLoop, run
 from maya_un.server import dates, log
 from maya_un.server.app import create_app
@@ -45,6 +46,10 @@ ROSBRIDGE_PORT = 9090
 
 MEMORY = "memory"
 """The journal that ends with the process."""
+
+
+_FILES = 16
+"""The service opens about so many files besides its connections: the journal, locks, its listeners."""
 
 
 class Options(NamedTuple):
@@ -95,6 +100,7 @@ def up(options: Options, settings: Settings) -> int:
 
     Raises what starting raises: `AlreadyRunning`, `AddressInUse`, `StorageInUse`, `ConnectFailed` and their kin.
     """
+    reserve_descriptors(own=_FILES)
     options.remote.check()
     config = configuration(settings)
     address = target_address(options.address, config.controller.address)

@@ -77,6 +77,12 @@ class RosMissing(RequestError):
     code = 5012
 
 
+class TooFewDescriptors(RequestError):
+    """The limit on open files leaves too few for connections, the robot's link and the journal."""
+
+    code = 5013
+
+
 class InternalError(MachineError):
     """A defect of ours: reported as one sentence, with the log's place."""
 

@@ -109,5 +109,6 @@ SENTENCES: dict[int, str] = {
     5010: "{path} is in use by process {pid}. End that one first, or use another file.",
     5011: "No ROS master answers at {uri}. Start `roscore`, or roslaunch, which starts one; ROS_MASTER_URI says where it is.",
     5012: "ROS cannot be used from here ({reason}). `scripts/ros` sets up what is needed on Debian and Ubuntu.",
+    5013: "This process may open only {limit} files and connections at once, and {used} are open already; {least} more are needed. Raise the limit: `ulimit -n 1024`, or LimitNOFILE=1024 in a systemd unit.",
     5999: "Something went wrong inside ({reason}). This is a defect of ours; please report it with the log.",
 }

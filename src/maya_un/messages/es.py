@@ -109,6 +109,7 @@ SENTENCES: dict[int, str] = {
     5010: "{path} lo usa el proceso {pid}. Ciérrelo antes, o use otro archivo.",
     5011: "Ningún maestro de ROS responde en {uri}. Inicie `roscore`, o roslaunch, que inicia uno; ROS_MASTER_URI dice dónde está.",
     5012: "Desde aquí no se puede usar ROS ({reason}). `scripts/ros` instala lo necesario en Debian y Ubuntu.",
+    5013: "Este proceso solo puede abrir {limit} archivos y conexiones a la vez, y ya hay {used} abiertos; se necesitan {least} más. Suba el límite: `ulimit -n 1024`, o LimitNOFILE=1024 en una unidad de systemd.",
     5999: "Algo falló por dentro ({reason}). Es un defecto nuestro; repórtelo con el registro.",
 }
 

@@ -11,6 +11,7 @@ from starlette.datastructures import Headers
 
 from maya_un.errors import InvalidRequest, MayaError
 from maya_un.graph.protocol import Graph
+from maya_un.listening import Listener, Shares
 from maya_un.rosbridge.client import Client
 from maya_un.rosbridge.limits import CLIENTS
 from maya_un.rosbridge.outgoing import Press
@@ -51,8 +52,7 @@ class Endpoint:
     @asynccontextmanager
     async def serving(self, door: socket.socket) -> AsyncIterator[None]:
         """Serve at `door` while the block runs; whoever is there at its end is told that the service ends."""
-        loop = asyncio.get_running_loop()
-        server = await loop.create_server(lambda: Wire(self), sock=door)
+        server = Listener([door], lambda: Wire(self), Shares.now().far)
         try:
             yield
         finally:

@@ -14,13 +14,11 @@ from uvicorn.server import ServerState
 
 from maya_un import __version__
 from maya_un.errors import InvalidRequest
+from maya_un.listening import ALL, Refusals, Share
 from maya_un.server.problems import problem
 
 HEAD_PATIENCE = 10.0
 """How long the head of a request may take to arrive [s, real time]."""
-
-STOP_PLACES = 32
-"""Connections that are let in where no place is left, for whoever says stop; one more ends the oldest of them."""
 
 STOP_PATIENCE = 2.0
 """How long the head of a request may take on such a connection [s, real time]."""
@@ -30,23 +28,36 @@ STOPS_ONLY = "stops only"
 
 
 class Places:
-    """The connections that a door has left; `most` in all, `most_each` of one address.
+    """The connections that a door has left; `most` in all, `most_each` of one address, within a `share` of descriptors.
 
-    `without` has those that are let in without a place, oldest first.
+    `without` has those that are let in without a place, for whoever says stop, oldest first; where there are more than
+    the share allows, one more ends the oldest of them.
     """
 
-    def __init__(self, most: int, most_each: int) -> None:
+    def __init__(self, most: int, most_each: int, share: Share = ALL) -> None:
         self._most = most
         self._most_each = most_each
         self._taken: Counter[str] = Counter()
+        self.share = share
+        self.refusals: Refusals | None = None
         self.without: dict[BoundedProtocol, None] = {}
 
-    def take(self, address: str) -> bool:
-        """Take a place; tell whether there was one."""
+    def take(self, address: str, descriptor: int = 0) -> bool:
+        """Take a place; tell whether there was one, and a descriptor left for it."""
         if self._taken.total() >= self._most or self._taken[address] >= self._most_each:
+            return False
+        if descriptor >= self.share.full:
             return False
         self._taken[address] += 1
         return True
+
+    def end_oldest(self) -> None:
+        """End the oldest connection without a place."""
+        oldest = next(iter(self.without))
+        del self.without[oldest]
+        oldest.transport.abort()
+        if self.refusals is not None:
+            self.refusals.add()
 
     def give_back(self, address: str) -> None:
         """Give a place back."""
@@ -75,14 +86,15 @@ class BoundedProtocol(H11Protocol):
         """Take a place; where none is left, stay for a stop."""
         super().connection_made(transport)
         address = self.client[0] if self.client else ""
-        if self._places.take(address):
+        connection = transport.get_extra_info("socket")
+        if self._places.take(address, 0 if connection is None else connection.fileno()):
             self._place = address
             self._await_head(HEAD_PATIENCE)
             return
         others = self._places.without
         others[self] = None
-        if len(others) > STOP_PLACES:
-            next(iter(others)).transport.abort()
+        if len(others) > self._places.share.stops:
+            self._places.end_oldest()
         self.app_state = {**self.app_state, STOPS_ONLY: True}
         self._await_head(STOP_PATIENCE)
 

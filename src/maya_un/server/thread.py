@@ -8,11 +8,11 @@ import threading
 from collections.abc import AsyncIterator, Callable
 from contextlib import AbstractAsyncContextManager, asynccontextmanager, nullcontext
 from functools import partial
-from typing import Any
 
 import uvicorn
 from fastapi import FastAPI
 
+from maya_un.listening import Listener, Refusals, Share, Shares
 from maya_un.server.doors import LOOPBACK, Door, bound_socket
 from maya_un.server.log import hand_over
 from maya_un.server.protocol import BoundedProtocol, Places
@@ -20,41 +20,37 @@ from maya_un.server.stream_wire import Wire
 
 __all__ = ["LOOPBACK", "bound_socket", "served"]
 
-HANDSHAKE = 5.0
-"""How long a TLS handshake may take [s]."""
-
 _STARTED = 10.0
 
 
 class _Server(uvicorn.Server):
-    """Says when it listens, and lets the main thread keep the signals."""
+    """Says when it listens, accepts by our own listener, and lets the main thread keep the signals."""
 
-    def __init__(self, app: FastAPI, door: Door) -> None:
-        super().__init__(_configured(app, door))
+    def __init__(self, app: FastAPI, door: Door, share: Share) -> None:
+        self._places = Places(door.most, door.most_each, share)
+        super().__init__(_configured(app, door, self._places))
         self.door = door
         self.listening = threading.Event()
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Start to listen."""
-        await super().startup(sockets)
+        """Start to listen; uvicorn's own server would use up the descriptors (decision 29)."""
+        await super().startup([])
+
+        def connected() -> BoundedProtocol:
+            return BoundedProtocol(self._places, self.config, self.server_state, self.lifespan.state)
+
+        refusals = self._places.refusals = Refusals()
+        share = self._places.share
+        listener = Listener(sockets or [], connected, share, tls=self.config.ssl, refusals=refusals)
+        self.servers.append(listener)  # type: ignore[arg-type]
         self.listening.set()
 
 
-class _Loop(asyncio.SelectorEventLoop):
-    """An ordinary loop, in which a TLS handshake that does not go on ends soon."""
-
-    async def create_server(self, *args: Any, **options: Any) -> asyncio.Server:
-        """Begin to listen."""
-        if options.get("ssl") is not None:
-            options.setdefault("ssl_handshake_timeout", HANDSHAKE)
-        return await super().create_server(*args, **options)
-
-
-def _configured(app: FastAPI, door: Door) -> uvicorn.Config:
+def _configured(app: FastAPI, door: Door, places: Places) -> uvicorn.Config:
     tls = door.tls
     return uvicorn.Config(
         app,
-        http=partial(BoundedProtocol, Places(door.most, door.most_each)),  # type: ignore[arg-type]
+        http=partial(BoundedProtocol, places),  # type: ignore[arg-type]
         ws=Wire,
         log_config=None,
         access_log=False,
@@ -82,7 +78,7 @@ class _Thread(threading.Thread):
     def run(self) -> None:
         """Serve until all servers should exit."""
         try:
-            with asyncio.Runner(loop_factory=_Loop) as runner:
+            with asyncio.Runner(loop_factory=asyncio.SelectorEventLoop) as runner:
                 runner.run(self._serve())
         except BaseException as failure:  # noqa: BLE001 - whoever started this raises it
             self.failure = failure
@@ -105,7 +101,8 @@ async def served(
     """
     hand_over("uvicorn.error")
     first = near if isinstance(near, Door) else Door(near)
-    servers = [_Server(app, door) for door in (first, *far)]
+    shares = Shares.now()
+    servers = [_Server(app, first, shares.near), *(_Server(app, door, shares.far) for door in far)]
     url = servers[0].door.url
     thread = _Thread(servers, beside)
     loop = asyncio.get_running_loop()

@@ -17,13 +17,14 @@ import pytest
 
 from maya_un.api.service import Service
 from maya_un.errors import AddressInUse, FileUnreadable, InvalidValue
+from maya_un.listening import STOPS
 from maya_un.loops import run
 from maya_un.server import protocol
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
 from maya_un.server.doors import LOOPBACK, Door, bound_socket, far_door, tls_of
 from maya_un.server.edge import Edge
-from maya_un.server.protocol import STOP_PLACES, Places
+from maya_un.server.protocol import Places
 from maya_un.server.thread import served
 from tests.unit.server.stand_in import StandIn
 
@@ -158,7 +159,7 @@ def test_who_says_stop_is_heard_however_many_connections_there_are(said: bytes) 
 
     def ask(url: str) -> list[int]:
         host = url.removeprefix("http://")
-        idle = [connected(url) for _ in range(4 + 2 * STOP_PLACES)]
+        idle = [connected(url) for _ in range(4 + 2 * STOPS)]
         for connection in idle:
             with contextlib.suppress(OSError):
                 connection.sendall(said)

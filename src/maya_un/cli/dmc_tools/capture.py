@@ -15,6 +15,7 @@ from maya_un.cli.words import word
 from maya_un.errors import AddressInUse, FileUnwritable, MachineError
 from maya_un.galil.transcript import Piece, Side, header
 from maya_un.galil.transport import Transport
+from maya_un.listening import Listener, listen
 
 _PIECE = 65536
 """Most bytes taken at once."""
@@ -55,18 +56,21 @@ class GoBetween:
         self._dial = dial
         self._file = file
         self._start = asyncio.get_running_loop().time()
-        self._server: asyncio.Server | None = None
+        self._server: Listener | None = None
         self._count = 0
         self._links: set[asyncio.Task[None]] = set()
 
     async def listen(self, host: str, port: int) -> str:
         """Take clients from now on and return the address; raises `AddressInUse`."""
         try:
-            self._server = await asyncio.start_server(self._client, host, port)
+            self._server = await listen(host, port, self._connected)
         except OSError as error:
             raise AddressInUse(address=f"{host}:{port}") from error
-        name = self._server.sockets[0].getsockname()
-        return f"{name[0]}:{name[1]}"
+        name, number = self._server.address
+        return f"{name}:{number}"
+
+    def _connected(self) -> asyncio.StreamReaderProtocol:
+        return asyncio.StreamReaderProtocol(asyncio.StreamReader(), self._client)
 
     async def close(self) -> None:
         """Take no more clients and end those there are."""

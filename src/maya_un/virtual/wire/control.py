@@ -16,6 +16,7 @@ import asyncio
 import json
 from typing import Any, cast
 
+from maya_un import listening
 from maya_un.errors import InvalidRequest, MayaError
 from maya_un.virtual.wire.injection import Faults, Injection
 
@@ -24,28 +25,28 @@ HOST = "127.0.0.1"
 
 _LONGEST = 65536
 _LASTS = 1e6
+_VISITS = 4
 
 
 class ControlDoor:
     """Listens for requests about the faults of one virtual controller. Made in a running loop by `opened`."""
 
-    def __init__(self, faults: Faults, server: asyncio.Server) -> None:
+    def __init__(self, faults: Faults, server: listening.Listener) -> None:
         self._faults = faults
         self._server = server
-        self._visits: set[_Visit] = set()
+        self._visits: dict[_Visit, None] = {}
 
     @classmethod
     async def opened(cls, faults: Faults) -> ControlDoor:
         """Return a door at a free port."""
-        loop = asyncio.get_running_loop()
-        server = await loop.create_server(lambda: _Visit(door), HOST, 0)
+        server = await listening.listen(HOST, 0, lambda: _Visit(door))
         door = cls(faults, server)
         return door
 
     @property
     def port(self) -> int:
         """The port."""
-        return int(self._server.sockets[0].getsockname()[1])
+        return self._server.address[1]
 
     async def close(self) -> None:
         """Stop listening and end every conversation."""
@@ -74,12 +75,14 @@ class ControlDoor:
             self._faults.inject(str(request["fault"]), values, seconds=_seconds(request.get("seconds")))
 
     def entered(self, visit: _Visit) -> None:
-        """Keep a conversation, to end it at the end."""
-        self._visits.add(visit)
+        """Keep a conversation, to end it at the end; of too many, the oldest ends now."""
+        self._visits[visit] = None
+        if len(self._visits) > _VISITS:
+            next(iter(self._visits)).close()
 
     def left(self, visit: _Visit) -> None:
         """Forget a conversation that ended."""
-        self._visits.discard(visit)
+        self._visits.pop(visit, None)
 
 
 class _Visit(asyncio.Protocol):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from typing import NamedTuple
 
+from maya_un import listening
 from maya_un.errors import AddressInUse
 from maya_un.virtual.wire.link import Owner, TcpLink
 from maya_un.virtual.wire.udp import UdpPort
@@ -17,7 +18,7 @@ class Door(NamedTuple):
     """One port that is listened on; `udp` is None where it is TCP alone."""
 
     address: tuple[str, int]
-    server: asyncio.Server
+    server: asyncio.AbstractServer
     udp: UdpPort | None
 
     def close(self) -> None:
@@ -40,9 +41,8 @@ async def listen(owner: Owner, host: str, port: int, *, udp: bool) -> Door:
 
 async def _open(owner: Owner, host: str, port: int, udp: bool) -> Door:
     loop = asyncio.get_running_loop()
-    server = await loop.create_server(lambda: TcpLink(owner), host, port)
-    name = server.sockets[0].getsockname()
-    address = (name[0], name[1])
+    server = await listening.listen(host, port, lambda: TcpLink(owner))
+    address = server.address
     if not udp:
         return Door(address, server, None)
     try:
