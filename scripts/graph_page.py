@@ -26,6 +26,8 @@ INTRODUCTION = """\
 Names, types and fields of the manual's chapter Communications, and what is ours beyond it. In ROS it is what
 `roslaunch maya_process process.launch` brings up; without ROS `maya up --rosbridge` serves the same by rosbridge.
 Units are SI: m, rad, s. A goal, service or topic means the same on both, for one table in the code drives them.
+
+With users kept, whoever uses a name needs a [role](roles.md) that includes what it asks for.
 """
 
 MORE = f"""
@@ -134,12 +136,16 @@ def _lines() -> Iterator[str]:
 
 
 def _table(rows: Iterator[Row]) -> Iterator[str]:
-    yield "| name | type | what | from | to | kept |"
-    yield "|---|---|---|---|---|---|"
+    yield "| name | type | what | from | to | kept | asks for |"
+    yield "|---|---|---|---|---|---|---|"
     for row in rows:
         kind = row.type if row.form is Form.TOPIC else f"{row.form.value} {row.type}"
         sources, sinks = (", ".join(nodes) or "anyone" for nodes in (row.sources, row.sinks))
-        yield f"| `{row.name}` | {kind} | {row.summary} | {sources} | {sinks} | {_kept(row)} |"
+        yield f"| `{row.name}` | {kind} | {row.summary} | {sources} | {sinks} | {_kept(row)} | {_asks(row)} |"
+
+
+def _asks(row: Row) -> str:
+    return "" if row.asks is None else f"`{row.asks}`"
 
 
 def _kept(row: Row) -> str:

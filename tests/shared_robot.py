@@ -8,6 +8,7 @@ from collections.abc import Awaitable, Callable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -19,6 +20,7 @@ from maya_un.assembly import Stack, stack
 from maya_un.config import Config
 from maya_un.loops import ScaledLoop
 from maya_un.process.journal.sqlite import SqliteJournal
+from maya_un.rosbridge.alone import Place, endpoint
 from maya_un.server import dates
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
@@ -39,7 +41,7 @@ _UNBOUNDED = Rate(1e6, 1e6)
 
 @dataclass(slots=True)
 class SharedRobot:
-    """The robot: where it is served, what it runs, a token of each role by its word; "" for nobody's."""
+    """The robot: where it is served, also by rosbridge, what it runs, a token of each role; "" for nobody's."""
 
     url: str
     app: FastAPI
@@ -47,6 +49,7 @@ class SharedRobot:
     stack: Stack
     over: asyncio.Event
     tokens: dict[str, str] = field(default_factory=dict[str, str])
+    rosbridge: str = ""
 
     def do(self, work: Callable[[Stack], Awaitable[T]]) -> T:
         """Return what `work` answers in the robot's loop."""
@@ -95,9 +98,12 @@ async def _serve(state: Path, users: bool, started: Future[SharedRobot]) -> None
             gate, callers = running.gate, running.entrance.callers
             bridge = Bridge(loop, running.service, dict, gate=gate, callers=callers, journal=journal)
             app = create_app(bridge, Edge(near=_UNBOUNDED))
-            with bound_socket(0) as near:
-                async with served(app, near) as url:
-                    robot = SharedRobot(url, app, loop, running, over)
+            with bound_socket(0) as near, bound_socket(0) as door:
+                place = Place(door, Edge(near=_UNBOUNDED), state / "steps.db")
+                beside = partial(endpoint, running, bridge, place, speed=SPEED)
+                async with served(app, near, beside=beside) as url:
+                    rosbridge = "ws://{}:{}".format(*door.getsockname())
+                    robot = SharedRobot(url, app, loop, running, over, rosbridge=rosbridge)
                     await _prepare(robot, users=users)
                     started.set_result(robot)
                     await over.wait()

@@ -268,7 +268,7 @@ async def process_floor(  # noqa: PLR0913 - every option of a process floor is a
             entrance=entrance,
             recorder=recorder,
         )
-        gate = Gate(service, lease, entrance.audit.asked)
+        gate = Gate(service, lease, entrance.audit.asked, entrance.callers.current)
         yield ProcessFloor(process, service, gate, entrance, lease, process.journal)
     finally:
         await run_to_end(process.close())

@@ -10,7 +10,7 @@ from collections.abc import Awaitable, Callable
 from typing import TypeVar
 
 from maya_un.api.access.caller import Caller
-from maya_un.api.access.operations import RULES, Operation, require
+from maya_un.api.access.operations import RULES, STOPPING, Operation, require
 from maya_un.api.service import Service
 from maya_un.cancellation import is_caller_cancelled, run_to_rest
 from maya_un.errors import Cancelled, InternalError, LeaseLost, MayaError
@@ -29,13 +29,26 @@ def unheard(_caller: Caller, _operation: Operation, _code: int, _detail: str) ->
     """Keep no audit log: for a service that nobody shares."""
 
 
-class Gate:
-    """Lets callers at `service` as far as their role and the `lease` go; `audit` is told of it."""
+Current = Callable[[Caller], Caller]
+"""Returns a caller with the rights that he has now; raises `NotSignedIn` where they have ended."""
 
-    def __init__(self, service: Service, lease: Lease, audit: OnAudit = unheard) -> None:
+
+def unchanged(caller: Caller) -> Caller:
+    """Return a caller as he is: for a service that nobody shares."""
+    return caller
+
+
+class Gate:
+    """Lets callers at `service` as far as their role and the `lease` go; `audit` is told of it.
+
+    `current` tells which rights a caller has at this instant: an edge may have asked who he is a while ago.
+    """
+
+    def __init__(self, service: Service, lease: Lease, audit: OnAudit = unheard, current: Current = unchanged) -> None:
         self._service = service
         self._lease = lease
         self._audit = audit
+        self._current = current
 
     async def call(
         self, caller: Caller, operation: Operation, wish: Callable[[Service], Awaitable[T]], detail: str = ""
@@ -44,11 +57,15 @@ class Gate:
 
         What drives ends with the lease: where another takes it meanwhile, it expires, or whoever holds it is demoted or
         removed, the wish is cancelled, and what it moves stops on its path. A job is no wish: of one whose owner is
-        demoted or removed the step under way is finished, then the queue pauses (`Process.owner_ended`). Raises
-        `NotAllowed`, `LeaseNeeded`, `LeaseHeld`, `LeaseLost`, and what `wish` raises.
+        demoted or removed the step under way is finished, then the queue pauses (`Process.owner_ended`).
+
+        Raises `NotSignedIn` for a caller whose rights have ended since an edge asked who he is, `NotAllowed`,
+        `LeaseNeeded`, `LeaseHeld`, `LeaseLost`, and what `wish` raises.
         """
         code = InternalError.code
         try:
+            if operation not in STOPPING:
+                caller = self._current(caller)
             require(caller, operation)
             answer = await (self._driven(caller, wish) if RULES[operation].drives else wish(self._service))
             code = 0

@@ -19,6 +19,7 @@ from maya_un.errors import InvalidMessage, MayaError, NodeGone, ServiceFailed, U
 from maya_un.graph import types
 from maya_un.graph.goals import GoalServer, Voices
 from maya_un.graph.parameters import BusParameters
+from maya_un.graph.principals import Who, acting_for
 from maya_un.graph.protocol import (
     Act,
     Answer,
@@ -35,7 +36,7 @@ from maya_un.graph.protocol import (
     Subscription,
 )
 from maya_un.graph.stamps import Stamp, stamp
-from maya_un.graph.topics import Inlet, Member, Outlet, Topics
+from maya_un.graph.topics import Inlet, Member, Outlet, Topics, caller_of
 
 UNBOUNDED = 0
 """Size of a queue that drops nothing."""
@@ -61,9 +62,12 @@ class Bus:
         self.parameters = BusParameters()
         self.directory = BusDirectory(self)
 
-    def node(self, name: str) -> BusNode:
-        """Return a new node; several may share a name, each has an end of its own."""
-        node = BusNode(self, named(name))
+    def node(self, name: str, who: Who | None = None) -> BusNode:
+        """Return a new node; several may share a name, each has an end of its own.
+
+        `who` tells for whom it acts; without it, it acts for whoever's wish made it act.
+        """
+        node = BusNode(self, named(name), who)
         self.nodes.append(node)
         return node
 
@@ -170,9 +174,10 @@ class BusNode:
     hears of them, and goals that it waits for are cancelled as well.
     """
 
-    def __init__(self, bus: Bus, name: str) -> None:
+    def __init__(self, bus: Bus, name: str, who: Who | None = None) -> None:
         self.bus = bus
         self.name = name
+        self.who = who
         self._held: list[Any] = []
         self._goals = 0
         self._lost: asyncio.Future[None] = asyncio.get_running_loop().create_future()
@@ -214,7 +219,8 @@ class BusNode:
             raise UnknownInterface(form="service", name=name)
         if kind not in ("", held.kind):
             raise InvalidMessage(name=kind, reason=f"the service {name} is a {held.kind}")
-        return await held.call(request)
+        with acting_for(caller_of(self)):
+            return await held.call(request)
 
     def expect(self, *services: str) -> None:
         """Do nothing; see `protocol.Graph`. Here nobody has to be asked who serves what."""

@@ -1,17 +1,18 @@
-"""The queue of the process floor, as its door offers it to a graph: one principal for all of it."""
+"""The queue of the process floor, as its door offers it to a graph."""
 
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Sequence
 from typing import Any, Protocol
 
-from maya_un.api.access.caller import ROS, Caller
-from maya_un.api.access.operations import Operation
+from maya_un.api.access.caller import Caller
+from maya_un.api.access.operations import Operation, allowed
 from maya_un.api.service import Service
 from maya_un.controller.protocol import Controller
 from maya_un.errors import InvalidJob
 from maya_un.graph import diagnostics
 from maya_un.graph.diagnostics import Status
+from maya_un.graph.principals import caller
 from maya_un.process.job import Job
 from maya_un.process.view import QueueMode, QueueView
 from maya_un.robot.approach import Approach
@@ -36,21 +37,41 @@ class Call(Protocol):
         ...
 
 
-class Queue:
-    """Takes what comes from a graph through the gate, as the principal `ROS`; `status` tells how the floor is."""
+Asker = Callable[[], Awaitable[Caller]]
+"""Tells whose wish it is."""
 
-    def __init__(self, call: Call, status: Callable[[], Status]) -> None:
+
+async def _sender() -> Caller:
+    return caller()
+
+
+class Queue:
+    """Takes what comes from a graph through the gate; `status` tells how the floor is.
+
+    `who` tells whose wish it is: by default of whoever sent the message, as far as the graph knows.
+    """
+
+    def __init__(self, call: Call, status: Callable[[], Status], who: Asker | None = None) -> None:
         self._call = call
+        self._who = _sender if who is None else who
         self.status = status
 
     async def append(self, primitives: Sequence[Primitive]) -> None:
         """Append one job of these primitives; it starts when its turn comes. Raises as `Service.submit` does."""
-        job = job_of(primitives)
-        await self._call(ROS, Operation.SUBMIT, lambda service: service.submit(job, by=ROS), job.name)
+        job, by = job_of(primitives), await self._who()
+        operation = Operation.SUBMIT if allowed(by.role, Operation.SUBMIT) else Operation.PROPOSE
+        await self._call(by, operation, lambda service: service.submit(job, by=by), job.name)
 
     async def end_all(self) -> None:
-        """Stop every movement on its path, whoever began it, and cancel all that waits; raises `StorageFailed`."""
-        await self._call(ROS, Operation.CLEAR, lambda service: service.direct.end_all(), "everything")
+        """Stop every movement on its path, whoever began it, and cancel all that waits; raises `StorageFailed`.
+
+        For somebody who may not cancel what others submitted, it is a stop: what waits is paused.
+        """
+        by = await self._who()
+        if allowed(by.role, Operation.CLEAR):
+            await self._call(by, Operation.CLEAR, lambda service: service.direct.end_all(), "everything")
+        else:
+            await self._call(by, Operation.STOP, lambda service: service.stop())
 
 
 def job_of(primitives: Sequence[Primitive]) -> Job:

@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
+from maya_un.api.access.operations import Operation
+
 
 class Form(StrEnum):
     """What a row of the table is."""
@@ -33,7 +35,8 @@ class Row:
 
     `heard` tells that its floor listens to the topic instead of publishing it. `sources` and `sinks` are the nodes on
     either side by the manual. `latch` keeps the last message for whoever comes later, `rate` is how often a topic is
-    published [Hz], 0 where at every change. `manual` is False for what is ours.
+    published [Hz], 0 where at every change. `manual` is False for what is ours. `asks` is the operation that it asks
+    for, the least of several by role; None where it only tells.
     """
 
     name: str
@@ -48,6 +51,7 @@ class Row:
     queue_size: int = 100
     rate: float = 0.0
     manual: bool = True
+    asks: Operation | None = None
 
 
 HARDWARE = ("hw_simulator", "hardware_interface")
@@ -81,74 +85,92 @@ MARKERS = Row(
 GRIPPER = Row(
     "/gripper", Form.SERVICE, "std_srvs/SetBool", Floor.CONTROLLER, "open the gripper if true, else close it",
     HARDWARE, ("robot_controller",),
+    asks=Operation.WISH,
 )  # fmt: skip
 HOME = Row(
     "/home", Form.ACTION, "maya_controller/Home", Floor.CONTROLLER, "find the switches",
     HARDWARE, ("robot_controller",),
+    asks=Operation.WISH,
 )  # fmt: skip
 MOVE = Row(
     "/move", Form.ACTION, "maya_controller/Move", Floor.CONTROLLER, "go to joints a, b, c [rad, m, m]",
     HARDWARE, ("robot_controller",),
+    asks=Operation.WISH,
 )  # fmt: skip
 FOLLOW = Row(
     "/controller/follow", Form.ACTION, "maya_controller/Follow", Floor.CONTROLLER, "go along a path",
     HARDWARE, ("robot_controller",),
+    asks=Operation.WISH,
 )  # fmt: skip
 COMMAND = Row(
     "/controller/command", Form.TOPIC, "trajectory_msgs/JointTrajectory", Floor.CONTROLLER,
     "go along a path; refusals are told on /maya_event", (), HARDWARE, heard=True, queue_size=1, manual=False,
+    asks=Operation.WISH,
 )  # fmt: skip
 STOP = Row(
     "/controller/stop", Form.SERVICE, "std_srvs/Trigger", Floor.CONTROLLER, "brake on the path, at once",
     HARDWARE, ("robot_controller",),
+    asks=Operation.STOP,
 )  # fmt: skip
 RECOVER = Row(
     "/controller/recover", Form.SERVICE, "std_srvs/Trigger", Floor.CONTROLLER, "clear a fault; moves nothing",
     HARDWARE, ("robot_controller",),
+    asks=Operation.RECOVER,
 )  # fmt: skip
 PAUSE = Row(
     "/controller/pause", Form.SERVICE, "std_srvs/Trigger", Floor.CONTROLLER, "brake on the path and hold all motion",
     HARDWARE, ("robot_controller",), manual=False,
+    asks=Operation.PAUSE,
 )  # fmt: skip
 RESUME = Row(
     "/controller/resume", Form.SERVICE, "std_srvs/Trigger", Floor.CONTROLLER, "let motion go on after a pause",
     HARDWARE, ("robot_controller",), manual=False,
+    asks=Operation.RESUME,
 )  # fmt: skip
 ABORT = Row(
     "/controller/abort", Form.SERVICE, "std_srvs/Trigger", Floor.CONTROLLER, "stop without deceleration",
     HARDWARE, ("robot_controller",), manual=False,
+    asks=Operation.ABORT,
 )  # fmt: skip
 SPEED = Row(
     "/controller/speed", Form.TOPIC, "std_msgs/Float64", Floor.CONTROLLER, "scale the speed of all motion, 0.01 to 1",
     ("robot_controller",), HARDWARE, heard=True, queue_size=1, manual=False,
+    asks=Operation.SPEED,
 )  # fmt: skip
 PRIMITIVE = Row(
     "/maya_move", Form.TOPIC, "maya_robot/MayaPrimitive", Floor.ROBOT, "do a primitive; the topic form of /task",
     (), ("robot_controller",), heard=True, queue_size=10,
+    asks=Operation.WISH,
 )  # fmt: skip
 MAYA_COMMAND = Row(
     "/maya_command", Form.SERVICE, "maya_robot/MayaCommand", Floor.ROBOT,
     "can_teleop answers at once, other primitives when they are done", ("robot_controller",), ("process_controller",),
+    asks=Operation.WISH,
 )  # fmt: skip
 TASK = Row(
     "/task", Form.ACTION, "maya_robot/Task", Floor.ROBOT, "do a primitive", ("primitive_server",),
     ("process_controller",),
+    asks=Operation.WISH,
 )  # fmt: skip
 SEND_TASK = Row(
     "/send_task", Form.TOPIC, "maya_robot/MayaPrimitive", Floor.PROCESS, "append one primitive to the queue",
     ("maya_dashboard",), ("process_controller",), heard=True,
+    asks=Operation.PROPOSE,
 )  # fmt: skip
 START_QUEUE = Row(
     "/start_queue", Form.TOPIC, "maya_process/ProcessQueue", Floor.PROCESS, "append primitives as one job",
     ("maya_dashboard",), ("process_controller",), heard=True,
+    asks=Operation.PROPOSE,
 )  # fmt: skip
 STOP_QUEUE = Row(
     "/stop_queue", Form.TOPIC, "std_msgs/Empty", Floor.PROCESS, "cancel every movement, a homing included",
     ("maya_dashboard",), ("process_controller",), heard=True,
+    asks=Operation.STOP,
 )  # fmt: skip
 STEP_COMMAND = Row(
     "/step_command", Form.TOPIC, "std_msgs/String", Floor.BRIDGE, "a step of a process, as JSON",
     ("ros_coms",), ("firebase_bridge",), heard=True,
+    asks=Operation.WISH,
 )  # fmt: skip
 STEP_RESULT = Row(
     "/step_result", Form.TOPIC, "std_msgs/String", Floor.BRIDGE, "how a step ended, as JSON",
@@ -166,3 +188,27 @@ TABLE = (
 def rows(*floors: Floor) -> tuple[Row, ...]:
     """Return the rows of some floors."""
     return tuple(row for row in TABLE if row.floor in floors)
+
+
+def asked_by_topic(topic: str) -> Operation:
+    """Return the operation that is asked for by who publishes on a topic; that of an action's goal, too.
+
+    A cancel is a stop. Who speaks where Maya speaks, or where nobody of Maya's listens, takes part in the graph.
+    """
+    row = _BY_NAME.get(topic)
+    if row is not None and row.form is Form.TOPIC:
+        return Operation.GRAPH if row.asks is None else row.asks
+    name, _, part = topic.rpartition("/")
+    if part not in ("goal", "cancel"):
+        return Operation.GRAPH
+    action = asked_by_call(name, Form.ACTION)
+    return Operation.STOP if part == "cancel" and action is not Operation.GRAPH else action
+
+
+def asked_by_call(name: str, form: Form) -> Operation:
+    """Return the operation that is asked for by who calls a service, or has an action carried out."""
+    row = _BY_NAME.get(name)
+    return Operation.GRAPH if row is None or row.form is not form else row.asks or Operation.GRAPH
+
+
+_BY_NAME = {row.name: row for row in TABLE}

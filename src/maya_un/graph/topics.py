@@ -7,8 +7,10 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Protocol
 
+from maya_un.api.access.caller import Caller
 from maya_un.errors import InvalidMessage, UnknownInterface
 from maya_un.graph import types
+from maya_un.graph.principals import Who, acting_for, caller
 from maya_un.graph.protocol import Message
 from maya_un.graph.stamps import Stamp
 
@@ -19,6 +21,11 @@ class Member(Protocol):
     @property
     def name(self) -> str:
         """Its name; several may have the same."""
+        ...
+
+    @property
+    def who(self) -> Who | None:
+        """Tells for whom it acts; None where for whoever made it act."""
         ...
 
     def keep(self, held: Outlet | Inlet) -> None:
@@ -100,6 +107,11 @@ class Topics:
         return topic
 
 
+def caller_of(member: Member) -> Caller:
+    """Return for whom a node acts now."""
+    return caller() if member.who is None else member.who()
+
+
 class Outlet:
     """A topic that somebody publishes on; see `protocol.Publisher`."""
 
@@ -144,7 +156,7 @@ class Inlet:
         self._topics = topics
         self._heard = heard
         self._loop = asyncio.get_running_loop()
-        self._queue: deque[tuple[Message, Member]] = deque(maxlen=queue_size or None)
+        self._queue: deque[tuple[Message, Member, Caller]] = deque(maxlen=queue_size or None)
         self._closed = False
 
     @property
@@ -154,7 +166,7 @@ class Inlet:
 
     def put(self, message: Message, member: Member) -> None:
         """Have a message heard soon, in its turn among those of all topics; the oldest of too many are dropped."""
-        self._queue.append((message, member))
+        self._queue.append((message, member, caller_of(member)))
         self._loop.call_soon(self._deliver)
 
     def close(self) -> None:
@@ -170,9 +182,10 @@ class Inlet:
         """Have the next one heard, if it was not dropped."""
         if self._closed or not self._queue:
             return
-        message, member = self._queue.popleft()
+        message, member, who = self._queue.popleft()
         try:
-            self._heard(message, member)
+            with acting_for(who):
+                self._heard(message, member)
         except Exception as defect:  # noqa: BLE001 - one that cannot cope must not take the messages of others
             context = {"message": f"a reader of {self.topic.name} failed", "exception": defect}
             self._loop.call_exception_handler(context)

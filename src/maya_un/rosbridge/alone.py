@@ -5,6 +5,7 @@ from __future__ import annotations
 import socket
 from collections.abc import AsyncIterator, Iterator
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager, contextmanager
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
@@ -23,6 +24,7 @@ from maya_un.graph.queue import Queue, status_of
 from maya_un.graph.step_store import StepStore
 from maya_un.graph.table import POSITION
 from maya_un.rosbridge.endpoint import NODE, Endpoint
+from maya_un.rosbridge.guest import Guest
 from maya_un.rosbridge.near import Echo, NearController, NearRobot, echoed
 from maya_un.server import dates
 from maya_un.server.bridge import Bridge
@@ -43,7 +45,7 @@ async def endpoint(
 ) -> AsyncIterator[Endpoint]:
     """Serve rosbridge for `stack` at a place, on the graph that `graph_of` makes of it, while the block runs."""
     async with graph_of(stack, bridge, place.steps, speed=speed, now=now) as bus:
-        serving = Endpoint(lambda: _seat(bus), now, place.edge)
+        serving = Endpoint(partial(_seat, bus), now, place.edge, admission=bridge)
         async with serving.serving(place.door):
             yield serving
 
@@ -104,8 +106,8 @@ async def _describe(bus: Bus, stack: Stack, speed: float) -> None:
 
 
 @contextmanager
-def _seat(bus: Bus) -> Iterator[Graph]:
-    node: BusNode = bus.node(NODE)
+def _seat(bus: Bus, guest: Guest) -> Iterator[Graph]:
+    node: BusNode = bus.node(NODE, lambda: guest.caller)
     try:
         yield node
     finally:

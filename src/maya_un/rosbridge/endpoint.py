@@ -4,23 +4,32 @@ from __future__ import annotations
 
 import asyncio
 import socket
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AbstractContextManager, ExitStack, asynccontextmanager
+from dataclasses import replace
+from functools import partial
 
 from starlette.datastructures import Headers
 
-from maya_un.errors import InvalidRequest, MayaError
+from maya_un.api.access import tokens
+from maya_un.api.access.caller import ROS, Caller
+from maya_un.errors import InvalidRequest, MayaError, NotSignedIn
 from maya_un.graph.protocol import Graph
 from maya_un.listening import Listener, Shares
 from maya_un.rosbridge.client import Client
+from maya_un.rosbridge.guest import Admission, Guest
 from maya_un.rosbridge.limits import CLIENTS
 from maya_un.rosbridge.outgoing import Press
+from maya_un.rosbridge.restricted import Restricted
 from maya_un.rosbridge.rosapi import Rosapi
 from maya_un.rosbridge.sending import Sender
 from maya_un.rosbridge.session import Session
 from maya_un.rosbridge.turns import Turns
 from maya_un.rosbridge.wire import GOING, Wire
 from maya_un.server.edge import Edge
+from maya_un.server.language import language_of
+from maya_un.server.rights import Rights
+from maya_un.server.who import LEASE
 
 PORT = 9090
 """The usual port of rosbridge."""
@@ -28,15 +37,47 @@ PORT = 9090
 NODE = "rosbridge"
 """The name under which clients take part in the graph."""
 
-Seat = Callable[[], AbstractContextManager[Graph]]
+Seat = Callable[[Guest], AbstractContextManager[Graph]]
 """Gives a client its place in a graph, for as long as the client is there."""
 
 
-class Endpoint:
-    """Serves clients, each with a seat of its own. `now` tells the date [s since the epoch], `edge` whom to let in."""
+class Everybody:
+    """Lets everybody in as the principal `ROS`: for a graph that nobody shares."""
 
-    def __init__(self, seat: Seat, now: Callable[[], float], edge: Edge | None = None, most: int = CLIENTS) -> None:
+    async def caller(
+        self, authorization: str | None, lease: str, source: str, *, loopback: bool, stopping: bool, alone: Caller = ROS
+    ) -> Caller:
+        """Return `alone`."""
+        del authorization, source, loopback, stopping
+        return replace(alone, lease=lease)
+
+    async def current(self, asked: Sequence[Caller]) -> list[Caller | MayaError]:
+        """Return the same."""
+        return list(asked)
+
+    def heard_by(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Hear nothing: there is no news."""
+        del listener
+        return lambda: None
+
+
+class Endpoint:
+    """Serves clients, each with a seat of its own. `now` tells the date [s since the epoch], `edge` whom to let in.
+
+    `admission` tells who they are. Whoever may do less than before is disconnected at once.
+    """
+
+    def __init__(
+        self,
+        seat: Seat,
+        now: Callable[[], float],
+        edge: Edge | None = None,
+        most: int = CLIENTS,
+        admission: Admission | None = None,
+    ) -> None:
         self._seat = seat
+        self._admission = admission or Everybody()
+        self._rights = Rights(self._admission)
         self._edge = edge or Edge()
         self._most = most
         self._press = Press(now)
@@ -69,13 +110,18 @@ class Endpoint:
             return InvalidRequest(key="connection", reason=f"at most {self._most} clients are served at once")
         return refusal
 
-    def enter(self, wire: Wire, language: str) -> Session:
-        """Begin a session."""
+    def enter(self, wire: Wire, headers: Headers, source: str, *, local: bool) -> Session:
+        """Begin a session of whoever shows these headers."""
+        guest = Guest(source, local=local, lease=headers.get(LEASE, ""))
         with ExitStack() as stack:
-            graph = stack.enter_context(self._seat())
-            client = Client(graph, Sender(wire), self._press, language)
-            session = Session(client, Rosapi(graph, self._press.now), self._turns)
+            graph = Restricted(stack.enter_context(self._seat(guest)), guest)
+            client = Client(graph, Sender(wire), self._press, language_of(headers))
+            stack.enter_context(self._rights.watched(lambda: guest.known, partial(_look, wire, guest)))
+            stack.callback(setattr, guest, "left", True)
+            entry = partial(guest.introduce, self._admission)
+            session = Session(client, Rosapi(graph, self._press.now), self._turns, entry)
             self._sessions[wire] = (session, stack.pop_all())
+        session.begin(tokens.of_header(headers.get("authorization")))
         return session
 
     def leave(self, wire: Wire) -> None:
@@ -85,6 +131,12 @@ class Endpoint:
             task = asyncio.get_running_loop().create_task(_ended(*found), name="end of a rosbridge session")
             self._ending.add(task)
             task.add_done_callback(self._ending.discard)
+
+
+def _look(wire: Wire, guest: Guest, now: Caller | MayaError) -> None:
+    """Take notice of other rights of a client; where they are less, that is its end."""
+    if not guest.outlasts(now):
+        wire.end(NotSignedIn.code, "your rights have changed; connect again")
 
 
 async def _ended(session: Session, stack: ExitStack) -> None:

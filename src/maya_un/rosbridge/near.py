@@ -1,7 +1,7 @@
 """The floors of a stack that lives in another loop, as the doors of a graph need them in this one.
 
 What is looked at is read where it stands: states and workspaces are never changed, only replaced. Wishes go through the
-bridge and its gate, as the principal `ROS`. Events and the queue come over by a tap.
+bridge and its gate, as those of whoever has them (`graph.principals`). Events and the queue come over by a tap.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager
 from typing import TypeVar, cast
 
-from maya_un.api.access.caller import ROS
 from maya_un.api.access.operations import Operation
 from maya_un.api.service import Service
 from maya_un.assembly import Stack
 from maya_un.controller.protocol import Preview
 from maya_un.events import Listener
+from maya_un.graph.principals import caller
 from maya_un.graph.table import POSITION
 from maya_un.kinematics.workspace import Workspace
 from maya_un.motion.path import Route
@@ -161,7 +161,7 @@ class NearController:
         await self._wish(Operation.SPEED, lambda service: service.speed(ratio), f"{ratio}")
 
     async def _wish(self, operation: Operation, wish: Wish[T], subject: str = "") -> T:
-        return await self._bridge.carry(ROS, operation, wish, subject)
+        return await self._bridge.carry(caller(), operation, wish, subject)
 
 
 class NearRobot:
@@ -197,5 +197,5 @@ class NearRobot:
                 loop.call_soon_threadsafe(on_phase, phase)
 
         await self._bridge.carry(
-            ROS, Operation.WISH, lambda service: service.direct.primitive(primitive, told), primitive.command
+            caller(), Operation.WISH, lambda service: service.direct.primitive(primitive, told), primitive.command
         )

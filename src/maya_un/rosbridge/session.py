@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterable
+from contextlib import suppress
 from typing import Any
 
 from maya_un.errors import InvalidRequest, MayaError
@@ -16,10 +17,11 @@ from maya_un.rosbridge.decoding import decoded
 from maya_un.rosbridge.fields import Fields
 from maya_un.rosbridge.fragments import Gathering
 from maya_un.rosbridge.goals import SendingGoals
-from maya_un.rosbridge.limits import LONGEST_MESSAGE, NESTED
+from maya_un.rosbridge.limits import LONGEST_MESSAGE, NESTED, WAITING
 from maya_un.rosbridge.publishing import Publishing
 from maya_un.rosbridge.rosapi import Rosapi
 from maya_un.rosbridge.serving import Serving
+from maya_un.rosbridge.stopping import stop_in
 from maya_un.rosbridge.subscribing import Subscribing
 from maya_un.rosbridge.turns import Turns
 from maya_un.server.crash import written_down
@@ -27,18 +29,24 @@ from maya_un.server.crash import written_down
 Operation = Callable[[Fields], Awaitable[None] | None]
 """Carries out a message at once, or returns what is to be awaited before the next one."""
 
+Entry = Callable[[str | None], Awaitable[None]]
+"""Takes notice of the token that a client shows; raises why it is not let in."""
+
 _LEVELS = tuple(Level.__members__)
 
 
 class Session:
     """Carries out what one client says, in the `turns` of all. `on_calm` is called when it is ready to hear more.
 
+    `entry` is told of tokens, where it matters who the client is.
+
     Nothing that a client says raises anything here. Whoever hands on more while it is `busy` makes it grow.
     """
 
-    def __init__(self, client: Client, rosapi: Rosapi, turns: Turns) -> None:
+    def __init__(self, client: Client, rosapi: Rosapi, turns: Turns, entry: Entry | None = None) -> None:
         self._client = client
         self._turns = turns
+        self._entry = entry
         self._subscribing = Subscribing(client)
         self._publishing = Publishing(client, self._subscribing.hears)
         self._calling = Calling(client, rosapi)
@@ -49,19 +57,59 @@ class Session:
         self._inbox: deque[str | bytes] = deque()
         self._loop = asyncio.get_running_loop()
         self._closed = False
-        self.busy = False
+        self._at_it = False
+        self._looked_at = False
         self.on_calm: Callable[[], None] | None = None
         self._ops: dict[str, Operation] = {
             **self._subscribing.ops, **self._publishing.ops, **self._calling.ops, **self._serving.ops,
             **self._goals.ops, **self._acting.ops, "set_level": self._set_level, "auth": self._auth,
         }  # fmt: skip
 
+    @property
+    def busy(self) -> bool:
+        """Whether it should hear no more now; while a token is looked at it hears on, for a stop."""
+        return self._at_it and not (self._looked_at and len(self._inbox) < WAITING)
+
+    def begin(self, token: str | None) -> None:
+        """Find out who is there, by the `token` that was shown with the connection; what is said meanwhile waits."""
+        if self._entry is not None:
+            self._at_it = True
+            self._client.spawn(self._after(self._introduced(self._entry, token)), "who is there")
+
+    async def _introduced(self, entry: Entry, token: str | None) -> None:
+        try:
+            await self._shown(entry, token)
+        except Exception as error:  # noqa: BLE001 - as for what it says
+            if token is not None:
+                self._refuse(error, None)
+
+    async def _shown(self, entry: Entry, token: str | None) -> None:
+        self._looked_at = True
+        self._stop_ahead(self._inbox)
+        try:
+            await entry(token)
+        finally:
+            self._looked_at = False
+
     def take(self, *texts: str | bytes) -> None:
-        """Carry out what came together, now or when what came before has been."""
+        """Carry out what came together, now or when what came before has been.
+
+        A stop waits for no token to be looked at: it is begun at once, and carried out in its turn once more.
+        """
         self._inbox.extend(texts)
-        if self._inbox and not self.busy:
-            self.busy = True
+        if self._looked_at:
+            self._stop_ahead(texts)
+        if self._inbox and not self._at_it:
+            self._at_it = True
             self._turns.give(self._step)
+
+    def _stop_ahead(self, texts: Iterable[str | bytes]) -> None:
+        for service in filter(None, map(stop_in, texts)):
+            self._client.spawn(self._stop(service), "a stop ahead")
+
+    async def _stop(self, service: str) -> None:
+        with suppress(MayaError):  # in its turn it is refused as well, and that is told
+            await self._client.graph.call(service, {})
 
     def _step(self) -> bool:
         """Carry out the next of what was said; tell whether another can be carried out now."""
@@ -77,10 +125,10 @@ class Session:
 
     def _goes_on(self) -> bool:
         """Tell whether there is more to carry out; where there is none, be ready to hear more."""
-        self.busy = bool(self._inbox) and not self._closed
-        if not self.busy and self.on_calm is not None:
+        self._at_it = bool(self._inbox) and not self._closed
+        if not self._at_it and self.on_calm is not None:
             self.on_calm()
-        return self.busy
+        return self._at_it
 
     def _carry_out(self, text: str | bytes) -> Awaitable[None] | None:
         """Carry out a message; return what is to be awaited for that."""
@@ -133,8 +181,16 @@ class Session:
     def _set_level(self, fields: Fields) -> None:
         self._client.level = Level[fields.one_of("level", _LEVELS, "")]
 
-    def _auth(self, _: Fields) -> None:
-        raise InvalidRequest(key="op", reason="nobody signs in here with a MAC; this endpoint is for its own machine")
+    def _auth(self, fields: Fields) -> Awaitable[None] | None:
+        """Carry out `auth`: `mac` is a token, for of tokens only hashes are kept, which no MAC can be checked by."""
+        token, name = fields.text("mac"), fields.id
+        if not token:
+            raise InvalidRequest(key="mac", reason="it is a token, like maya_…")
+        return None if self._entry is None else self._signed_in(self._entry, token, name)
+
+    async def _signed_in(self, entry: Entry, token: str, name: Id) -> None:
+        await self._shown(entry, token)
+        self._client.tell(Level.info, "signed in", name)
 
     async def close(self) -> None:
         """End everything that this client began; returns when it has ended."""

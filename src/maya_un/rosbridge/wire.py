@@ -8,6 +8,7 @@ state for each connection, and what is sent is small.
 from __future__ import annotations
 
 import asyncio
+import logging
 import socket
 from collections.abc import Callable
 from http import HTTPStatus
@@ -30,6 +31,10 @@ HANDSHAKE = 10.0
 
 GOING = 1012
 """Closing code: the service ends (IANA's register of codes, "service restart")."""
+
+_SILENT = logging.getLogger("maya_un.rosbridge.library")
+"""The library logs whole requests, tokens too, where somebody has debugging logged; this logger never does."""
+_SILENT.disabled = True
 
 _FORWARDED = ("forwarded", "x-forwarded-for", "x-real-ip")
 
@@ -56,7 +61,7 @@ class Host(Protocol):
         """Return why a client is not let in."""
         ...
 
-    def enter(self, wire: Wire, language: str) -> Conversation:
+    def enter(self, wire: Wire, headers: Headers, source: str, *, local: bool) -> Conversation:
         """Begin a conversation."""
         ...
 
@@ -71,7 +76,7 @@ class Wire(asyncio.BufferedProtocol):
     def __init__(self, host: Host) -> None:
         self._host = host
         self._loop = asyncio.get_running_loop()
-        self._conn = ServerProtocol(max_size=LONGEST_MESSAGE)
+        self._conn = ServerProtocol(max_size=LONGEST_MESSAGE, logger=_SILENT)
         self._conversation: Conversation | None = None
         self._parts: list[bytes] = []
         self._read = bytearray(READ_AT_ONCE)
@@ -174,16 +179,21 @@ class Wire(asyncio.BufferedProtocol):
         self._live = True
         self._stop_timer()
         self._ping_later()
-        self._conversation = self._host.enter(self, language_of(headers))
+        self._conversation = self._host.enter(self, headers, self._source, local=self._is_local(headers))
         self._conversation.on_calm = self._resume
 
     def _is_local(self, headers: Headers) -> bool:
         """Tell whether the client is on this machine; one that was forwarded is not."""
-        peer = self._transport.get_extra_info("peername")
         try:
-            return ip_address(peer[0]).is_loopback and not any(name in headers for name in _FORWARDED)
-        except (ValueError, TypeError, IndexError):
+            return ip_address(self._source).is_loopback and not any(name in headers for name in _FORWARDED)
+        except ValueError:
             return False
+
+    @property
+    def _source(self) -> str:
+        """The address that the client has."""
+        peer = self._transport.get_extra_info("peername")
+        return str(peer[0]) if peer else ""
 
     def _resume(self) -> None:
         if not self._transport.is_closing():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncGenerator, Awaitable, Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import TypeVar
 
@@ -55,13 +56,54 @@ class Bridge:
         self.past = Share()
 
     async def caller(
-        self, authorization: str | None, lease: str, source: str, *, loopback: bool, stopping: bool
+        self,
+        authorization: str | None,
+        lease: str,
+        source: str,
+        *,
+        loopback: bool,
+        stopping: bool,
+        alone: Caller = LOCAL,
     ) -> Caller:
         """Return who shows these headers; arguments and what is raised are those of `Callers.resolve`."""
         callers = self._callers
         if callers is None:
-            return replace(LOCAL, lease=lease)
-        return await self.within(lambda: callers.resolve(authorization, lease, source, loopback, stopping=stopping))
+            return replace(alone, lease=lease)
+        return await self.within(
+            lambda: callers.resolve(authorization, lease, source, loopback, stopping=stopping, alone=alone)
+        )
+
+    async def current(self, asked: Sequence[Caller]) -> list[Caller | MayaError]:
+        """Return each of some callers with the role that he has now, or why he has none any more."""
+        callers = self._callers
+        if callers is None:
+            return list(asked)
+
+        async def looked_at() -> list[Caller | MayaError]:
+            return [_current(callers, one) for one in asked]
+
+        return await self.within(looked_at)
+
+    def heard_by(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Call `listener` in the running loop after each change of users and tokens; return what ends that."""
+        callers, here = self._callers, asyncio.get_running_loop()
+        if callers is None:
+            return _nothing
+
+        def told() -> None:
+            with suppress(RuntimeError):  # its loop has ended
+                here.call_soon_threadsafe(listener)
+
+        ends: list[Callable[[], None]] = []
+        self._loop.call_soon_threadsafe(lambda: ends.append(callers.heard_by(told)))
+        return lambda: self._end(ends)
+
+    def _end(self, ends: list[Callable[[], None]]) -> None:
+        def end() -> None:
+            ends.pop()()
+
+        with suppress(RuntimeError):  # the stack's loop has ended
+            self._loop.call_soon_threadsafe(end)
 
     async def call(
         self, caller: Caller, operation: Operation, wish: Callable[[Service], Awaitable[T]], subject: str = ""
@@ -138,6 +180,17 @@ class Bridge:
         except TimeoutError:
             return []
         return await self.call(caller, Operation.READ, past)
+
+
+def _current(callers: Callers, caller: Caller) -> Caller | MayaError:
+    try:
+        return callers.current(caller)
+    except MayaError as ended:
+        return ended
+
+
+def _nothing() -> None:
+    """End nothing."""
 
 
 def _unwatched(service: Service) -> Gate:

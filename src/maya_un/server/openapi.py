@@ -12,7 +12,7 @@ from fastapi.routing import APIRoute
 from pydantic import TypeAdapter
 from pydantic.json_schema import JsonSchemaMode
 
-from maya_un.api.access.operations import RULES, Operation
+from maya_un.api.access.operations import RULES, STOPPING, Operation
 from maya_un.errors import (
     InternalError,
     InvalidRequest,
@@ -33,7 +33,7 @@ from maya_un.server.guard import UNLIMITED
 from maya_un.server.problems import status_of, title_of
 from maya_un.server.routes import Rule
 from maya_un.server.schemas import REFERENCE
-from maya_un.server.who import LEASE, STOPPING
+from maya_un.server.who import LEASE
 
 Json = dict[str, Any]
 

@@ -16,6 +16,7 @@ from maya_un.server.bridge import Bridge
 from maya_un.server.crash import written_down
 from maya_un.server.language import language_of
 from maya_un.server.protocol import Places
+from maya_un.server.rights import Rights
 from maya_un.server.stream_entrance import Entrance
 from maya_un.server.stream_hub import Hub
 from maya_un.server.stream_ring import MOST_EVENTS, Ring
@@ -51,6 +52,7 @@ class Stream:
         self._tapping: asyncio.Task[None] | None = None
         self._clients = 0
         self._wires: set[Wire] = set()
+        self._rights = Rights(bridge)
         self._near = Places(NEAR_CLIENTS, NEAR_CLIENTS)
         self._far = Places(FAR_CLIENTS, FAR_CLIENTS_EACH)
 
@@ -77,7 +79,9 @@ class Stream:
             caller = await _introduced(entrance)
             if caller is not None:
                 async with self._entered() as hub:
-                    await Session(socket, wire, self._bridge, hub, entrance, caller, language).converse()
+                    session = Session(socket, wire, self._bridge, hub, entrance, caller, language)
+                    with self._rights.watched(lambda: session.caller, session.take_rights):
+                        await session.converse()
         finally:
             self._wires.discard(wire)
             places.give_back(address)

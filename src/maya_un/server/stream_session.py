@@ -32,9 +32,6 @@ from maya_un.server.stream_past import catch_up
 from maya_un.server.stream_reader import Reader
 from maya_un.server.stream_wire import Wire
 
-LOOK_AGAIN = 30.0
-"""A client that says nothing is looked at again after so long: its token may have been revoked [s]."""
-
 MOST_MESSAGES, BURST = 100.0, 200
 """How many messages of a client are answered in a second, and how many at once where it was silent before."""
 
@@ -73,7 +70,7 @@ class Session:
         """Greet the client and answer what it says, until one side ends."""
         self._greet({})
         try:
-            while (text := await self._next()) is not None:
+            while (text := await received(self._socket)) is not None:
                 await self._wire.writable.wait()  # who does not read is not listened to either
                 await self._hear(text)
                 await self._breathe()
@@ -83,13 +80,17 @@ class Session:
             self._hub.leave(self._reader)
             await self._let_go()
 
-    async def _next(self) -> str | bytes | None:
-        """Return the next message, None where the connection is over; a silent client is looked at again and again."""
-        while True:
-            with suppress(TimeoutError):
-                async with asyncio.timeout(LOOK_AGAIN):
-                    return await received(self._socket)
-            self._caller = await self._entrance.caller()
+    @property
+    def caller(self) -> Caller:
+        """Who is there."""
+        return self._caller
+
+    def take_rights(self, now: Caller | MayaError) -> None:
+        """Take notice of other rights of the client; where it has none any more, that is its end."""
+        if isinstance(now, MayaError):
+            refuse(self._wire, now, self._language)
+        else:
+            self._caller = now
 
     async def _breathe(self) -> None:
         """Wait before the next message of a client that says too much: it waits, and nobody else does."""

@@ -7,14 +7,11 @@ from ipaddress import ip_address
 from starlette.requests import HTTPConnection
 
 from maya_un.api.access.caller import Caller
-from maya_un.api.access.operations import Operation
+from maya_un.api.access.operations import STOPPING, Operation
 from maya_un.server.bridge import Bridge
 
 LEASE = "Maya-Lease"
 """The header that shows the control lease."""
-
-STOPPING = frozenset({Operation.STOP, Operation.ABORT})
-"""What this machine's own people may say without a token, whoever is kept."""
 
 _FORWARDED = ("forwarded", "x-forwarded-for", "x-real-ip")
 

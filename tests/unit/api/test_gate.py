@@ -26,7 +26,7 @@ from tests.virtual_time import elapse, turn
 NEEDS = {
     "viewer": "read preview stop abort me",
     "student": "propose pause lease renew wish jog resume speed step",
-    "operator": "submit cancel approve drive teach record recover restart clear zones",
+    "operator": "submit cancel approve drive teach record recover restart clear zones graph",
     "admin": "break backup audit users",
 }
 """The least role of every operation."""

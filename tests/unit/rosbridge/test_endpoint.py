@@ -18,6 +18,7 @@ from maya_un.graph.protocol import Graph
 from maya_un.loops import run
 from maya_un.rosbridge import wire
 from maya_un.rosbridge.endpoint import Endpoint
+from maya_un.rosbridge.guest import Guest
 from maya_un.rosbridge.limits import LONGEST_MESSAGE, WAITING
 from maya_un.server.doors import bound_socket
 from maya_un.server.edge import Edge
@@ -43,7 +44,7 @@ async def served(edge: Edge | None = None, most: int = 10) -> AsyncIterator[Serv
     bus = Bus()
 
     @contextmanager
-    def seat() -> Iterator[Graph]:
+    def seat(_: Guest) -> Iterator[Graph]:
         node = bus.node("rosbridge")
         yield node
         node.close()

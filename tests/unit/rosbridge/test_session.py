@@ -98,12 +98,14 @@ async def test_what_is_not_understood_is_told_and_the_session_goes_on(text: str)
         assert (await talker.ask("call_service", service="/rosapi/get_time"))[0]["result"] is True
 
 
-async def test_nobody_signs_in_here_and_the_connection_is_kept() -> None:
+async def test_auth_while_no_users_are_kept_changes_nothing() -> None:
     async with room() as one:
         talker = one.talker()
-        (told,) = await talker.ask("auth", mac="x", client="y", dest="z", rand="r", t=1, level="a", end=2)
-        assert (told["level"], told["code"]) == ("error", 4005)
-        assert talker.mouth.ended == []
+        assert await talker.ask("auth", mac="x", client="y", dest="z", rand="r", t=1, level="a", end=2) == []
+        (told,) = await talker.ask("auth", mac="", client="y", dest="z", rand="r", t=1, level="a", end=2)
+        assert (told["op"], told["code"]) == ("status", 4005)
+        (told,) = await talker.ask("auth")
+        assert (told["op"], told["code"]) == ("status", 4005)
 
 
 async def test_sentences_are_in_the_language_of_the_client() -> None:

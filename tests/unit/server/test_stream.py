@@ -18,7 +18,7 @@ from websockets.exceptions import ConnectionClosed
 from maya_un import __version__
 from maya_un.api.access.caller import LOCAL
 from maya_un.loops import ScaledLoop, run
-from maya_un.server import stream, stream_session, stream_wire
+from maya_un.server import rights, stream, stream_session, stream_wire
 from maya_un.server.doors import bound_socket
 from maya_un.server.stream_wire import LONGEST_MESSAGE
 from tests.streaming import Client, Sluggard, Watched, connected, streamed
@@ -338,7 +338,7 @@ def test_who_says_nothing_is_let_go(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_token_that_is_revoked_ends_the_stream_though_the_client_is_silent(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(stream_session, "LOOK_AGAIN", 0.05)
+    monkeypatch.setattr(rights, "LOOK_AGAIN", 1000.0)
 
     async def main() -> None:
         watched = Watched()
@@ -354,12 +354,53 @@ def test_a_token_that_is_revoked_ends_the_stream_though_the_client_is_silent(mon
 
 
 def test_a_client_may_become_another_by_a_token() -> None:
-    async def story(watched: Watched, client: Client) -> None:
+    async def main() -> None:
+        watched = Watched()
+        admin, viewer = await guarded(watched)
+        async with streamed(watched) as url, connected(url, Authorization=f"Bearer {admin}") as client:
+            assert (await client.ask("hello", token=viewer))["who"]["name"] == "vera"
+            assert (await client.ask("renew", lease="x"))["code"] == 4102
+
+    run(main())
+
+
+def test_stream_of_a_token_that_expires_ends_within_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def main() -> None:
+        watched = Watched()
         _, viewer = await guarded(watched)
-        assert (await client.ask("hello", token=viewer))["who"]["name"] == "vera"
-        assert (await client.ask("renew", lease="x"))["code"] == 4102
+        async with streamed(watched) as url, connected(url, Authorization=f"Bearer {viewer}") as client:
+            await client.ask("subscribe", state={"rate": 10})
+            monkeypatch.setattr(watched.entrance.callers, "_expired", lambda _: True)
+            assert (await client.until("error"))["code"] == 4101
+            with pytest.raises(ConnectionClosed):
+                await client.hear()
+
+    run(main())
+
+
+def test_stream_without_a_token_ends_when_users_come_to_be_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rights, "LOOK_AGAIN", 1000.0)
+
+    async def story(watched: Watched, client: Client) -> None:
+        await client.ask("subscribe", state={"rate": 10})
+        await guarded(watched)
+        assert (await client.until("error"))["code"] == 4101
+        with pytest.raises(ConnectionClosed):
+            await client.hear()
 
     told(story)
+
+
+def test_stream_of_somebody_demoted_goes_on_with_the_lesser_role() -> None:
+    async def main() -> None:
+        watched = Watched()
+        admin, _ = await guarded(watched)
+        await watched.users.add("bea", "admin")
+        async with streamed(watched) as url, connected(url, Authorization=f"Bearer {admin}") as client:
+            await watched.users.change("ada", role="viewer", by=replace(LOCAL, name="bea"))
+            assert (await client.ask("renew", lease="x"))["code"] == 4102
+
+    run(main())
 
 
 def test_who_asks_for_the_past_again_and_again_is_heard_less_and_less() -> None:

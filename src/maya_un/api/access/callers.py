@@ -14,7 +14,8 @@ from maya_un.api.access import tokens
 from maya_un.api.access.attempts import Attempts
 from maya_un.api.access.caller import BYSTANDER, LOCAL, Caller
 from maya_un.api.access.hashing import Hasher
-from maya_un.api.access.register import Calendar, Register
+from maya_un.api.access.operations import Operation, allowed
+from maya_un.api.access.register import Calendar, OnChange, Register
 from maya_un.api.access.store import Token, User
 from maya_un.errors import NotSignedIn
 
@@ -63,19 +64,27 @@ class Callers:
         return bool(self._register.users)
 
     async def resolve(
-        self, authorization: str | None, lease: str, source: str, loopback: bool, *, stopping: bool = False
+        self,
+        authorization: str | None,
+        lease: str,
+        source: str,
+        loopback: bool,
+        *,
+        stopping: bool = False,
+        alone: Caller = LOCAL,
     ) -> Caller:
         """Return who asks.
 
         `authorization` and `lease` are the headers `Authorization` and `Maya-Lease` as they came ("" or None where they
         did not), `source` is shown in the audit log and counted by, `loopback` says that it came from this machine and
         from nobody behind it. With `stopping` it is for a stop or an abort, which from loopback needs no token.
+        `alone` is who asks from this machine while no users are kept.
 
         Ask anew for every request, on an open websocket too: a token may have been revoked meanwhile. Raises
         `NotSignedIn`, and `TooManyRequests` for a source that was wrong too often.
         """
         if loopback and not self.kept:
-            return replace(LOCAL, source=source or LOCAL.source, lease=lease)
+            return replace(alone, source=source or alone.source, lease=lease)
         text = tokens.of_header(authorization)
         known = None if text is None else self._recalled(text)
         if known is not None:
@@ -85,6 +94,25 @@ class Callers:
         if text is None:
             raise NotSignedIn(reason="none was shown" if self.kept else "no users are kept yet")
         return self._caller(await self._verified(text, source), lease, source)
+
+    def current(self, caller: Caller) -> Caller:
+        """Return a caller with the role that he has now.
+
+        Raises `NotSignedIn` where his token was revoked or has expired, or where he showed none and users are kept.
+        """
+        if not caller.token:
+            if self.kept:
+                raise NotSignedIn(reason="none was shown")
+            return caller
+        token = self._register.tokens.get(caller.token)
+        if token is None or token.user != caller.name or self._expired(token):
+            raise NotSignedIn(reason="what was shown has expired or was revoked")
+        role = self._register.users[token.user].role
+        return replace(caller, role=role, implicit=caller.implicit and allowed(role, Operation.LEND))
+
+    def heard_by(self, listener: OnChange) -> Callable[[], None]:
+        """Call `listener` in this loop after each change of users and tokens; return what ends that."""
+        return self._register.heard_by(listener)
 
     async def signed_in(self, name: str, password: str, source: str) -> User:
         """Return the user whose password this is.
@@ -158,9 +186,10 @@ class Callers:
     def _valid(self, token: Token) -> Token | None:
         """Return a token as it is now, None where it was revoked or has expired."""
         kept = self._register.tokens.get(token.id)
-        if kept is None or kept.secret != token.secret or (kept.expires and kept.expires <= self._calendar.now()):
-            return None
-        return kept
+        return None if kept is None or kept.secret != token.secret or self._expired(kept) else kept
+
+    def _expired(self, token: Token) -> bool:
+        return bool(token.expires) and token.expires <= self._calendar.now()
 
     def _keep(self, shown: tokens.Shown, token: Token) -> None:
         self._known[self._digest(shown.text)] = token

@@ -28,6 +28,7 @@ class Operation(StrEnum):
     SPEED = "speed"
     RECOVER = "recover"
     STEP = "step"
+    GRAPH = "graph"
     RESTART = "restart"
     CLEAR = "clear"
     ZONES = "zones"
@@ -77,12 +78,17 @@ RULES: dict[Operation, Rule] = {
     Operation.RESTART: Rule(Role.OPERATOR, drives=True, meaning="say what becomes of an interrupted job"),
     Operation.CLEAR: Rule(Role.OPERATOR, meaning="cancel everything that waits"),
     Operation.ZONES: Rule(Role.OPERATOR, drives=True, meaning="change the zones of this run"),
+    Operation.GRAPH: Rule(Role.OPERATOR, meaning="take part in the graph: publish, serve, set its parameters"),
     Operation.BREAK: Rule(Role.ADMIN, meaning="take the lease from whoever holds it"),
     Operation.BACKUP: Rule(Role.ADMIN, meaning="back the queue and its history up"),
     Operation.AUDIT: Rule(Role.ADMIN, meaning="read the audit log"),
     Operation.USERS: Rule(Role.ADMIN, meaning="keep users and tokens"),
 }
 """What every operation needs. Stop and abort need neither a lease nor more than a valid token."""
+
+
+STOPPING = frozenset({Operation.STOP, Operation.ABORT})
+"""What this machine's own people may ask for without a token, whether users are kept or not."""
 
 
 def allowed(role: Role, operation: Operation) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Protocol
 
@@ -11,6 +12,9 @@ from maya_un.api.access.store import Change, Store, Token, User
 from maya_un.errors import StorageFailed
 
 _TO_THE_MINUTE = 16
+
+OnChange = Callable[[], None]
+"""Told that users or tokens have changed."""
 
 
 class Calendar(Protocol):
@@ -38,6 +42,7 @@ class Register:
         self.users: dict[str, User] = {}
         self.tokens: dict[str, Token] = {}
         self.turn = asyncio.Lock()
+        self._listeners: list[OnChange] = []
 
     async def open(self) -> None:
         """Read what the store keeps; raises `StorageFailed` and its kin."""
@@ -53,6 +58,11 @@ class Register:
         """Return the names of the users who could drive, in order."""
         return sorted(user.name for user in self.users.values() if allowed(user.role, Operation.LEASE))
 
+    def heard_by(self, listener: OnChange) -> Callable[[], None]:
+        """Call `listener` after each change, before anybody else goes on; return what ends that."""
+        self._listeners.append(listener)
+        return lambda: self._listeners.remove(listener)
+
     async def change(self, change: Change) -> None:
         """Change users and tokens; raises `StorageFailed`."""
         for name in change.without_users:
@@ -61,11 +71,19 @@ class Register:
                 del self.tokens[token.id]
         for key in change.without_tokens:
             self.tokens.pop(key, None)
+        if change.without_users or change.without_tokens:
+            self._tell()
         used, self._used = self._used, {}
         noted = tuple(token for token in map(self.tokens.get, used) if token is not None)
         await self._store.apply(replace(change, tokens=noted + change.tokens))
         self.users.update({user.name: user for user in change.users})
         self.tokens.update({token.id: token for token in change.tokens})
+        if change.users:
+            self._tell()
+
+    def _tell(self) -> None:
+        for listener in tuple(self._listeners):
+            listener()
 
     def used(self, token: Token, date: str) -> None:
         """Note that a token was shown; it is written with the next change, or at the end."""

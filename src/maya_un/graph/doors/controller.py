@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 from collections import deque
 from collections.abc import AsyncGenerator, Awaitable, Callable
 from contextlib import asynccontextmanager
+from contextvars import Context, copy_context
 from dataclasses import asdict
 from typing import Protocol
 
@@ -190,14 +192,16 @@ class ControllerDoor:
 
         async def follow_ratios() -> None:
             while ratios:
-                await told(SPEED.name, self._floor.override(ratios.pop()))
+                ratio, context = ratios.pop()
+                work = told(SPEED.name, self._floor.override(ratio))
+                await asyncio.get_running_loop().create_task(work, context=context)
 
-        ratios = deque[float](maxlen=SPEED.queue_size)
+        ratios = deque[tuple[float, Context]](maxlen=SPEED.queue_size)
         following = [working.begin(follow_ratios(), SPEED.name)]
 
         def speed(ratio: Message) -> None:
             """Set the newest ratio; those that came while another was being set are past."""
-            ratios.append(ratio["data"])
+            ratios.append((ratio["data"], copy_context()))
             if following[0].done():
                 following[0] = working.begin(follow_ratios(), SPEED.name)
 

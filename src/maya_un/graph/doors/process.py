@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncGenerator, Awaitable, Callable, Sequence
 from contextlib import asynccontextmanager
+from contextvars import Context, copy_context
 from typing import Protocol
 
 from maya_un.errors import InvalidJob, MayaError
@@ -40,8 +41,9 @@ class ProcessDoor:
         self._clock = clock_or_loop(clock)
         self._speed = max(1.0, speed)
         self._refused = ""
-        self._coming: asyncio.Queue[tuple[Row, Sequence[Message]]] = asyncio.Queue()
+        self._coming: asyncio.Queue[tuple[Row, Sequence[Message], Context]] = asyncio.Queue()
         self._ends = 0
+        self._ended_by = copy_context()
 
     @asynccontextmanager
     async def open(self, graph: Graph) -> AsyncGenerator[None]:
@@ -58,13 +60,14 @@ class ProcessDoor:
 
     def _topics(self, graph: Graph, working: Tasks) -> list[Held]:
         def send(message: Message) -> None:
-            self._coming.put_nowait((SEND_TASK, [message]))
+            self._coming.put_nowait((SEND_TASK, [message], copy_context()))
 
         def start(message: Message) -> None:
-            self._coming.put_nowait((START_QUEUE, message["tasks"]))
+            self._coming.put_nowait((START_QUEUE, message["tasks"], copy_context()))
 
         def stop(_: Message) -> None:
             self._ends += 1
+            self._ended_by = copy_context()
             while not self._coming.empty():
                 self._coming.get_nowait()
             working.begin(self._told(STOP_QUEUE, self._floor.end_all), STOP_QUEUE.name)
@@ -73,13 +76,18 @@ class ProcessDoor:
         return [graph.subscribe(row.name, row.type, heard, queue_size=row.queue_size) for row, heard in rows]
 
     async def _take(self) -> None:
-        """Append what comes, in order. What was being appended when everything was to end, ends as well."""
+        """Append what comes, in order. What was being appended when everything was to end, ends as well.
+
+        Each is done in the context in which it came: it knows whose wish it is.
+        """
+        loop = asyncio.get_running_loop()
         while True:
-            row, messages = await self._coming.get()
+            row, messages, context = await self._coming.get()
             ends = self._ends
-            await self._told(row, lambda messages=messages: self._append(messages))
+            work = self._told(row, lambda messages=messages: self._append(messages))
+            await loop.create_task(work, context=context)
             if self._ends != ends:
-                await self._told(STOP_QUEUE, self._floor.end_all)
+                await loop.create_task(self._told(STOP_QUEUE, self._floor.end_all), context=self._ended_by)
 
     async def _append(self, messages: Sequence[Message]) -> None:
         if not messages:

@@ -24,7 +24,7 @@ def main() -> int:
 async def serve(node: Node) -> None:
     """Serve until cancelled; raises `AddressInUse` and `InvalidValue`."""
     door = bound_socket(await node.number("port", PORT))
-    endpoint = Endpoint(lambda: nullcontext(node.graph), ros_time, await _edge(node))
+    endpoint = Endpoint(lambda _: nullcontext(node.graph), ros_time, await _edge(node))
     async with endpoint.serving(door):
         node.say("rosbridge is served at ws://{}:{}.".format(*door.getsockname()[:2]))
         await asyncio.Event().wait()

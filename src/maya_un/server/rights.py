@@ -1,0 +1,96 @@
+"""Who is connected for long is looked at again: at once after each change of users and tokens, and as tokens expire."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from typing import Protocol
+
+from maya_un.api.access.caller import Caller
+from maya_un.errors import MayaError
+from maya_un.server.crash import written_down
+
+LOOK_AGAIN = 1.0
+"""How often connections are looked at where nothing has changed: tokens expire [s]."""
+
+
+class Source(Protocol):
+    """Where it is known who may what; `server.bridge.Bridge` knows it."""
+
+    async def current(self, asked: Sequence[Caller]) -> list[Caller | MayaError]:
+        """Return each caller with the role that he has now, or why he has none any more."""
+        ...
+
+    def heard_by(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Call `listener` in the running loop after each change; return what ends that."""
+        ...
+
+
+Who = Callable[[], Caller | None]
+"""Tells who is at the other end of a connection, None where nobody is known."""
+
+Changed = Callable[[Caller | MayaError], None]
+"""Told the caller with the rights that he has now, or why he has none any more."""
+
+
+@dataclass(slots=True, eq=False)
+class _Watched:
+    """A connection."""
+
+    who: Who
+    changed: Changed
+
+
+class Rights:
+    """Looks at the connections of an edge, all at once; nothing happens while there is none."""
+
+    def __init__(self, source: Source) -> None:
+        self._source = source
+        self._watched: list[_Watched] = []
+        self._looking: asyncio.Task[None] | None = None
+
+    @contextmanager
+    def watched(self, who: Who, changed: Changed) -> Iterator[None]:
+        """Call `changed` with what has become of the caller that `who` tells, while the block runs."""
+        one = _Watched(who, changed)
+        self._watched.append(one)
+        if self._looking is None:
+            self._looking = asyncio.get_running_loop().create_task(self._look(), name="rights of connections")
+        try:
+            yield
+        finally:
+            self._watched.remove(one)
+            if not self._watched:
+                self._end()
+
+    def _end(self) -> None:
+        if self._looking is not None:
+            self._looking.cancel()
+            self._looking = None
+
+    async def _look(self) -> None:
+        news = asyncio.Event()
+        end = self._source.heard_by(news.set)
+        try:
+            while True:
+                with suppress(TimeoutError):
+                    async with asyncio.timeout(LOOK_AGAIN):
+                        await news.wait()
+                news.clear()
+                try:
+                    await self._look_once()
+                except Exception as defect:  # noqa: BLE001 - nobody awaits this; it is looked again all the same
+                    written_down(defect)
+        finally:
+            end()
+
+    async def _look_once(self) -> None:
+        asked = [(one, caller) for one in self._watched if (caller := one.who()) is not None]
+        if not asked:
+            return
+        found = await self._source.current([caller for _, caller in asked])
+        for (one, before), now in zip(asked, found, strict=True):
+            if now != before and one in self._watched and one.who() is before:
+                one.changed(now)
