@@ -94,6 +94,20 @@ def told_by(*command: object) -> dict[str, Any]:
     return said
 
 
+@pytest.mark.parametrize("way", ["roslibpy header", "roslibpy auth", "roslib auth"])
+def test_client_libraries_sign_in_with_a_token(way: str) -> None:
+    library, how = way.split()
+    with served() as one:
+        assert done("home")[0] == 0
+        token = json.loads(done("user add root --role admin --json")[1])["token"]
+        if library == "roslib":
+            said = told_by(node(), SCRIPTS / "sign_in.mjs", one.url, token)
+        else:
+            said = told_by(ROSLIBPY[0], ROSLIBPY[1].with_name("roslibpy_signs_in.py"), one.port, token, how)
+    assert (said["stop"], said["speed"], said["gripper"]) == (True, SPEED, True)
+    assert library == "roslibpy" or "4101: " in said["before"]
+
+
 def stands_on_the_tray(cube: tuple[float, float]) -> bool:
     return max(abs(one - other) for one, other in zip(cube, TRAY, strict=True)) < 0.002
 
