@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from decimal import Decimal, localcontext
 from fractions import Fraction
-from math import ceil, floor
+from math import floor
 
 STEP = Fraction(1, 65536)
 LARGEST = Fraction(2**31) - STEP
@@ -222,7 +222,7 @@ def computed(sign: str, a: Fraction, b: Fraction) -> Fraction:
 
 
 def nearest(value: Fraction) -> Fraction:
-    return folded(Fraction(floor(value + Fraction(1, 2)) if value >= 0 else ceil(value - Fraction(1, 2))))
+    return folded(Fraction(floor(value + Fraction(1, 2))))
 
 
 def single(value: Fraction) -> Fraction:

@@ -195,11 +195,11 @@ class Driver:
         program.require_loadable(lines)
         await self._transfer("DL", program.probe(keep))
         await self._transfer("DL", program.download(lines, keep))
-        program.require_same(lines, program.split(await self._listing("UL")))
+        program.require_same(lines, program.uploaded(await self._listing("UL")))
 
     async def upload(self) -> str:
         """Return the controller's program (UL), each line ended by a line feed; raises as `send`."""
-        return "".join(f"{line}\n" for line in program.split(await self._listing("UL")))
+        return "".join(f"{line}\n" for line in program.uploaded(await self._listing("UL")))
 
     async def download_array(self, name: str, values: Sequence[float], first: int = 0) -> None:
         """Write `values` into an array that there is, from element `first` on (QD).

@@ -70,14 +70,14 @@ def format_value(
     """Return a number as VF and MG print it: `before` digits, a point, `after` digits; ` 1.0000`, `-12.5000`.
 
     A number too large for its digits prints as the largest they can show. Hexadecimal shows the two's
-    complement behind a `$` and has no slot for the sign.
+    complement behind a `$`, always with all its digits, and has no slot for the sign.
     """
     return format_raw(fixed(x), before, after, leading_zeros, hex)
 
 
 def format_raw(raw: int, before: int = 10, after: int = 4, leading_zeros: bool = False, hex: bool = False) -> str:
     """Return a number given as raw fixed point as `format_value` prints it."""
-    return _hexadecimal(raw, before, after, leading_zeros) if hex else _decimal(raw, before, after, leading_zeros)
+    return _hexadecimal(raw, before, after) if hex else _decimal(raw, before, after, leading_zeros)
 
 
 def join_positions(printed: Iterable[str]) -> str:
@@ -99,11 +99,11 @@ def _decimal(raw: int, before: int, after: int, leading_zeros: bool) -> str:
     return f"{sign}{whole}.{digits % power:0{after}d}" if after else f"{sign}{whole}"
 
 
-def _hexadecimal(raw: int, before: int, after: int, leading_zeros: bool) -> str:
+def _hexadecimal(raw: int, before: int, after: int) -> str:
     bits = 4 * before
     top = 1 << (16 + bits)
     if raw >= top:
         raw = top - 1
     whole, fraction = divmod(raw & ((1 << 48) - 1) & (top - 1), SCALE)
-    text = f"${whole:0{before}X}" if leading_zeros else f"${whole:X}"
+    text = f"${whole:0{before}X}"
     return f"{text}.{fraction >> (16 - 4 * after):0{after}X}" if after else text

@@ -16,9 +16,16 @@ from maya_un.virtual.peripherals import LOCKED_COMMANDS
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.unit import MOST_VARIABLES
 
-_PLAIN = re.compile(r"([A-Za-z][A-Za-z0-9]*|[~^][a-h])\s*=(?!=)\s*(.*)")
-_ELEMENT = re.compile(r"(?:[A-Za-z][A-Za-z0-9]*|\^[a-h])\[")
-_LIKE_A_COMMAND = re.compile(r"[A-Z]{2}(?![A-Z*]\s*=)[A-Za-z0-9]+\s*(?:\[[^=]*\]\s*)?=(?!=)")
+_PLAIN = re.compile(r"([A-Za-z][A-Za-z0-9_]*|[~^][a-h])\s*=(?!=)\s*(.*)")
+_ELEMENT = re.compile(r"(?:[A-Za-z][A-Za-z0-9_]*|\^[a-h])\[")
+_LIKE_A_COMMAND = re.compile(r"[A-Z]{2}(?![A-Z*]\s*=)[A-Za-z0-9_]+\s*(?:\[[^=]*\]\s*)?=(?!=)")
+_WITH_A_LETTER = re.compile(r"[A-Z]{3}\s*=(?!=)")
+_COMPARING = frozenset({"IF", "MG", "NO", "PW"})
+"""Commands whose text may hold a `=` behind a name; what begins like one of them is never an assignment."""
+
+_LETTERED = frozenset({"HS", "IH", "MB"})
+"""Commands besides those of axes that take a letter and a `=`: `IHA=`."""
+
 _MASK = re.compile(
     r"(?:A[LMS]|B[GT]|C[MS]|F[EI]|HM|LM|M[CO]|Q[HRS]|R[LP]|S[CHT]|T[DEPSTV]|VM)(?:[A-Z ]|~[a-h])*",
 )
@@ -33,7 +40,7 @@ def execute(context: Context, text: str) -> Answer:
     handler = TABLE.get(text[:2])
     if context.unit.peripherals.locked and text[:2] in LOCKED_COMMANDS:
         raise Refused(ErrorCode.PRIVILEGE)
-    if handler is None or ("=" in text and _is_assignment(text)):
+    if handler is None or ("=" in text and is_assignment(text)):
         return _other(context, text)
     if "~" in text:
         text = with_axes(context, text)
@@ -64,9 +71,14 @@ def with_axes(context: Context, text: str) -> str:
     return text if found is None else f"{found[1]}{axis_letter(context.names, found[2])}{found[3]}"
 
 
-def _is_assignment(text: str) -> bool:
-    """Tell a variable whose name begins like a command (`CD0=0`) from a command with an axis (`CDA=0`)."""
-    return _LIKE_A_COMMAND.match(text) is not None and FORMS.get(text[:2]) is not Form.VERBATIM
+def is_assignment(text: str) -> bool:
+    """Tell a variable whose name begins like a command (`CD0=0`, `READY=0`) from a command with an axis (`CDA=0`)."""
+    word = text[:2]
+    if _LIKE_A_COMMAND.match(text) is not None:
+        return word not in _COMPARING
+    if FORMS.get(word) is Form.AXES or word in _LETTERED or word in _COMPARING:
+        return False
+    return _WITH_A_LETTER.match(text) is not None
 
 
 def _other(context: Context, text: str) -> Answer:

@@ -114,7 +114,8 @@ class Names:
         return lambda: read(unit, unit.core.planes[which or unit.plane])
 
     def _axis(self, letter: str) -> Axis:
-        letter = letter.translate(ALIASES)
+        """Return an axis by its letter, the first one without: programs in use say `_TP` and mean `_TPA`."""
+        letter = letter.translate(ALIASES) or "A"
         if letter in self._unit.core.virtual:
             return self._unit.core.virtual[letter]
         if len(letter) != 1 or letter not in self._unit.letters:
@@ -211,7 +212,7 @@ _SYSTEM: dict[str, Callable[[Unit], float]] = {
     "ED": lambda unit: unit.threads.error_line,
     "ED0": lambda unit: unit.threads.error_line,
     "ED1": lambda unit: unit.threads.error_thread,
-    "BK": lambda unit: -1 if unit.threads.breakpoint is None else unit.threads.breakpoint[0],
+    "BK": lambda unit: unit.threads.breakpoint_state,
     "BN": lambda unit: unit.identity.serial,
     "BV": lambda unit: len(unit.axes),
     "UL": lambda unit: MOST_VARIABLES - len(unit.variables),
@@ -260,6 +261,7 @@ _SYSTEM: dict[str, Callable[[Unit], float]] = {
     "QZ3": lambda unit: 36,
     "CN": lambda unit: unit.core.cn[0],
     **{f"CN{n}": (lambda unit, n=n: unit.core.cn[n]) for n in range(5)},
+    "TA": lambda unit: status.amplifier_byte(unit, 0),
     **{f"TA{n}": (lambda unit, n=n: status.amplifier_byte(unit, n)) for n in range(4)},
     "XQ": lambda unit: unit.threads.all[0].place,
     "HX": lambda unit: unit.threads.all[0].status,

@@ -94,7 +94,7 @@ AXIS: dict[str, Register] = {
     "LD": Register(0.0, 3.0, 0.0),
     "FL": Register(_SMALLEST, _LARGEST, _LARGEST),
     "BL": Register(_SMALLEST, _LARGEST, _SMALLEST),
-    "TW": Register(-1.0, 32766.0, 32766.0),
+    "TW": Register(-1.0, 32767.0, 32766.0),
     "MT": Register(-4.0, 4.0, 1.0, 0.5, When.OFF, 1, frozenset({1, -1, 2, -2, 2.5, -2.5, 4, -4})),
     "CE": Register(0.0, 15.0, 0.0, 1.0, When.RESTING),
     "AF": Register(-1.0, 1.0, 0.0, 1.0, When.RESTING),

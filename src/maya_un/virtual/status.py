@@ -15,7 +15,9 @@ GENERAL, COORDINATE, AXIS = 52, 26, 36
 INPUT_BANKS = (0, 1, 10, 11)
 """What TI knows: general inputs 1 to 16, and inputs 81 to 96, two for the auxiliary encoder of each axis."""
 
-_AUXILIARY_BANK = 10
+AUXILIARY_BANK = 10
+"""The first bank of the auxiliary encoders' inputs."""
+
 _PROGRAM_RUNS, _IN_ERROR_ROUTINE, _INTERRUPTS_ARMED, _IN_INPUT_ROUTINE = 1 << 7, 1 << 4, 1 << 3, 1 << 2
 _CONTOURING = 1 << 5
 _INPUT_ROUTINE = "ININT"
@@ -63,8 +65,8 @@ def output_bank(unit: Unit, bank: int) -> int:
 
 def input_bank(unit: Unit, bank: int) -> int:
     """Return eight digital inputs as one number: banks 0 and 1, or 10 and 11 of the auxiliary encoders' inputs."""
-    levels = unit.inputs if bank < _AUXILIARY_BANK else [True] * (2 * len(unit.axes))
-    first = 8 * (bank % _AUXILIARY_BANK)
+    levels = unit.inputs if bank < AUXILIARY_BANK else [True] * (2 * len(unit.axes))
+    first = 8 * (bank % AUXILIARY_BANK)
     return _number(levels[first : first + 8])
 
 

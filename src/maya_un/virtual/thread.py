@@ -144,6 +144,14 @@ class Threads:
             self.due_routines.append(label)
 
     @property
+    def breakpoint_state(self) -> int:
+        """What `_BK` says: -2147483648 not armed, minus the line where it is armed, the line where a thread met it."""
+        if self.breakpoint is None:
+            return -(1 << 31)
+        line, number = self.breakpoint
+        return line if self.all[number].held else -line
+
+    @property
     def busy(self) -> bool:
         """Whether any of them runs."""
         return True in [thread.running for thread in self.all]

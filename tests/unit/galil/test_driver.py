@@ -90,7 +90,7 @@ async def test_a_rejection_names_command_code_and_reason() -> None:
     async with conversation(Box()) as (driver, _):
         with pytest.raises(CommandRejected) as caught:
             await driver.send("bad22")
-        expected = {"command": "bad22", "tc": 22, "reason": "Begin not possible due to limit switch"}
+        expected = {"command": "bad22", "tc": 22, "reason": "Begin not possible due to Limit Switch"}
         assert caught.value.details == expected
         assert not driver.lost.done()
 

@@ -28,7 +28,7 @@ class ProgramBench(Bench):
         """Return the lines of the program in memory."""
         reply = self.say("UL")
         assert reply.endswith("\x1a:")
-        return reply[:-2].splitlines()
+        return [] if reply == "\r\n\x1a:" else reply[:-2].splitlines()
 
     def said(self) -> list[str]:
         """Return the lines that came unasked since the last call."""

@@ -27,7 +27,6 @@ from tests.unit.virtual.bench import Bench
         ("LM AB;LI 3000;LM AB", "LM ?", " 511"),
         ("LM AB;LI A=3000", "LE ?", " 3000"),
         ("LM AB;LI *=3000", None, ""),
-        ("LM *", None, ""),
         ("VV 501", "VV ?", " 500"),
     ],
 )

@@ -163,7 +163,20 @@ def test_a_listing_shows_inputs_and_outputs() -> None:
     bench = Bench()
     bench.do("SB 3")
     bench.machine.unit.set_input(1, False)
-    assert bench.say("TZ") == "BLOCK 0 Inputs 8-1 - 1111_1110\r\nBLOCK 0 Outputs 8-1 - 0000_0100\r\n:"
+    assert bench.say("TZ") == (
+        "Block 0 (8-1) dedicated as input - value 254 (1111_1110)\r\n"
+        "Block 0 (8-1) dedicated as output - value 4 (0000_0100)\r\n"
+        "Block 10 (88-81) dedicated as input - value 63 (0011_1111)\r\n:"
+    )
+
+
+def test_listing_of_eight_axes_has_the_upper_banks() -> None:
+    """The form and the order of the banks are those of Galil's command reference (TZ)."""
+    lines = Bench(axes=8).say("TZ").split("\r\n")
+    assert [line.split(" dedicated")[0] for line in lines[:-1]] == [
+        *["Block 0 (8-1)", "Block 0 (8-1)", "Block 1 (16-9)", "Block 1 (16-9)"],
+        *["Block 10 (88-81)", "Block 11 (96-89)"],
+    ]
 
 
 @pytest.mark.parametrize(

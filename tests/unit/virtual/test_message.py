@@ -69,7 +69,7 @@ def test_what_a_message_prints(message: str, printed: str) -> None:
         ("1{F4.5}", ErrorCode.BAD_BRACES),
         ("1{$9}", ErrorCode.BAD_BRACES),
         ("1{S7}", ErrorCode.BAD_BRACES),
-        ("{^128}", ErrorCode.OUT_OF_RANGE),
+        ("{^256}", ErrorCode.OUT_OF_RANGE),
         ("{^-1}", ErrorCode.OUT_OF_RANGE),
         ("nope", ErrorCode.VARIABLE_ERROR),
         ('{EB}"x"', ErrorCode.HANDLE_CLOSED),
@@ -112,4 +112,4 @@ def test_the_value_format_is_vf_and_leading_zeros_are_lz() -> None:
     bench.do("LZ 0")
     assert bench.say("MG 12.34,-1") == " 0012.3 -0001.0\r\n:"
     bench.do("VF -4.0", "LZ 1")
-    assert bench.say("MG 255,256") == "$FF $100\r\n:"
+    assert bench.say("MG 255,256") == "$00FF $0100\r\n:"

@@ -71,7 +71,7 @@ def test_an_operand_after_power_up(operand: str, value: float) -> None:
     assert Bench().value(operand) == value
 
 
-@pytest.mark.parametrize("operand", ["_CO", "_CN5", "_TP", "_TPD", "_TPS", "_BG", "_XQ8", "_VSA", "_LMA", "_JS", "_ZZ"])
+@pytest.mark.parametrize("operand", ["_CO", "_CN5", "_TPD", "_TPS", "_XQ8", "_VSA", "_LMA", "_JS", "_ZZ"])
 def test_an_operand_that_there_is_not(operand: str) -> None:
     bench = Bench()
     assert bench.code(f"MG {operand}") == ErrorCode.BAD_OPERAND
@@ -142,7 +142,7 @@ def test_operands_are_read_anew_every_time() -> None:
         ("DP -5,10;TP", ":-5, 10, 0\r\n:"),
         ("PF 4.1;DP -5,10;TP", "::-5.0, 10.0, 0.0\r\n:"),
         ("PF 3;DP 12345;TPA", ":: 999\r\n:"),
-        ("PF -4;DP 255,-1;TPA;TPB", "::$FF\r\n:$FFFF\r\n:"),
+        ("PF -4;DP 255,-1;TPA;TPB", "::$00FF\r\n:$FFFF\r\n:"),
         ("LZ 0;PF 5;TPA", ":: 00000\r\n:"),
         ("VF 4.1;LZ 0;MG 12.34", ":: 0012.3\r\n:"),
         ("VF -8.4;x=-0.5;x=", "::$FFFFFFFF.8000\r\n:"),

@@ -137,7 +137,7 @@ def test_variables_are_forgotten_by_name_or_all(command: str, left: list[str]) -
         ("PF 8.4", "TPA", " 12.0000"),
         ("PF 1.0", "TPA", " 9"),
         ("PF 3.0;LZ 0", "TPA", " 012"),
-        ("PF -4.0", "TPA", "$C"),
+        ("PF -4.0", "TPA", "$000C"),
         ("PF -8.4;LZ 0", "TPA", "$0000000C.0000"),
         ("PF 3.1", "SP ?", " 999.9"),
         ("VF 2.1", "x=", " 7.3"),

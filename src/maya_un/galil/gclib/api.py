@@ -141,7 +141,7 @@ class py:  # noqa: N801 - the name that scripts know
 
     def GProgramUpload(self) -> str:
         """Return the controller's program, each line ended by CR LF."""
-        return "".join(f"{line}\r\n" for line in programs.split(self._open().listing("UL")))
+        return "".join(f"{line}\r\n" for line in programs.uploaded(self._open().listing("UL")))
 
     def GProgramDownloadFile(self, file_path: str, preprocessor: str = "") -> None:
         """Replace the controller's program by that in a file."""

@@ -25,9 +25,9 @@ END_OF_DATA = "\x1a"
 LONGEST_LINE = 1 << 20
 """All elements that QD can take, in one line [characters]."""
 
-_SIZED = re.compile(r"([A-Za-z][A-Za-z0-9]*)\s*\[(.+)\]")
-_WHOLE = re.compile(r"([A-Za-z][A-Za-z0-9]*|\^[a-h])\[\]")
-_ANY = re.compile(r"([A-Za-z][A-Za-z0-9]*)\[.*\]")
+_SIZED = re.compile(r"([A-Za-z][A-Za-z0-9_]*)\s*\[(.+)\]")
+_WHOLE = re.compile(r"([A-Za-z][A-Za-z0-9_]*|\^[a-h])\[\]")
+_ANY = re.compile(r"([A-Za-z][A-Za-z0-9_]*)\[.*\]")
 _SOURCE = re.compile(r"_([A-Z]{2})([A-Z0-9]{0,2}|~[a-h])|TIME")
 _NO_ARRAY = {"": ErrorCode.NOT_ENOUGH_FIELDS, QUERY: ErrorCode.QUESTION_MARK_INVALID}
 _RECORDED = frozenset({"NO", "OP", "RL", "RP", "SC", "TD", "TE", "TI", "TP", "TS", "TT", "TV"})
@@ -54,7 +54,7 @@ def _dimension(context: Context, text: str) -> Answer:
 
 
 def _deallocate(context: Context, text: str) -> Answer:
-    """DA: forget variables or arrays (`a[0]`) by name, or all of them (`*`, `*[0]`); `?` tells how many arrays fit.
+    """DA: forget variables or arrays (`a[0]`, `a[]`) by name, or all (`*`, `*[0]`, `*[]`); `?` tells what room is left.
 
     Nothing is forgotten where one of them is not there, or an array is being recorded to.
     """
@@ -67,7 +67,7 @@ def _deallocate(context: Context, text: str) -> Answer:
         array = _ANY.fullmatch(part)
         if part == "*":
             variables += unit.variables
-        elif part == "*[0]":
+        elif part in ("*[0]", "*[]"):
             arrays += unit.arrays
         elif array is not None:
             unit.arrays.row(array[1])

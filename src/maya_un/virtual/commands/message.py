@@ -40,12 +40,14 @@ class _Message:
     items: list[_Item] = field(default_factory=list[_Item])
     line_end: bool = True
     to: str = ""
+    ahead: str = ""
+    """A format that stands before its value."""
 
 
 def _message(context: Context, text: str) -> Answer:
     message = _parsed(text)
     line = _printed(context, message.items) + ("\r\n" if message.line_end else "")
-    data = line.encode("ascii", "replace")
+    data = line.encode("latin-1", "replace")
     if not message.to and context.thread is None:
         return data
     if message.to[:1] != "P" and not context.unit.outlet.say(data, message.to[1:]):
@@ -57,6 +59,7 @@ def _message(context: Context, text: str) -> Answer:
 def _parsed(text: str) -> _Message:
     message = _Message()
     at = 0
+    joined = False
     while at < len(text) and text[at:].strip():
         token = _TOKEN.match(text, at)
         if token is None:
@@ -67,27 +70,42 @@ def _parsed(text: str) -> _Message:
                 message.items.append(_Item(_constant(token["text"])))
             case "value":
                 value = compiled(token["value"].rstrip())
-                message.items.append(_Item(_usual(value), value))
+                message.items.append(_Item(_shown(value, message.ahead), value))
+                message.ahead = ""
             case "braces":
-                _apply(message, token["braces"])
+                _apply(message, token["braces"], joined)
             case _:
-                continue
+                pass
+        joined = token.lastgroup == "value"
+    if message.ahead:
+        _format_last(message, message.ahead)
     return message
 
 
-def _apply(message: _Message, braces: str) -> None:
-    """Take a `{...}`: for the whole message, a character by its code, or the format of the value before it."""
+def _apply(message: _Message, braces: str, joined: bool) -> None:
+    """Take a `{...}`: for the whole message, a character by its code, or the format of a value.
+
+    A format that is `joined` to a value is that value's; any other is that of the next one, or of the last one where
+    no more come. Galil's command reference writes both (AC: `MG{Z5.0} "text",v`; @COM: `MG {$8.0} @COM[0]`).
+    """
     if braces == "N":
         message.line_end = False
     elif braces[:1] == "^":
         message.items.append(_Item(_character(braces[1:])))
     elif braces[:1] in ("E", "P") and len(braces) == 2:
         message.to = braces
-    elif not message.items or message.items[-1].value is None:
-        raise Refused(ErrorCode.BAD_BRACES)
+    elif joined:
+        _format_last(message, braces)
     else:
-        value = message.items[-1].value
-        message.items[-1] = _Item(_formatted(value, braces), value)
+        _formatted(lambda _: 0, braces)  # refuses what is no format
+        message.ahead = braces
+
+
+def _format_last(message: _Message, braces: str) -> None:
+    if not message.items or message.items[-1].value is None:
+        raise Refused(ErrorCode.BAD_BRACES)
+    value = message.items[-1].value
+    message.items[-1] = _Item(_formatted(value, braces), value)
 
 
 def _printed(context: Context, items: list[_Item]) -> str:
@@ -108,10 +126,13 @@ def _constant(text: str) -> _Print:
 
 
 def _character(code: str) -> _Print:
-    return lambda context: chr(context.integer(code, 0, 127))
+    return lambda context: chr(context.integer(code, 0, 255))
 
 
-def _usual(value: Value) -> _Print:
+def _shown(value: Value, form: str) -> _Print:
+    """Return what prints a value in a format, without one as VF has it; raises `Refused` (53)."""
+    if form:
+        return _formatted(value, form)
     return lambda context: context.unit.raw_text(value(context.names))
 
 

@@ -92,9 +92,14 @@ def _jog_check(_: Context, axis: Axis) -> None:
 
 
 def _jog(context: Context, text: str) -> Answer:
-    """JG: the jog mode and its signed speed; a jog under way follows at once, also backwards."""
+    """JG: the jog mode and its signed speed; a jog under way follows at once, also backwards.
+
+    Without any speed all axes get the mode and keep their speeds, as a program in use expects (Harvard, DPSS laser).
+    """
     asked: list[float] = []
     changes: list[tuple[Axis, float]] = []
+    if not text.strip():
+        return _jog_mode(context)
     for axis, argument in addressed(context, text):
         if argument == QUERY:
             asked.append(abs(axis.jog_speed))
@@ -106,6 +111,13 @@ def _jog(context: Context, text: str) -> Answer:
         axis.registers["SP"] = abs(speed)
         context.core.jog_at(axis, speed)
     return context.unit.position_text(asked) if asked else None
+
+
+def _jog_mode(context: Context) -> None:
+    for axis in context.unit.axes:
+        _jog_check(context, axis)
+    for axis in context.unit.axes:
+        axis.kind = Kind.JOG
 
 
 def _begin(context: Context, text: str) -> Answer:

@@ -113,18 +113,22 @@ def _overflow(context: Context, text: str) -> Answer:
 
 
 def _listing(context: Context, text: str) -> Answer:
-    """TZ: inputs and outputs by banks of eight, the highest bit first."""
+    """TZ: inputs and outputs by banks of eight, the highest bit first, as Galil's command reference prints them."""
     unit = context.unit
+    banks = range(len(unit.inputs) // 8)
     lines: list[str] = []
-    for bank in range(len(unit.inputs) // 8):
-        lines.append(_bank("Inputs", bank, status.input_bank(unit, bank)))
-        lines.append(_bank("Outputs", bank, status.output_bank(unit, bank)))
+    for bank in banks:
+        lines.append(_bank("input", bank, 8 * bank + 1, status.input_bank(unit, bank)))
+        lines.append(_bank("output", bank, 8 * bank + 1, status.output_bank(unit, bank)))
+    for bank in banks:
+        auxiliary = status.AUXILIARY_BANK + bank
+        lines.append(_bank("input", auxiliary, 8 * auxiliary + 1, status.input_bank(unit, auxiliary)))
     return "\r\n".join(lines)
 
 
-def _bank(name: str, bank: int, value: int) -> str:
+def _bank(kind: str, bank: int, first: int, value: int) -> str:
     bits = f"{value:08b}"
-    return f"BLOCK {bank} {name} {8 * bank + 8}-{8 * bank + 1} - {bits[:4]}_{bits[4:]}"
+    return f"Block {bank} ({first + 7}-{first}) dedicated as {kind} - value {value} ({bits[:4]}_{bits[4:]})"
 
 
 def _password(context: Context, text: str) -> Answer:

@@ -8,14 +8,14 @@ from maya_un.galil.codes import ErrorCode
 from maya_un.virtual.context import Answer, Context, Handler
 from maya_un.virtual.handles import Download
 from maya_un.virtual.language.arguments import split
-from maya_un.virtual.program import Downloading, Editing
+from maya_un.virtual.program import MOST_LINES, Downloading, Editing
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.thread import AT_ONCE, COUNT, Thread
 
 _END = "\x1a"
 _IN_PROGRAMS = "AD AI AM AP AR AS AT AV EL EN IF JP JS MC MF MR RE RI WT ZS"
-_LAST = 1999
-"""LS lists up to this line unless told otherwise."""
+_LAST = MOST_LINES - 1
+"""LS lists up to this line unless told otherwise: the last one there can be, since LS may begin behind line 1999."""
 
 
 def _program_only(context: Context, text: str) -> Answer:
@@ -68,7 +68,8 @@ def _edit(context: Context, text: str) -> Answer:
 
 
 def _upload(context: Context, _: str) -> Answer:
-    return (context.unit.program.text() + _END).encode("ascii")
+    """UL: the program and Ctrl-Z. An empty program is a line end: the EPICS driver cuts that off and ends without."""
+    return ((context.unit.program.text() or "\r\n") + _END).encode("ascii")
 
 
 def _list(context: Context, text: str) -> Answer:
@@ -122,28 +123,29 @@ def _halt(context: Context, text: str) -> Answer:
 
 
 def _trace(context: Context, text: str) -> Answer:
-    """TR n,mask: send the lines of these threads as they are executed, or no more."""
+    """TR n,mask: send the lines of these threads as they are executed; no more with 0 or without a number."""
     parts = split(text)
-    on = context.integer(parts[0], 0, 1) if parts[0] else 1
+    on = context.integer(parts[0], 0, 1) if parts[0] else 0
     mask = context.integer(parts[1], 0, 255) if len(parts) > 1 and parts[1] else 255
     context.unit.threads.trace = mask if on else 0
     return None
 
 
 def _break(context: Context, text: str) -> Answer:
-    """BK line,thread: hold a thread before a line; without a line: forget the breakpoint and go on."""
+    """BK line,thread: hold a thread before a line, and go on there from another breakpoint; without a line go on."""
     threads = context.unit.threads
     parts = split(text)
-    if parts[0]:
-        line = _line(context, parts[0])
-        context.unit.program.start(line)
-        threads.breakpoint = line, _thread(context, parts[1] if len(parts) > 1 else "").number
-        return None
-    threads.breakpoint = None
+    threads.breakpoint = None if not parts[0] else _breakpoint(context, parts)
     for thread in threads.all:
         thread.steps = None
         _release(thread)
     return None
+
+
+def _breakpoint(context: Context, parts: list[str]) -> tuple[int, int]:
+    line = _line(context, parts[0])
+    context.unit.program.start(line)
+    return line, _thread(context, parts[1] if len(parts) > 1 else "").number
 
 
 def _step(context: Context, text: str) -> Answer:

@@ -65,9 +65,12 @@ def place(letter: str, letters: str) -> int:
 
 
 def mask(text: str, letters: str) -> list[int]:
-    """Return the places of the names in `text`, all of them for an empty one; raises `Refused` for others."""
+    """Return the places of the names in `text`, all of them for an empty one and `*`; raises `Refused` for others.
+
+    Galil's command reference has `*` for all axes in `KP*=0`; that a mask takes it is inferred: hosts send `ST*`.
+    """
     names = text.replace(" ", "")
-    if not names:
+    if names in ("", "*"):
         return list(range(len(letters)))
     if not names.isalpha():
         raise Refused(ErrorCode.OPERAND_ERROR)

@@ -87,9 +87,8 @@ OPERATORS: dict[str, Callable[[int, int], int]] = {
 
 
 def _rounded(a: int) -> int:
-    """Return the nearest whole number, halves away from zero."""
-    size = (abs(a) + ONE // 2) // ONE * ONE
-    return wrap(size if a >= 0 else -size)
+    """Return the nearest whole number, halves upwards: 5.5 gives 6, -5.5 gives -5 (Galil's command reference, @RND)."""
+    return wrap((a + ONE // 2) // ONE * ONE)
 
 
 def _real(function: Callable[[float], float]) -> Callable[[int], int]:

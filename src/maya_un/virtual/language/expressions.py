@@ -26,14 +26,14 @@ KEYWORDS = frozenset({"TIME", "P2CD", "P2CH", "P2NM", "P2ST"})
 _DEEPEST = 100
 _CACHED = 4096
 _NUMBER = re.compile(r"\s*([0-9]+\.?[0-9]*|\.[0-9]+|\$[0-9A-Fa-f]{1,8}(?:\.[0-9A-Fa-f]{1,4})?)")
-_WORD = re.compile(r"\s*(@[A-Z]+|_[A-Z0-9]+(?:~[a-h])?|[~^][a-h](?![A-Za-z0-9])|[A-Za-z][A-Za-z0-9]*)")
+_WORD = re.compile(r"\s*(@[A-Z]+|_[A-Z0-9]+(?:~[a-h])?|[~^][a-h](?![A-Za-z0-9])|[A-Za-z][A-Za-z0-9_]*)")
 _STRING = re.compile(r'\s*"([^"]*)"')
 _OPERATOR = re.compile(r"\s*(<=|>=|<>|[-+*/%&|=<>])")
 _SYMBOL = re.compile(r"\s*([-(\[\])])")
 _WRONG = {"?": ErrorCode.QUESTION_MARK_INVALID, '"': ErrorCode.BAD_STRING}
 """What is wrong with a term that begins so; only quotes that are not closed come that far."""
 
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9]{0,7}")
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,7}")
 
 
 class Scope(Protocol):
@@ -79,7 +79,10 @@ def compiled(text: str) -> Value:
 
 
 def is_name(text: str) -> bool:
-    """Tell whether a text can name a variable or an array: a letter, then letters and digits, eight at most."""
+    """Tell whether a text can name a variable or an array: a letter, then letters, digits, underscores, eight at most.
+
+    Galil's command reference names letters and digits only; programs in use have underscores too (ISIS, galil_*.dmc).
+    """
     return _NAME.fullmatch(text) is not None
 
 

@@ -47,6 +47,22 @@ def condition(parts: list[str]) -> Value | None:
     return compiled(parts[0]) if parts else None
 
 
+def ahead(act: Operation) -> Operation:
+    """Return a jump in which `_XQn` of its own thread is the line behind it, so that `_XQ0-1` is the jump itself.
+
+    Galil's command reference shows that for JP: `JP _XQ0-1,(TIME<(t+1000))` waits in its line. For JS it is inferred.
+    """
+
+    def jump(context: Context, thread: Thread) -> None:
+        thread.line += 1
+        try:
+            act(context, thread)
+        finally:
+            thread.line -= 1
+
+    return jump
+
+
 def _call(program: Program, text: str) -> Operation:
     """JS: call a subroutine, always or where a condition is not 0: `#a(1,v,&v,"array"),condition`."""
     first, *others = split(text)
@@ -68,7 +84,7 @@ def _call(program: Program, text: str) -> Operation:
         thread.stack.append(Frame(thread.at, locals=thread.locals, references=references))
         thread.locals, thread.at = values, target
 
-    return act
+    return ahead(act) if "_XQ" in text else act
 
 
 def _passed(context: Context, arguments: list[str]) -> tuple[dict[str, int], dict[str, str]]:

@@ -13,7 +13,7 @@ from enum import IntEnum
 from maya_un.galil.codes import ErrorCode
 from maya_un.virtual.commands import TABLE
 from maya_un.virtual.context import Answer, Context
-from maya_un.virtual.execution import assignment, execute, with_axes
+from maya_un.virtual.execution import assignment, execute, is_assignment, with_axes
 from maya_un.virtual.language.arguments import QUERY, split
 from maya_un.virtual.language.expressions import compiled, is_name
 from maya_un.virtual.program import Program
@@ -87,6 +87,8 @@ def _branches(texts: list[str]) -> list[int]:
 
 
 def _prepared(program: Program, text: str, branch: int) -> tuple[Operation, Need]:
+    if "=" in text and is_assignment(text):
+        return _assignment(text) or (_command(text), Need.ALL)
     word = word_of(text)
     rest = text[len(word) :]
     act: Operation
@@ -164,7 +166,7 @@ def _jump(program: Program, text: str, _: int) -> tuple[Operation, Need]:
         if test is None or test(context.names):
             thread.at = where(context)
 
-    return act, _need(depends, *others)
+    return calls.ahead(act) if "_XQ" in text else act, _need(depends, *others)
 
 
 def _if(_: Program, text: str, branch: int) -> tuple[Operation, Need]:

@@ -14,7 +14,7 @@ from maya_un.virtual.language.arithmetic import ONE
 from maya_un.virtual.language.expressions import Value, compiled
 from maya_un.virtual.motion.axis import Axis
 from maya_un.virtual.motion.plane import Plane
-from maya_un.virtual.programs.waits import Arrived, AtSpeed, Delay, Ended, Gone, Level, Passed, Travelled
+from maya_un.virtual.programs.waits import AnyOf, Arrived, AtSpeed, Delay, Ended, Gone, Level, Passed, Travelled
 from maya_un.virtual.refusal import Refused
 from maya_un.virtual.thread import Thread
 
@@ -136,23 +136,31 @@ def _motion_complete(text: str) -> Operation:
     return act
 
 
+def _places(context: Context, text: str) -> list[tuple[Axis, int]]:
+    """Return the axes and their places or distances."""
+    given = addressed(context, text)
+    return [(axis, context.integer(argument, -(1 << 31), (1 << 31) - 1)) for axis, argument in given]
+
+
 def _one_axis(context: Context, text: str) -> tuple[Axis, int]:
     """Return the one axis that a place or distance is given for; raises `Refused` for several."""
-    given = addressed(context, text)
+    given = _places(context, text)
     if len(given) != 1:
         raise Refused(ErrorCode.OPERAND_ERROR)
-    axis, argument = given[0]
-    return axis, context.integer(argument, -(1 << 31), (1 << 31) - 1)
+    return given[0]
 
 
 def _position(rising: bool | None, text: str) -> Operation:
-    """AP, MF, MR: an absolute position of the encoder, from either side, from below, from above."""
+    """AP, MF, MR: an absolute position of the encoder, from either side, from below, from above.
+
+    MF and MR take several axes, of which one is enough (Galil's command reference).
+    """
 
     def act(context: Context, thread: Thread) -> None:
-        axis, position = _one_axis(context, text)
-        if axis.virtual:
+        given = [_one_axis(context, text)] if rising is None else _places(context, text)
+        if any(axis.virtual for axis, _ in given):
             raise Refused(ErrorCode.INVALID_AXIS)
-        thread.waiting = Passed(context.unit, axis, position - axis.offset, rising)
+        thread.waiting = AnyOf([Passed(context.unit, axis, place - axis.offset, rising) for axis, place in given])
 
     return act
 

@@ -124,6 +124,19 @@ class Passed:
         return now + self.unit.period
 
 
+@dataclass(frozen=True, slots=True)
+class AnyOf:
+    """MF, MR of several axes: one of them is enough."""
+
+    waits: list[Passed]
+    timed: bool = False
+    moves: bool = True
+
+    def when(self, now: float) -> float:
+        """Return when the first of them is over."""
+        return min([wait.when(now) for wait in self.waits])
+
+
 @dataclass(slots=True)
 class Gone:
     """AD, AR: the reference of an axis to pass a place [motor counts], or its motion to end."""

@@ -78,7 +78,7 @@ def test_the_end_leaves_the_mode() -> None:
 def test_data_that_come_too_late_find_the_axes_at_rest() -> None:
     bench = contouring("32", "32", axes="A")
     assert bench.at(2 / 32 - 1e-6).say("TC") == " 0\r\n:"
-    assert bench.at(0.5).say("TC1") == "42 Contour data came too slowly\r\n:"
+    assert bench.at(0.5).say("TC1") == "42 Contour data being sent too slowly\r\n:"
     assert bench.say("SCA") == " 51\r\n:"
     assert bench.positions()[0] == 64
     bench.do("CD 32", "CD 0=0")

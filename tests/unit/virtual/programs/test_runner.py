@@ -191,7 +191,10 @@ def test_a_trace_shows_every_line_of_the_threads_it_is_for() -> None:
 
 def test_a_breakpoint_holds_a_thread_and_steps_let_it_go_line_by_line() -> None:
     bench = ProgramBench("n=1\nn=2;n=3\nn=4\nn=5\nEN")
-    bench.do("BK 1", "XQ")
+    assert bench.value("_BK") == -2147483648.0
+    bench.do("BK 1")
+    assert bench.value("_BK") == -1.0
+    bench.do("XQ")
     bench.at(0.1)
     assert (bench.value("n"), bench.place(), bench.state(), bench.value("_BK")) == (1.0, 1, 2, 1.0)
     bench.do("SL")
@@ -201,7 +204,17 @@ def test_a_breakpoint_holds_a_thread_and_steps_let_it_go_line_by_line() -> None:
     assert bench.state() == 2
     bench.do("BK")
     assert bench.at(0.4).state() == 0
-    assert bench.value("_BK") == -1.0
+    assert bench.value("_BK") == -2147483648.0
+
+
+def test_breakpoint_set_at_a_breakpoint_lets_the_thread_go_on_to_it() -> None:
+    """`BK 5` after `BK 3` goes on to line 5 (Galil's command reference, BK)."""
+    bench = ProgramBench("n=1\nn=2\nn=3\nn=4\nEN")
+    bench.do("BK 1", "XQ")
+    assert bench.at(0.1).value("n") == 1.0
+    bench.do("BK 3")
+    assert bench.at(0.2).value("n") == 3.0
+    assert (bench.state(), bench.value("_BK")) == (2, 3.0)
 
 
 def test_a_breakpoint_is_for_one_thread() -> None:
