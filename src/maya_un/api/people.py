@@ -27,7 +27,8 @@ _NAME = re.compile(r"[a-z][a-z0-9._-]{0,31}", re.ASCII)
 _DATE = re.compile(
     r"(\d{4}-(?:0[1-9]|1[0-2])-(?:0[1-9]|[12]\d|3[01]))(?:T([01]\d|2[0-3])(:[0-5]\d:[0-5]\d)(?:Z|\+00:00))?", re.ASCII
 )
-_PASSWORD = range(10, 257)
+_PASSWORD = range(12, 257)
+_DIFFERENT = 5
 
 OnEnded = Callable[[str, str, str], None]
 """Told that a token is valid no more, or with "" that a user may not drive any more: token, name, why."""
@@ -237,6 +238,8 @@ class People:
         if len(password) not in _PASSWORD:
             reason = f"it has {_PASSWORD.start} to {_PASSWORD.stop - 1} letters"
             raise InvalidValue(key="password", value="…", reason=reason)
+        if len(set(password)) < _DIFFERENT:
+            raise InvalidValue(key="password", value="…", reason=f"it has at least {_DIFFERENT} different letters")
         return await self._hasher.hashed(password)
 
     def _user(self, name: str) -> User:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from ipaddress import IPv6Address, ip_address
 from math import ceil
 
+from maya_un.api.access.sources import counted
 from maya_un.errors import TooManyRequests
 
 _MOST_SOURCES = 10_000
@@ -31,7 +31,7 @@ class Buckets:
 
     def take(self, source: str, now: float) -> None:
         """Take one request of `source` at `now` [s, loop time]; raises `TooManyRequests`."""
-        name = _network(source)
+        name = counted(source)
         burst = self._rate.burst
         left, then = self._left.pop(name, (burst, now))
         left = min(burst, left + (now - then) * self._rate.per_second)
@@ -43,12 +43,3 @@ class Buckets:
         self._left[name] = (left - 1.0, now)
         if len(self._left) > _MOST_SOURCES:
             del self._left[next(iter(self._left))]  # who asked longest ago has most in his bucket
-
-
-def _network(source: str) -> str:
-    """Return what is counted: of an IPv6 address its /64, all of whose addresses one machine may have."""
-    try:
-        address = ip_address(source.partition("%")[0])
-    except ValueError:
-        return source
-    return address.exploded[:19] if isinstance(address, IPv6Address) else source

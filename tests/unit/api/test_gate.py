@@ -8,11 +8,12 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from typing import cast
 
 import pytest
 
-from maya_un.api.access.audit import TOGETHER, Audit
+from maya_un.api.access.audit import COUNTED, SINGLY, TOGETHER, Audit
 from maya_un.api.access.caller import LOCAL, ROS, Caller, Role
 from maya_un.api.access.operations import OWN, RULES, Operation, require_over
 from maya_un.api.gate import Gate
@@ -266,6 +267,35 @@ async def test_a_held_jog_is_written_down_once() -> None:
     for _ in range(3):
         audit.asked(ann, Operation.STOP, 0, "")
     assert len(rows) == 8
+
+
+async def test_audit_counts_refusals_and_stops_that_come_in_crowds() -> None:
+    rows: list[AuditRow] = []
+    audit = Audit(rows.append, lambda: "today")
+    vera = Caller("vera", Role.VIEWER)
+    for number in range(6000):
+        audit.asked(replace(vera, source=f"127.0.{number % 250}.1"), Operation.SPEED, 4102, f"job {number}")
+        audit.asked(replace(vera, source="127.0.0.1"), Operation.STOP, 0, "")
+    assert len(rows) == SINGLY
+    audit.asked(Caller("bob", Role.VIEWER, "127.0.0.1"), Operation.SPEED, 4102, "")
+    audit.asked(Caller("vera", Role.OPERATOR, "127.0.0.1"), Operation.SUBMIT, 0, "what is done is written down each")
+    assert len(rows) == SINGLY + 2
+    await elapse(COUNTED + 0.1)
+    assert (rows[-1].who, rows[-1].detail) == ("vera", f"and {12_000 - SINGLY} more in {COUNTED:.0f} s")
+    for _ in range(600):
+        audit.asked(vera, Operation.SPEED, 4102, "")
+        await elapse(60.0)
+    assert len(rows) < SINGLY + 40
+
+
+async def test_audit_forgets_a_crowd_that_has_gone() -> None:
+    rows: list[AuditRow] = []
+    audit = Audit(rows.append, lambda: "today")
+    for _ in range(3):
+        for _ in range(2 * SINGLY):
+            audit.not_signed_in("", "10.0.0.1")
+        await elapse(6.0 * COUNTED)
+    assert [row.detail for row in rows] == ([""] * SINGLY + [f"and {SINGLY} more in {COUNTED:.0f} s"]) * 3
 
 
 async def test_an_audit_row_holds_whatever_it_is_about() -> None:

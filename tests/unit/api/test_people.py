@@ -316,7 +316,7 @@ async def test_a_stolen_token_is_not_enough_for_another_password() -> None:
         await owner.people.change("sam", role="admin", by=sam)
 
 
-@pytest.mark.parametrize("password", ["short", "", "x" * 257])
+@pytest.mark.parametrize("password", ["short", "", "eleven char", "aaaaaaabbbbbbbcccccccdddd", "abcde" * 52])
 async def test_a_password_has_its_length(password: str) -> None:
     with pytest.raises(InvalidValue) as refusal:
         await house().people.add("root", "admin", password)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections import deque
-from ipaddress import ip_address
 from math import ceil
 
+from maya_un.api.access.sources import counted
 from maya_un.errors import TooManyRequests
 
 LIMIT = 10
@@ -29,7 +29,7 @@ class Attempts:
 
     def begin(self, source: str, now: float) -> None:
         """Count an attempt at `now` [s, loop time]; raises `TooManyRequests`."""
-        source = _network(source)
+        source = counted(source)
         window = WINDOW * self._scale
         past = self._by_source.pop(source, None) or deque[float]()
         self._by_source[source] = past
@@ -44,21 +44,9 @@ class Attempts:
 
     def succeeded(self, source: str) -> None:
         """Take the latest attempt back: it was right."""
-        source = _network(source)
+        source = counted(source)
         past = self._by_source.get(source)
         if past:
             past.pop()
         if not past:
             self._by_source.pop(source, None)
-
-
-def _network(source: str) -> str:
-    """Return what is counted: of an IPv6 address its network, for one machine has all addresses of a /64."""
-    address, space, rest = source.partition(" ")
-    if ":" not in address:
-        return source
-    try:
-        whole = ip_address(address.partition("%")[0]).exploded
-    except ValueError:
-        return source
-    return whole[:19] + space + rest

@@ -79,7 +79,7 @@ _WORDS: dict[str, tuple[str, str]] = {
         "Todos los usuarios y tokens se olvidaron: quien está ante esta máquina vuelve a poder todo.",
     ),
     "old_password": ("Password now: ", "Contraseña actual: "),
-    "new_password": ("New password (at least 10 letters): ", "Nueva contraseña (al menos 10 letras): "),
+    "new_password": ("New password (at least 12 letters): ", "Nueva contraseña (al menos 12 letras): "),
     "again": ("Once more: ", "Otra vez: "),
 }
 

@@ -51,6 +51,17 @@ def test_a_machine_with_a_whole_network_of_addresses_is_one() -> None:
     assert not tried(attempts, "2001:db8:1:2::7", 0.0)
 
 
+@pytest.mark.parametrize(
+    "others", [["127.0.0.1", "127.0.0.2", "127.255.3.4", "::1", "::ffff:127.0.0.9"], ["10.0.0.1", "::ffff:10.0.0.1"]]
+)
+def test_attempts_of_one_machine_count_together_whatever_its_address(others: list[str]) -> None:
+    attempts = Attempts()
+    found = [tried(attempts, others[n % len(others)], 0.0) for n in range(LIMIT + 1)]
+    assert found == [True] * LIMIT + [False]
+    assert tried(attempts, "10.0.0.2", 0.0)
+    assert tried(attempts, f"{others[0]} 0123abcd", 0.0)
+
+
 def test_memory_is_bounded() -> None:
     attempts = Attempts()
     for number in range(10_500):
