@@ -15,10 +15,14 @@ from uvicorn.server import ServerState
 from maya_un import __version__
 from maya_un.errors import InvalidRequest
 from maya_un.listening import ALL, Refusals, Share
+from maya_un.server.framing import StrictConnection
 from maya_un.server.problems import problem
 
 HEAD_PATIENCE = 10.0
 """How long the head of a request may take to arrive [s, real time]."""
+
+LONGEST_HEAD = 65_536
+"""Longest head of a request [bytes]."""
 
 STOP_PATIENCE = 2.0
 """How long the head of a request may take on such a connection [s, real time]."""
@@ -78,6 +82,7 @@ class BoundedProtocol(H11Protocol):
         _loop: asyncio.AbstractEventLoop | None = None,
     ) -> None:
         super().__init__(config, server_state, app_state, _loop)
+        self.conn = StrictConnection(h11.SERVER, LONGEST_HEAD)
         self._places = places
         self._place: str | None = None
         self._late: asyncio.TimerHandle | None = None
