@@ -157,7 +157,7 @@ class FakeController:
         """As stop."""
         await self.stop()
 
-    async def recover(self) -> None:
+    async def recover(self, *, take_over: bool = False) -> None:
         """Clear the fault."""
         self.calls.append(("recover", None))
         self.state = replace(self.state, mode=Mode.IDLE, fault=None)

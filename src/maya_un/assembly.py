@@ -135,6 +135,7 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
     truth: Truth | None = None,
     live: bool = True,
     skip_home: bool = False,
+    take_over: bool = False,
     speed: float = 1.0,
     places: Path | None = None,
     journal: Journal | None = None,
@@ -149,8 +150,9 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
     events and the audit log in `journal`, which whoever opened it closes; what it knows was not finished waits for a
     person. `calendar` tells dates, `users` keeps who may sign in. Where there are `recordings` to add to, a live stack
     is recorded.
-    Raises what connecting raises (`ConnectFailed`, `LinkTimeout`, `WrongController`, `ParameterMismatch`), and
-    `MarkerMissing` where `skip_home` finds no mark.
+    A controller that belongs to another program is refused, and with `take_over` taken from it at rest.
+    Raises what connecting raises (`ConnectFailed`, `LinkTimeout`, `WrongController`, `ControllerOwned`,
+    `ControllerMoves`, `ParameterMismatch`), and `MarkerMissing` where `skip_home` finds no mark.
     """
     async with controller_floor(
         config,
@@ -160,6 +162,7 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
         truth=truth,
         live=live,
         skip_home=skip_home,
+        take_over=take_over,
         speed=speed,
         recordings=recordings,
         heard=None if journal is None else lambda events: keep_events(events, journal, calendar),
@@ -202,6 +205,7 @@ async def controller_floor(  # noqa: PLR0913 - every option of a controller floo
     truth: Truth | None = None,
     live: bool = True,
     skip_home: bool = False,
+    take_over: bool = False,
     speed: float = 1.0,
     recordings: Shelf | None = None,
     heard: Callable[[EventLog], None] | None = None,
@@ -219,7 +223,7 @@ async def controller_floor(  # noqa: PLR0913 - every option of a controller floo
         heard(controller.events)
     try:
         async with _watched(recorder, controller):
-            await controller.open()
+            await controller.open(take_over=take_over)
             if skip_home:
                 await controller.skip_home()
             yield ControllerFloor(address, controller, twin, recorder)

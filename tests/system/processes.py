@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -15,11 +16,16 @@ MAYA = str(Path(sys.executable).with_name("maya"))
 
 
 class Process:
-    """A command that runs; what is `before` it runs it."""
+    """A command that runs; what is `before` it runs it. `env` is added to this process's environment."""
 
-    def __init__(self, line: str, before: Sequence[str] = ()) -> None:
+    def __init__(self, line: str, before: Sequence[str] = (), env: Mapping[str, str] | None = None) -> None:
         self._popen = subprocess.Popen(
-            [*before, MAYA, *line.split()], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1
+            [*before, MAYA, *line.split()],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            bufsize=1,
+            env=None if env is None else {**os.environ, **env},
         )
 
     @property
@@ -55,18 +61,19 @@ class Process:
 
 
 @contextmanager
-def running(line: str) -> Iterator[Process]:
-    """Run a command while the block runs."""
-    process = Process(line)
+def running(line: str, env: Mapping[str, str] | None = None) -> Iterator[Process]:
+    """Run a command while the block runs; `env` is added to the environment."""
+    process = Process(line, env=env)
     try:
         yield process
     finally:
         process.kill()
 
 
-def done(line: str, within: float = 30.0) -> tuple[int, str]:
+def done(line: str, within: float = 30.0, env: Mapping[str, str] | None = None) -> tuple[int, str]:
     """Run a command to its end, `within` so long [s]; return exit code and what it said."""
-    return Process(line).end(within)
+    with running(line, env) as process:
+        return process.end(within)
 
 
 class Wire:

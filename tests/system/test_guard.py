@@ -82,7 +82,7 @@ def test_axes_brake_on_their_path_when_the_host_is_gone(death: signal.Signals) -
         with running(f"up --port 0 --address {address}") as up:
             up.until("maya home")
             with running("home"):
-                _wait_for(wire, "_BGS", 1.0)
+                wait_for(wire, "_BGS", 1.0)
                 segment = [float(part or 0) for part in (segments[-1] + ",,").split(",")[:3]]
                 start = wire.numbers("_RPA,_RPB,_RPC")
                 outputs, motors = wire.numbers("_OP0"), wire.numbers("_MOA,_MOB,_MOC")
@@ -93,7 +93,7 @@ def test_axes_brake_on_their_path_when_the_host_is_gone(death: signal.Signals) -
                 assert beat <= gone + 2.0 * GUARD_TIME / BEATS * SAMPLES
                 assert (braked - beat) / SAMPLES <= GUARD_TIME + LATEST
                 assert (braked - beat) / SAMPLES >= GUARD_TIME - 1.0 / SAMPLES
-                _wait_for(wire, "_BGS", 0.0)
+                wait_for(wire, "_BGS", 0.0)
                 assert wire.numbers("_SCB") == [4.0]
                 assert off_the_line(start, wire.numbers("_RPA,_RPB,_RPC"), segment) <= 2.0
                 assert (wire.numbers("_OP0"), wire.numbers("_MOA,_MOB,_MOC")) == (outputs, motors)
@@ -104,18 +104,18 @@ def test_axes_brake_on_their_path_when_the_host_is_gone(death: signal.Signals) -
 @pytest.mark.system
 def test_a_pause_outlives_no_host_and_nothing_moves_when_another_comes() -> None:
     with served(seed=5) as (twin, address), Wire(address) as wire:
-        _mark(twin, wire)
+        mark(twin, wire)
         with running(f"up --port 0 --skip-home --address {address}") as up:
             up.until("maya home")
             with running("jog r -0.5"):
-                _wait_for(wire, "_BGS", 1.0)
+                wait_for(wire, "_BGS", 1.0)
                 code, said = done("pause")
                 assert (code, "maya resume" in said) == (0, True)
-                _wait_for(wire, "_VMS", 0.0)
+                wait_for(wire, "_VMS", 0.0)
                 assert wire.numbers("_BGS") == [1.0]
                 stands = wire.numbers("_RPA,_RPB,_RPC")
                 up.send(signal.SIGKILL)
-                _wait_for(wire, "_BGS", 0.0)
+                wait_for(wire, "_BGS", 0.0)
                 assert wire.numbers("_SCB") == [4.0]
         with running(f"up --port 0 --skip-home --address {address}") as up:
             up.until("maya home")
@@ -127,7 +127,7 @@ def test_a_pause_outlives_no_host_and_nothing_moves_when_another_comes() -> None
             assert not twin.mechanics.record.drops
 
 
-def _mark(twin: Twin, wire: Wire) -> None:
+def mark(twin: Twin, wire: Wire) -> None:
     """Leave the mark of a homing, with counts that are true."""
     a, b, c = Units.of(Config()).to_counts(Joints(*twin.mechanics.true_joints()))
     for command in (f"DP {a},{b},{c}", "mayaendb=2260000", "mayaendc=2300000", "ZAA=7", "mayahome=7"):
@@ -139,7 +139,8 @@ def _segments(data: bytes) -> list[str]:
     return [word.removeprefix("LI ") for word in words if word.startswith("LI ")]
 
 
-def _wait_for(wire: Wire, operand: str, value: float) -> None:
+def wait_for(wire: Wire, operand: str, value: float) -> None:
+    """Wait until an operand has a value, by the controller's own clock."""
     latest = wire.time + 20.0
     while wire.numbers(operand) != [value]:
         assert wire.time < latest, f"{operand} never was {value}"

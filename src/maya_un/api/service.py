@@ -209,9 +209,12 @@ class Service:
         self._held.halt()
         await self._controller.abort()
 
-    async def recover(self) -> None:
-        """Clear a fault once its cause is gone; moves nothing, starts nothing; raises `NothingToRecover`."""
-        await self._controller.recover()
+    async def recover(self, *, take_over: bool = False) -> None:
+        """Clear a fault once its cause is gone; moves nothing, starts nothing; raises `NothingToRecover`.
+
+        With `take_over` the controller is taken from another program that owns it; else that raises `ControllerOwned`.
+        """
+        await self._controller.recover(take_over=take_over)
 
     async def status(self) -> Status:
         """Return everything about now."""

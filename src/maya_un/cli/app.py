@@ -52,6 +52,9 @@ Table = Annotated[str | None, typer.Option(metavar="JOB", help="the parts of thi
 _ADDRESSES = "sim, real (the configured controller), HOST or HOST:PORT"
 Address = Annotated[str, typer.Option(help=_ADDRESSES)]
 SkipHome = Annotated[bool, typer.Option("--skip-home", help="take over the homing whose mark stands in the controller")]
+TakeOver = Annotated[
+    bool, typer.Option("--take-over", help="at rest, take the controller from another program that owns it")
+]
 _KINDS = "ends in .svg, .png or .pdf; default:"
 WorkspacePicture = Annotated[str | None, typer.Option(metavar="FILE", help=f"{_KINDS} maya-workspace.svg")]
 JobPicture = Annotated[str | None, typer.Option(metavar="FILE", help=f"{_KINDS} maya-job.svg")]
@@ -106,6 +109,7 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     seed: Seed = None,
     table: Table = None,
     skip_home: SkipHome = False,
+    take_over: TakeOver = False,
     journal: Annotated[
         str | None, typer.Option(metavar="FILE", help="keeps the queue; memory: nothing does  [default: the user's]")
     ] = None,
@@ -131,7 +135,9 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     remote = Remote(listen, tls_cert, tls_key, plain, origin)
     finish = on_exit == "finish"
     endpoint = command.ROSBRIDGE_PORT if rosbridge and rosbridge_port is None else rosbridge_port
-    options = command.Options(address, speed, port, seed, table, skip_home, journal, finish, remote, endpoint)
+    options = command.Options(
+        address, speed, port, seed, table, skip_home, journal, finish, remote, endpoint, take_over
+    )
     return command.up(options, settings_of(context))
 
 
@@ -150,7 +156,7 @@ def down(
 
 
 @app.command("run", **_HOW)
-def run_job(
+def run_job(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     context: typer.Context,
     job: Annotated[str, typer.Argument(metavar="JOB", help="a YAML or JSON file")],
     dry_run: Annotated[
@@ -160,16 +166,18 @@ def run_job(
     seed: Seed = None,
     address: Annotated[str | None, typer.Option(help=_ADDRESSES)] = None,
     skip_home: SkipHome = False,
+    take_over: TakeOver = False,
     plot: Annotated[str | None, typer.Option(metavar="FILE", help="with --dry-run: a picture of it")] = None,
 ) -> int:
     """Carry out a job and report every step.
 
-    By the running robot if there is one; without one, or with --address, --speed, --seed or --skip-home, on a stack
-    of its own.
+    By the running robot if there is one; without one, or with --address, --speed, --seed, --skip-home or
+    --take-over, on a stack of its own.
     """
     from maya_un.cli import run as command
 
-    return command.run(job, command.Options(dry_run, address, speed, seed, skip_home, plot), settings_of(context))
+    options = command.Options(dry_run, address, speed, seed, skip_home, plot, take_over)
+    return command.run(job, options, settings_of(context))
 
 
 def _wish(primitive: dict[str, object], context: typer.Context) -> int:
@@ -293,11 +301,11 @@ def speed(
 
 
 @app.command(**_HOW)
-def recover(context: typer.Context) -> int:
+def recover(context: typer.Context, take_over: TakeOver = False) -> int:
     """Clear a fault once its cause is gone; moves nothing."""
     from maya_un.cli import wishes
 
-    return wishes.at_once("recover", "recovered", settings_of(context))
+    return wishes.recover(settings_of(context), take_over=take_over)
 
 
 @app.command(**_HOW)

@@ -51,11 +51,12 @@ class Options(NamedTuple):
     seed: int | None = None
     skip_home: bool = False
     plot: str | None = None
+    take_over: bool = False
 
     @property
     def own_stack(self) -> bool:
         """Whether the wish names a stack of its own, rather than the robot that may be running."""
-        return self.skip_home or (self.address, self.speed, self.seed) != (None, None, None)
+        return self.skip_home or self.take_over or (self.address, self.speed, self.seed) != (None, None, None)
 
 
 class Outcome(NamedTuple):
@@ -132,7 +133,15 @@ def _own_stack(
 ) -> Outcome:
     key, details = ("twin", {"speed": factor}) if address == SIM else ("on", {"address": address})
     display.note(word(key, settings.language, **details))
-    performance = _Performance(job, display, settings, factor=factor, pace=FRAME * factor, skip_home=options.skip_home)
+    performance = _Performance(
+        job,
+        display,
+        settings,
+        factor=factor,
+        pace=FRAME * factor,
+        skip_home=options.skip_home,
+        take_over=options.take_over,
+    )
     clock: Callable[[], asyncio.AbstractEventLoop] | None = (lambda: ScaledLoop(factor)) if address == SIM else None
     return run_loop(performance.perform(config, address, options.seed or 0), clock)
 
@@ -141,7 +150,8 @@ class _Performance:
     """One job on a stack of its own.
 
     `pace` is the time between two looks at the motion [s, of the stack's clock], None for no looking at all.
-    `skip_home` takes over the homing whose mark stands in the controller; `home_first` homes before the job.
+    `skip_home` takes over the homing whose mark stands in the controller, `take_over` the controller from another
+    program that owns it; `home_first` homes before the job.
     """
 
     def __init__(
@@ -154,6 +164,7 @@ class _Performance:
         pace: float | None = None,
         home_first: bool = False,
         skip_home: bool = False,
+        take_over: bool = False,
     ) -> None:
         self._job = job
         self._factor = factor
@@ -162,6 +173,7 @@ class _Performance:
         self._pace = pace
         self._home_first = home_first
         self._skip_home = skip_home
+        self._take_over = take_over
         self._ending = False
 
     async def perform(self, config: Config, address: str, seed: int) -> Outcome:
@@ -175,6 +187,7 @@ class _Performance:
             parts=parts,
             live=self._pace is not None,
             skip_home=self._skip_home,
+            take_over=self._take_over,
             speed=self._factor,
             places=taught_places(self._settings),
             recordings=shelf(config.recorder),

@@ -56,7 +56,8 @@ class Options(NamedTuple):
     """What `maya up` was asked for; `table` is a job file whose parts stand on the twin's table.
 
     `journal` is the file of the queue, "memory" for none, None for the usual one; `finish` ends the step under way
-    before this program ends. `rosbridge` is the port of that endpoint, None for none.
+    before this program ends. `rosbridge` is the port of that endpoint, None for none. `take_over` takes the controller
+    from another program that owns it.
     """
 
     address: str = SIM
@@ -69,10 +70,11 @@ class Options(NamedTuple):
     finish: bool = False
     remote: Remote = Remote()
     rosbridge: int | None = None
+    take_over: bool = False
 
 
 class _Robot(NamedTuple):
-    """What to run: where, how fast its clock, what stands on the twin's table, whether to take over a homing.
+    """What to run: where, how fast its clock, what stands on the twin's table, whether to take over a homing or more.
 
     Taught places are kept in the file `places`, the queue in the file `journal`, None for memory.
     """
@@ -85,6 +87,7 @@ class _Robot(NamedTuple):
     skip_home: bool
     places: Path
     journal: Path | None
+    take_over: bool
 
 
 class _Doors(NamedTuple):
@@ -108,7 +111,9 @@ def up(options: Options, settings: Settings) -> int:
     require_twin(address, "maya up", seed=options.seed, table=options.table)
     parts = on_the_table(options.table, config, settings)
     places, journal = taught_places(settings), journal_file(options.journal)
-    robot = _Robot(config, address, speed, options.seed or 0, parts, options.skip_home, places, journal)
+    robot = _Robot(
+        config, address, speed, options.seed or 0, parts, options.skip_home, places, journal, options.take_over
+    )
     clock: Callable[[], asyncio.AbstractEventLoop] | None = (lambda: ScaledLoop(speed)) if address == SIM else None
     with runtime.claimed(), log.kept(), ExitStack() as doors:
         near = doors.enter_context(bound_socket(options.port))
@@ -165,6 +170,7 @@ async def _running(robot: _Robot) -> AsyncIterator[Stack]:
             seed=robot.seed,
             parts=robot.parts,
             speed=robot.speed,
+            take_over=robot.take_over,
             places=robot.places,
             journal=kept.journal,
             calendar=dates,

@@ -75,6 +75,12 @@ def speed(ratio: float, settings: Settings) -> int:
     return output.answer(answer, word("speed", settings.language, percent=100.0 * answer["ratio"]), settings)
 
 
+def recover(settings: Settings, *, take_over: bool) -> int:
+    """Have the running robot clear its fault, and take its controller from another program that owns it."""
+    answer = Client.find().post("/v1/recover?take_over=true" if take_over else "/v1/recover")
+    return output.answer(answer, word("recovered", settings.language), settings)
+
+
 def at_once(name: str, told: str, settings: Settings) -> int:
-    """Say "abort", "recover" or "resume" to the running robot; `told` is the key of the words for success."""
+    """Say "abort" or "resume" to the running robot; `told` is the key of the words for success."""
     return output.answer(Client.find().post(f"/v1/{name}"), word(told, settings.language), settings)

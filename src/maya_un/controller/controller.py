@@ -32,6 +32,7 @@ from maya_un.errors import (
     MachineError,
     MarkerMissing,
     NothingToRecover,
+    OwnershipLost,
     Stopped,
 )
 from maya_un.events import EventLog, Kind
@@ -128,13 +129,15 @@ class GalilController:
         """Hand every byte on the wire to `listener` ("tx" or "rx"), from now on; there is one listener."""
         self._monitor.link.tap(listener)
 
-    async def open(self) -> None:
-        """Connect and write the configured registers; sends no motion.
+    async def open(self, *, take_over: bool = False) -> None:
+        """Connect, make the controller this program's, and write the configured registers; sends no motion.
 
-        Raises `ConnectFailed`, `LinkTimeout`, `WrongController`, `ParameterMismatch`, `GuardBlocked`.
+        One that belongs to a program that lives is taken only with `take_over`, and at rest. Raises `ConnectFailed`,
+        `LinkTimeout`, `WrongController`, `ControllerOwned`, `ControllerMoves`, `ParameterMismatch`, `GuardBlocked`.
         """
         driver = await self._monitor.open()
         try:
+            await self._lookout.claim(driver, take_over=take_over)
             if not self._monitor.moving():
                 await configure(driver, self.config)
             await self._lookout.install_guard(driver)
@@ -166,6 +169,7 @@ class GalilController:
             await monitor.look()
             if monitor.moving():
                 raise Busy(doing="the axes finish what was sent before")
+            await self._lookout.require_owned(driver)
             await configure(driver, self.config)
             if not await monitor.adopt(driver):
                 raise MarkerMissing
@@ -184,6 +188,7 @@ class GalilController:
             await monitor.look()
             if monitor.moving():
                 raise Busy(doing="the axes finish what was sent before")
+            await self._lookout.require_owned(driver)
             monitor.homed = False
             await configure(driver, self.config)
             await marker.erase(driver)
@@ -232,7 +237,7 @@ class GalilController:
             driver = monitor.ready(homed=False)
             grip = self.config.gripper
             high = (grip.closed_by == "set") is not open_
-            await driver.send(f"{'SB' if high else 'CB'} {grip.output}")
+            await self._lookout.output(driver, grip.output, high=high)
             await wish.wait(self._loop.time() + grip.settle_time)
             await monitor.look()
             self.events.emit(Kind.GRIPPER_OPEN if open_ else Kind.GRIPPER_CLOSED)
@@ -280,11 +285,12 @@ class GalilController:
         if isinstance(off, MachineError):
             monitor.fail(off, driver)
 
-    async def recover(self) -> None:
+    async def recover(self, *, take_over: bool = False) -> None:
         """Clear a fault once its cause is gone; moves nothing, switches motors on where they are.
 
-        Raises `NothingToRecover`; `NotConnected`, `AbortInput`, `AmplifierFault` while the cause lasts; `Busy`
-        while the axes still finish what was sent.
+        A controller that another program took is taken back where that one has ended, or with `take_over`. Raises
+        `NothingToRecover`; `NotConnected`, `AbortInput`, `AmplifierFault` while the cause lasts; `Busy` while the axes
+        still finish what was sent; `ControllerOwned`.
         """
         monitor = self._monitor
         driver = monitor.link.driver
@@ -298,6 +304,7 @@ class GalilController:
                 raise AbortInput
             if record.amplifier_status:
                 raise AmplifierFault(status=f"{record.amplifier_status:#010x}")
+            await self._lookout.claim(driver, take_over=take_over)
             await configure(driver, self.config)
             await self._lookout.install_guard(driver)
             if await driver.value("_AB") == 0.0:  # pressed meanwhile: no motor is switched on again
@@ -363,6 +370,9 @@ class GalilController:
                 raise
             except Stopped:
                 await self._stopping.rest(driver, self._release_stopped)
+                raise
+            except OwnershipLost as error:  # what moves now may be another program's: the guard stops what is ours
+                monitor.fail(error, driver)
                 raise
             except MachineError as error:
                 await self._stopping.rest(driver, partial(monitor.fail, error, driver))

@@ -1,4 +1,4 @@
-"""Keeps the guard in the controller running and its beat going, and knows whether it does."""
+"""Keeps the guard in the controller running and the owner's beat going, and knows whether it does."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from maya_un.controller import guard_program
-from maya_un.controller.guard_program import BEAT, OUT, START, THREAD
+from maya_un.controller.guard_program import OUT, START, THREAD
+from maya_un.controller.ownership import LOOK, SILENT, Moving, Ownership
 from maya_un.errors import (
     CommandRejected,
     GuardBlocked,
@@ -15,6 +16,7 @@ from maya_un.errors import (
     HostSilent,
     InvalidValue,
     MachineError,
+    OwnershipLost,
     UnexpectedReply,
 )
 from maya_un.galil.driver import Driver
@@ -23,19 +25,22 @@ from maya_un.galil.numbers import parse_number
 BEATS = 20
 """Beats in the guard's time: one that comes late, or is lost, is no reason to stop."""
 
-QUESTION = f"MG_XQ{THREAD},{OUT}"
-"""Asks where the guard is (-1: nowhere) and whether it has stopped the axes."""
+USUAL = 0.5
+"""Time of an owner's beat where no guard waits for it [s]."""
 
-_ARM = (f"{BEAT}=TIME", f"{OUT}=0")
 _PROGRAM_RUNS = 17
 
 
 @dataclass(frozen=True, slots=True)
 class Watch:
-    """What an answer to `QUESTION` says of the guard; one without sense is `garbled` and proves nothing."""
+    """What an answer to the guard's question says; one without sense is `garbled` and proves nothing.
+
+    `ours` tells whether the controller still belongs to this program.
+    """
 
     running: bool
     expired: bool
+    ours: bool = True
     garbled: UnexpectedReply | None = None
 
     def require(self) -> None:
@@ -47,56 +52,97 @@ class Watch:
 
 
 class Guard:
-    """The guard of one controller; `seconds` is how long the host may be silent, `letters` are the axes it stops.
+    """The guard of one controller, and the beat that keeps both its patience and this program's ownership.
 
-    `on_watch` is told what every beat's answer says. A link that is lost ends the beat; `install` begins it again.
+    `seconds` is how long the host may be silent (0: no guard, the beat alone), `letters` are the axes it stops.
+    `on_watch` is told what every beat's answer says from `install` on. A link that is lost ends the beat.
     """
 
     def __init__(self, seconds: float, letters: str, on_watch: Callable[[Watch, Driver], None]) -> None:
         self._seconds = seconds
         self._letters = letters
         self._on_watch = on_watch
+        self._period = (seconds or USUAL) / BEATS
+        self.owner = Ownership(max(SILENT, 2.0 * seconds))
+        self._question = f"MG_XQ{THREAD},{OUT},{self.owner.ours}"
         self._lines = range(0)
+        self._installed = False
         self._beat: asyncio.Task[None] | None = None
         self._sent: set[asyncio.Task[None]] = set()
 
+    async def claim(self, driver: Driver, address: str, moving: Moving, *, take_over: bool = False) -> None:
+        """Make the controller this program's and beat from now on; raises as `Ownership.claim`."""
+        await self._stop_beating()
+        await self.owner.claim(driver, address, moving, take_over=take_over)
+        await self.arm(driver)  # somebody may have deleted the variables that the question names
+        self._begin_beating(driver)
+
+    async def resume(self, driver: Driver, moving: Moving) -> None:
+        """Beat again on a new connection to a controller that is still ours, once nothing moves."""
+        await self._stop_beating()
+        while True:
+            if not await moving():
+                break
+            await asyncio.sleep(LOOK)
+        await self.owner.sign(driver)
+        self._begin_beating(driver)
+
     async def install(self, driver: Driver) -> None:
-        """Put the guard into the controller unless it is there, start it unless it runs, and beat from now on.
+        """Put the guard into the controller unless it is there, start it unless it runs; `claim` comes before.
 
         A user's program stays as it is, the guard goes behind it. Raises `GuardBlocked` where that cannot be.
         """
-        await self._stop_beating()
-        await self._provide(driver)
-        await self.arm(driver)  # somebody may have deleted the variables that the question names
-        if not (await self._look(driver)).running:
-            if await driver.value(f"_XQ{THREAD}") >= 0.0:
-                raise GuardBlocked(reason=f"thread {THREAD} runs something else: halt it with HX {THREAD}")
-            await driver.batch([*_ARM, f"XQ#{START},{THREAD}"])
+        if self._seconds > 0.0:
+            await self._provide(driver)
+            if not (await self._look(driver)).running:
+                if await driver.value(f"_XQ{THREAD}") >= 0.0:
+                    raise GuardBlocked(reason=f"thread {THREAD} runs something else: halt it with HX {THREAD}")
+                await driver.batch([*self.owner.arm, f"XQ#{START},{THREAD}"])
         await driver.subscribe()
-        await self._prove(driver, _ARM)
-        self._beat = asyncio.get_running_loop().create_task(self._keep_beating(driver), name="beat of the guard")
+        await self._prove(driver, self.owner.arm)
+        self._installed = True
 
     async def arm(self, driver: Driver) -> None:
         """Begin the guard's time anew, also after it has run out."""
-        await driver.batch(_ARM)
+        try:
+            await driver.batch(self.owner.arm)
+        except CommandRejected:
+            await driver.batch(self.owner.first_arm)
 
     async def load(self, driver: Driver, commands: Sequence[str]) -> None:
-        """Send commands that prepare a motion, and make sure in the same breath that the guard watches.
+        """Send commands that prepare a motion, and make sure in the same breath that we own it and the guard watches.
 
-        Raises `GuardNotRunning`, `HostSilent`, and as the driver.
+        Raises `OwnershipLost`, `GuardNotRunning`, `HostSilent`, and as the driver.
         """
         if self._beat is None or self._beat.done():
             raise GuardNotRunning
         await self._prove(driver, commands)
 
-    async def close(self, driver: Driver | None) -> None:
-        """End the beat; with a driver also the guard itself, for whoever uses the controller next.
+    async def output(self, driver: Driver, bit: int, *, high: bool) -> None:
+        """Set or clear an output if the controller is ours; raises `OwnershipLost`, `GuardNotRunning`."""
+        command = self.owner.output(bit, high=high)
+        if not await self.owner.did(driver, command):
+            raise await self.lost(driver)
 
-        Where the guard could not be installed, thread 7 is somebody else's and left alone.
+    async def lost(self, driver: Driver) -> OwnershipLost | GuardNotRunning:
+        """Return the error for a controller that is ours no more; one that is nobody's was reset."""
+        holder = await self.owner.holder(driver)
+        return OwnershipLost(holder=holder) if holder else GuardNotRunning()
+
+    async def close(self, driver: Driver | None) -> None:
+        """End the beat; with a driver whose controller is ours also the guard, and give the controller up.
+
+        Where the guard could not be installed, thread 7 is somebody else's and left alone; so is all that another
+        program owns.
         """
         await self._stop_beating()
-        if driver is not None and (await self._look(driver)).running:
-            await driver.send(f"HX{THREAD}")
+        self._installed = False
+        if driver is None:
+            return
+        if await self.owner.holds(driver):
+            if self._seconds > 0.0 and (await self._look(driver)).running:
+                await driver.send(f"HX{THREAD}")
+            await self.owner.release(driver)
 
     async def _provide(self, driver: Driver) -> None:
         present = await driver.upload()
@@ -123,40 +169,47 @@ class Guard:
 
     async def _prove(self, driver: Driver, commands: Sequence[str]) -> None:
         try:
-            answers = await driver.batch([*commands, QUESTION])
+            answers = await driver.batch([*commands, self._question])
         except CommandRejected as refused:
-            if refused.details["command"] == QUESTION:  # the variables are gone: a reset
+            if refused.details["command"] == self._question:  # the variables are gone: a reset
                 raise GuardNotRunning from refused
             raise
-        self._read(answers[-1]).require()
+        watch = self._read(answers[-1])
+        if not watch.ours:
+            raise await self.lost(driver)
+        watch.require()
 
     async def _look(self, driver: Driver) -> Watch:
         try:
-            return self._read(await driver.send(QUESTION))
+            return self._read(await driver.send(self._question))
         except CommandRejected:
             return Watch(running=False, expired=False)
 
     def _read(self, answer: str) -> Watch:
         words = answer.split()
         try:
-            line, out = (parse_number(word) for word in words)
+            line, out, ours = (parse_number(word) for word in words)
         except ValueError as error:
-            raise UnexpectedReply(command=QUESTION, reply=answer) from error
-        return Watch(running=line in self._lines, expired=out != 0.0)
+            raise UnexpectedReply(command=self._question, reply=answer) from error
+        if self._seconds == 0.0:
+            return Watch(running=True, expired=False, ours=ours != 0.0)
+        return Watch(running=line in self._lines, expired=out != 0.0, ours=ours != 0.0)
+
+    def _begin_beating(self, driver: Driver) -> None:
+        self._beat = asyncio.get_running_loop().create_task(self._keep_beating(driver), name="beat of the guard")
 
     async def _keep_beating(self, driver: Driver) -> None:
         loop = asyncio.get_running_loop()
-        period = self._seconds / BEATS
         while not driver.lost.done():
             # The beat does not wait for its answer: a slow reply must not become a slow beat.
             task = loop.create_task(self._one_beat(driver))
             self._sent.add(task)
             task.add_done_callback(self._sent.discard)
-            await asyncio.sleep(period)
+            await asyncio.sleep(self._period)
 
     async def _one_beat(self, driver: Driver) -> None:
         try:
-            _, answer = await driver.batch([f"{BEAT}=TIME", QUESTION])
+            _, answer = await driver.batch([self.owner.beat, self._question])
             watch = self._read(answer)
         except CommandRejected:
             watch = Watch(running=False, expired=False)
@@ -164,7 +217,8 @@ class Guard:
             watch = Watch(running=False, expired=False, garbled=error)
         except MachineError:
             return  # a lost link is announced by those who keep it
-        self._on_watch(watch, driver)
+        if self._installed:
+            self._on_watch(watch, driver)
 
     async def _stop_beating(self) -> None:
         tasks = [task for task in (self._beat, *self._sent) if task is not None]

@@ -24,6 +24,7 @@ from maya_un.errors import (
     MachineError,
     MayaError,
     NotConnected,
+    OwnershipLost,
 )
 from maya_un.galil.driver import Driver
 from maya_un.galil.record import DataRecord
@@ -44,6 +45,7 @@ class Lookout:
         self._hearing: asyncio.Task[None] | None = None
         self._unheard = False
         self._tasks: set[asyncio.Task[None]] = set()
+        monitor.on_returned = self._on_returned
 
     def begin(self) -> None:
         """Read the record at the configured rate from now on."""
@@ -63,6 +65,23 @@ class Lookout:
         for task in self._tasks:
             task.cancel()
 
+    async def claim(self, driver: Driver, *, take_over: bool = False) -> None:
+        """Make the controller ours; raises `ControllerOwned`, `ControllerMoves`. The twin of a dry run is anyway."""
+        if self._guard is not None:
+            await self._guard.claim(driver, self._monitor.link.address, self._moving, take_over=take_over)
+
+    async def require_owned(self, driver: Driver) -> None:
+        """Make sure that the controller is ours and the guard watches; raises `OwnershipLost` and as `load`."""
+        await self.wake_guard(driver)
+        await self.load(driver, [])
+
+    async def output(self, driver: Driver, bit: int, *, high: bool) -> None:
+        """Set or clear an output, if the controller is ours; raises `OwnershipLost`, `GuardNotRunning`."""
+        if self._guard is None:
+            await driver.send(f"{'SB' if high else 'CB'} {bit}")
+        else:
+            await self._guard.output(driver, bit, high=high)
+
     async def install_guard(self, driver: Driver) -> None:
         """Have the guard in the controller watch from now on; raises `GuardBlocked`, `GuardNotRunning`."""
         if self._guard is not None:
@@ -81,10 +100,29 @@ class Lookout:
         if self._guard is not None:
             await self._guard.arm(driver)
 
-    def _chosen_guard(self) -> Guard | None:
-        seconds = self._monitor.config.safety.guard_time
+    def _chosen_guard(self) -> Guard:
         letters = "".join(sorted(axis.letter for axis, _ in self._monitor.places()))
-        return Guard(seconds, letters, self._on_watch) if seconds > 0.0 else None
+        return Guard(self._monitor.config.safety.guard_time, letters, self._on_watch)
+
+    async def _moving(self) -> bool:
+        await self._monitor.look()
+        return self._monitor.moving()
+
+    def _on_returned(self, driver: Driver) -> None:
+        """Take the beat up again on a new connection, once nothing moves: what moves is for the guard to stop."""
+        if self._guard is not None:
+            self._begin(self._resume(driver, self._guard))
+
+    async def _resume(self, driver: Driver, guard: Guard) -> None:
+        try:
+            if await guard.owner.holds(driver):
+                await guard.resume(driver, self._moving)
+                return
+            error = await guard.lost(driver)
+        except (NotConnected, MachineError):
+            return  # lost again: the link's keeper dials again
+        if isinstance(error, OwnershipLost):
+            self._monitor.enter_fault(error)
 
     async def _keep_looking(self) -> None:
         monitor = self._monitor
@@ -126,12 +164,29 @@ class Lookout:
         monitor = self._monitor
         if monitor.fault is not None or driver.lost.done():
             return
-        if not watch.running:
+        if not watch.ours and self._guard is not None:
+            self._begin(self._find_owner(driver, self._guard))
+        elif not watch.running:
             self._begin(self._find_out(watch.garbled or GuardNotRunning()))
         elif watch.expired and (monitor.run is not None or monitor.phase is not None):
             monitor.end(HostSilent())
         elif watch.expired and self._guard is not None:  # at rest there was nothing to stop
             self._begin(self._guard.arm(driver))
+
+    async def _find_owner(self, driver: Driver, guard: Guard) -> None:
+        """End what is under way with the name of the program that took the controller over."""
+        try:
+            error = await guard.lost(driver)
+        except (NotConnected, MachineError):
+            return  # the link's keeper announces the loss
+        if isinstance(error, GuardNotRunning):
+            await self._find_out(error)  # it is nobody's: a reset
+        elif self._monitor.fault is None and not self._ending():
+            self._monitor.end(error)
+
+    def _ending(self) -> bool:
+        wish = self._monitor.desk.current
+        return wish is not None and wish.interrupted.done()
 
     def _on_message(self, text: str) -> None:
         """A limit or a following error, told by the controller itself: look at once."""
@@ -156,8 +211,7 @@ class Lookout:
             return  # the link's keeper announces the loss
         if run is monitor.run:
             self._judge(record)
-        wish = monitor.desk.current
-        if otherwise is not None and monitor.fault is None and (wish is None or not wish.interrupted.done()):
+        if otherwise is not None and monitor.fault is None and not self._ending():
             found = faults.grave(record, monitor.order, (0, 1, 2) if run is None else run.members)
             # Outside of a run, a limit or a following error may be one that was met long ago.
             if found is None or (run is None and not isinstance(found, (AbortInput, AmplifierFault))):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
 
 from maya_un.config import AxisConfig, Config, Units
 from maya_un.controller import faults, marker
@@ -33,7 +33,10 @@ OFF_SWITCH = (0.002, 0.001, 0.001)
 
 
 class Monitor:
-    """Keeps the link, reads the record when it is asked to, publishes states and events. It never sends motion."""
+    """Keeps the link, reads the record when it is asked to, publishes states and events. It never sends motion.
+
+    `on_returned` is told when the controller answers again after a loss, and all that is known of it is published.
+    """
 
     def __init__(self, dial: Dial, address: str, config: Config) -> None:
         self._loop = asyncio.get_running_loop()
@@ -53,6 +56,7 @@ class Monitor:
         self.powered = False
         self.fault: MayaError | None = None
         self.record: DataRecord | None = None
+        self.on_returned: Callable[[Driver], None] | None = None
         self._down = True
         self._lens = Lens(config, self.units, self.mechanism, self.order)
         self._latest = Latest(self._compose())
@@ -223,6 +227,8 @@ class Monitor:
             self.homed = False
             self.enter_fault(ControllerReset())
         self.publish()
+        if self.on_returned is not None:
+            self.on_returned(driver)
 
     def _mode(self) -> Mode:
         if self._down:

@@ -154,6 +154,9 @@ class Controller(Protocol):
         """Stop without deceleration."""
         ...
 
-    async def recover(self) -> None:
-        """Clear a fault, once its cause is gone; moves nothing."""
+    async def recover(self, *, take_over: bool = False) -> None:
+        """Clear a fault, once its cause is gone; moves nothing.
+
+        With `take_over` the controller is taken from another program that owns it, at rest.
+        """
         ...

@@ -3,7 +3,7 @@
 MayaError
 ├── RequestError            somebody asked for something impossible: refused, the robot is not disturbed
 │   ├── NotConnected 1010 · ServiceNotRunning 1020 · ServiceNotAnswering 1021
-│   │   TwinNotFound 1022
+│   │   TwinNotFound 1022 · ControllerOwned 1030 · ControllerMoves 1032
 │   ├── Unreachable 2101 · PathRefused 2102 · NotHomed 2103 · Busy 2104 · Faulted 2105
 │   │   MarkerMissing 2106 · TrajectoryRefused 2107 · NothingToRecover 2108 · GuardBlocked 2109
 │   │   ProgramRuns 2110 · CannotPause 2111 · NotPaused 2112
@@ -24,7 +24,7 @@ MayaError
 └── MachineError            the machine did something unexpected: motion ends, a person recovers
     ├── LinkLost 1001 · ConnectFailed 1002 · LinkTimeout 1003 · CommandRejected 1004
     │   WrongController 1005 · UnexpectedReply 1006 · ParameterMismatch 1007
-    │   ProgramDiffers 1008 · MemoryDamaged 1009 · NodeGone 1011
+    │   ProgramDiffers 1008 · MemoryDamaged 1009 · NodeGone 1011 · OwnershipLost 1031
     ├── LimitReached 2301 · FollowingError 2302 · AbortInput 2303 · AmplifierFault 2304
     │   UnexpectedStop 2305 · MotorOff 2306 · ControllerReset 2307 · EndNotReached 2308
     │   GuardNotRunning 2309 · HostSilent 2310
@@ -96,11 +96,14 @@ from maya_un.errors.house import (
 from maya_un.errors.link import (
     CommandRejected,
     ConnectFailed,
+    ControllerMoves,
+    ControllerOwned,
     LinkLost,
     LinkTimeout,
     MemoryDamaged,
     NodeGone,
     NotConnected,
+    OwnershipLost,
     ParameterMismatch,
     ProgramDiffers,
     ServiceNotAnswering,
@@ -156,6 +159,8 @@ __all__ = [
     "CannotPause",
     "CommandRejected",
     "ConnectFailed",
+    "ControllerMoves",
+    "ControllerOwned",
     "ControllerReset",
     "DependencyFailed",
     "EndNotReached",
@@ -205,6 +210,7 @@ __all__ = [
     "NotTaught",
     "NothingToRecover",
     "NothingToRevert",
+    "OwnershipLost",
     "ParameterMismatch",
     "PathRefused",
     "ProgramDiffers",

@@ -87,3 +87,21 @@ class TwinNotFound(RequestError):
     """No running `maya dmc serve` is meant, or more than one."""
 
     code = 1022
+
+
+class ControllerOwned(RequestError):
+    """Another program that lives owns the controller; nothing was written to it."""
+
+    code = 1030
+
+
+class OwnershipLost(MachineError):
+    """Another program took the controller over, so this one sends nothing more that moves."""
+
+    code = 1031
+
+
+class ControllerMoves(RequestError):
+    """Axes move by what another program sent, so the controller changes its owner later."""
+
+    code = 1032

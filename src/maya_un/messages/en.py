@@ -24,6 +24,12 @@ SENTENCES: dict[int, str] = {
     1021: "The running `maya up` does not answer ({reason}). Use `maya stop` to stop the robot, then restart it.",
     1022: "It is not clear which virtual controller is meant: {reason}. Start `maya dmc serve`, or name with `--twin` one "
     "that runs (now: {running}).",
+    1030: "The controller at {address} belongs to another program, {holder}, and that one lives. Work with that program, "
+    "or end it. Where you cannot, see that the robot rests, then take the controller over with `--take-over`.",
+    1031: "The controller was taken over by {holder}, so this program moves nothing any more. Ask there. When that "
+    "program has ended, say `maya recover`.",
+    1032: "Axes still move by what {holder} sent, so the controller does not change its owner now. Wait until they rest, "
+    "or say `maya stop`, then try again.",
     2101: "{target} cannot be reached: {reason}. Nearest reachable: {nearest}.",
     2102: "The way to {target} leaves the workspace: {reason}. Go there by a point in between.",
     2103: "The robot is not homed, so its position is not known. Say `maya home` first.",

@@ -24,6 +24,12 @@ SENTENCES: dict[int, str] = {
     1021: "El `maya up` en marcha no responde ({reason}). Detenga el robot con `maya stop` y reinícielo.",
     1022: "No está claro de qué controlador virtual se trata: {reason}. Inicie `maya dmc serve`, o nombre con `--twin` uno "
     "que esté en marcha (ahora: {running}).",
+    1030: "El controlador en {address} pertenece a otro programa, {holder}, que sigue en marcha. Trabaje con ese programa "
+    "o termínelo. Si no puede, vea que el robot esté en reposo y tome el controlador con `--take-over`.",
+    1031: "{holder} tomó el controlador, así que este programa ya no mueve nada. Pregunte allí. Cuando ese programa haya "
+    "terminado, diga `maya recover`.",
+    1032: "Aún se mueven ejes por lo que envió {holder}; el controlador no cambia de dueño ahora. Espere a que estén en "
+    "reposo, o diga `maya stop`, y repita.",
     2101: "{target} no se puede alcanzar: {reason}. Lo más cercano alcanzable: {nearest}.",
     2102: "El camino a {target} sale del espacio de trabajo: {reason}. Vaya por un punto intermedio.",
     2103: "El robot no ha hecho el homing y no conoce su posición. Diga primero `maya home`.",

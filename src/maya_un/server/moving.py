@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import Response
+from fastapi import Query, Response
 
 from maya_un.api.access.operations import Operation
 from maya_un.api.messages import HeldJog
@@ -12,6 +12,8 @@ from maya_un.controller.protocol import Jogged
 from maya_un.errors import (
     Busy,
     CannotPause,
+    ControllerMoves,
+    ControllerOwned,
     Faulted,
     NotConnected,
     NothingToRecover,
@@ -38,6 +40,7 @@ from maya_un.server.exchange import answer, sent
 from maya_un.server.routes import Routes
 from maya_un.values import StopReport
 
+TakeOver = Annotated[bool, Query(description="at rest, take the controller from another program that owns it")]
 _TAG = "moving"
 
 AnyJog = Annotated[JogBy | JogHold | JogRelease, sent(JogBy, JogHold, JogRelease, choose=kind_of_jog)]
@@ -105,10 +108,10 @@ def add_moving(routes: Routes) -> None:
         await ask(lambda service: service.speed(body.ratio))
         return answer(body)
 
-    recovering = (NotConnected, NothingToRecover)
+    recovering = (NotConnected, NothingToRecover, ControllerOwned, ControllerMoves)
 
     @routes.add("POST", "/v1/recover", Operation.RECOVER, tag=_TAG, gives=Recovered, refuses=recovering)
-    async def recover(ask: Ask) -> Response:
+    async def recover(ask: Ask, take_over: TakeOver = False) -> Response:
         """Clear a fault once its cause is gone; nothing moves."""
-        await ask(lambda service: service.recover())
+        await ask(lambda service: service.recover(take_over=take_over))
         return answer(Recovered())

@@ -33,8 +33,11 @@ FAR = Joints(1.2, 1.0, 1.8)
 
 FIRMWARE = "DMC4133 Rev 1.3k"
 
-BEAT = ("mayabeat=TIME", "MG_XQ7,mayaout")
-"""What the host says to the guard all the time; it moves nothing."""
+BEAT = "mayabeat="
+"""Begins what the host says to the guard all the time."""
+
+OWN = ("maya", "MG_XQ7", "MG(_ZAB=")
+"""Begin what the host says to the guard and of itself; it moves nothing."""
 
 
 @asynccontextmanager

@@ -13,7 +13,7 @@ from maya_un.errors import (
 from maya_un.events import Kind
 from maya_un.testing import rig
 from maya_un.values import Mode, State
-from tests.unit.controller.bench import BEAT, FAR, HERE, commands_in, foreign, homed, kinds
+from tests.unit.controller.bench import FAR, HERE, OWN, commands_in, foreign, homed, kinds
 from tests.virtual_time import elapse
 
 QUESTIONS = ("\x12\x16", "QR", "MG ", "TC1")
@@ -111,7 +111,7 @@ async def test_after_a_reconnect_only_questions_go_over_the_wire(moving: bool, l
         await elapse(100.0)
         commands = commands_in(bytes(bench.sent))
         assert "\x12\x16" in commands
-        assert [command for command in commands if not command.startswith(QUESTIONS) and command not in BEAT] == []
+        assert [command for command in commands if not command.startswith(QUESTIONS + OWN)] == []
         if move is not None:
             assert isinstance(move.exception(), LinkLost)
 

@@ -117,8 +117,8 @@ class StandIn:
     async def abort(self) -> None:
         self._note("abort")
 
-    async def recover(self) -> None:
-        self._note("recover")
+    async def recover(self, *, take_over: bool = False) -> None:
+        self._note("recover", *(["take over"] if take_over else []))
 
     def follow_events(self, seq: int) -> AsyncIterator[Event]:
         return self.log.follow(seq)

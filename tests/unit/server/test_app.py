@@ -45,6 +45,7 @@ from tests.virtual_time import elapse
         ("POST", "/v1/stop", None, ("stop",), 200),
         ("POST", "/v1/abort", None, ("abort",), 200),
         ("POST", "/v1/recover", None, ("recover",), 200),
+        ("POST", "/v1/recover?take_over=true", None, ("recover", "take over"), 200),
     ],
 )
 async def test_each_path_asks_the_service_one_thing(

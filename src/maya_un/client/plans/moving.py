@@ -163,6 +163,11 @@ def speed(ratio: float) -> Request[None]:
     return post("/v1/speed", _NONE, {"ratio": ratio})
 
 
-def recover() -> Request[None]:
-    """Clear a fault once its cause is gone; moves nothing; raises `NothingToRecover`."""
-    return Request("POST", "/v1/recover", _NONE, timeout=AT_REST)
+def recover(*, take_over: bool = False) -> Request[None]:
+    """Clear a fault once its cause is gone; moves nothing; raises `NothingToRecover`.
+
+    With `take_over` the controller is taken, at rest, from another program that owns it; else that raises
+    `ControllerOwned`.
+    """
+    query = {"take_over": True} if take_over else {}
+    return Request("POST", "/v1/recover", _NONE, query, timeout=AT_REST)

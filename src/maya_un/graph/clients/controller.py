@@ -230,8 +230,10 @@ class GraphController:
         """Stop without deceleration; said as a stop is."""
         await self._urgent.say(ABORT)
 
-    async def recover(self) -> None:
-        """Clear a fault, once its cause is gone; moves nothing."""
+    async def recover(self, *, take_over: bool = False) -> None:
+        """Clear a fault, once its cause is gone; moves nothing. Raises `NotOverRos` for `take_over`."""
+        if take_over:
+            raise NotOverRos(wish="recover with take_over")
         await self._call(RECOVER, {})
         await self._watch.until(lambda: self.state.mode is not Mode.FAULT, SETTLES)
 

@@ -1,6 +1,7 @@
 """Node hardware_interface: the controller floor on the machine.
 
-Parameters, private or under /maya: address (real for the configured one, or HOST:PORT) and skip_home.
+Parameters, private or under /maya: address (real for the configured one, or HOST:PORT), skip_home, and take_over (take
+the controller, at rest, from another program that owns it).
 """
 
 from __future__ import annotations
@@ -23,8 +24,11 @@ async def serve(node: Node) -> None:
     address = checked(await node.parameter("address", REAL))
     if address == SIM:
         raise InvalidValue(key="address", value=address, reason="with sim_mode:=false it is that of a machine")
+    take_over = await node.flag("take_over")
     async with (
         configured(node.graph.parameters) as config,
-        controller_floor(config, address, heard=lambda events: events.heard_by(log_event)) as floor,
+        controller_floor(
+            config, address, take_over=take_over, heard=lambda events: events.heard_by(log_event)
+        ) as floor,
     ):
         await offered(node, floor, skip_home=await node.flag("skip_home"))

@@ -1,8 +1,9 @@
 """Node hw_simulator: the controller floor on the virtual twin, and what its sensors show.
 
 Parameters, private or under /maya: speed (the clock's factor), skip_home, address (sim, or HOST:PORT of a twin that is
-served elsewhere), seed (where the twin powers up), table (a job file whose parts stand on its table) and parts (others
-by name and place). Its service ~twin tells what the twin's mechanics know.
+served elsewhere), take_over (take that one, at rest, from another program that owns it), seed (where the twin powers
+up), table (a job file whose parts stand on its table) and parts (others by name and place). Its service ~twin tells
+what the twin's mechanics know.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ async def serve(node: Node) -> None:
         async with controller_floor(
             fast_enough(config, node.speed),
             address,
+            take_over=await node.flag("take_over"),
             seed=await node.number("seed", 0),
             parts=on_the_table(config, job, named),
             speed=node.speed,

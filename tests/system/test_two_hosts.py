@@ -1,0 +1,101 @@
+"""Two hosts on one controller, each with its own runtime and state folder: one owns it, the other is refused.
+
+The mechanics of the served twin say what happened.
+"""
+
+from __future__ import annotations
+
+import json
+import signal
+from pathlib import Path
+
+import pytest
+
+from maya_un.assembly import Twin
+from maya_un.config import Config
+from maya_un.errors import ControllerOwned
+from tests.system.processes import Wire, done, running
+from tests.system.test_guard import mark, served, wait_for
+
+pytestmark = pytest.mark.system
+
+GUARD_TIME = Config().safety.guard_time
+BRAKING = 1.5
+"""A stop takes less than this [s]."""
+SAMPLES = 1024.0
+
+
+def places(folder: Path) -> dict[str, str]:
+    """Return the environment of a host of its own: nothing that another host writes is in its folders."""
+    return {"MAYA_RUNTIME_DIR": str(folder / "run"), "MAYA_STATE_DIR": str(folder / "kept")}
+
+
+def rests_within(wire: Wire, seconds: float) -> None:
+    """Wait until the axes are at rest, by the controller's own clock."""
+    latest = wire.time + seconds
+    while any(wire.numbers("_BGS,_BGA,_BGB,_BGC")):
+        assert wire.time < latest, "the axes still move"
+
+
+def at_rest(twin: Twin) -> tuple[float, ...]:
+    return tuple(twin.mechanics.true_joints())
+
+
+def test_a_second_maya_up_is_refused_and_the_first_ones_guard_still_stops_its_motion(tmp_path: Path) -> None:
+    with served(seed=5) as (twin, address), Wire(address) as wire:
+        mark(twin, wire)
+        first, second = places(tmp_path / "one"), places(tmp_path / "two")
+        with running(f"up --port 0 --skip-home --address {address}", first) as up:
+            up.until("maya home")
+            with running("jog r -0.5", first):
+                wait_for(wire, "_BGS", 1.0)
+                code, said = done(f"up --port 0 --address {address}", env=second)
+                assert (code, str(ControllerOwned.code) in said) == (1, True), said
+                assert f"process {up.number}" in said
+                assert wire.numbers("_BGS") == [1.0]
+                with running(f"up --port 0 --address {address}", second) as late:
+                    up.send(signal.SIGKILL)
+                    rests_within(wire, GUARD_TIME + BRAKING)
+                    stands = at_rest(twin)
+                    late.until("maya home")
+                    assert at_rest(twin) == pytest.approx(stands, abs=2e-4)
+        assert not twin.mechanics.record.drops
+
+
+def test_a_second_host_cannot_move_the_gripper(tmp_path: Path) -> None:
+    with served(seed=5) as (twin, address), Wire(address) as wire:
+        mark(twin, wire)
+        first, second = places(tmp_path / "one"), places(tmp_path / "two")
+        with running(f"up --port 0 --skip-home --address {address}", first) as up:
+            up.until("maya home")
+            before = wire.numbers("_OP0"), twin.mechanics.record.gripper_closed
+            job = tmp_path / "jaws.json"
+            job.write_text(json.dumps({"steps": [{"gripper": "close"}, {"gripper": "open"}, {"gripper": "close"}]}))
+            with running("jog r -0.5", first):
+                wait_for(wire, "_BGS", 1.0)
+                code, said = done(f"run {job} --address {address}", env=second)
+                assert (code, str(ControllerOwned.code) in said) == (1, True), said
+            assert (wire.numbers("_OP0"), twin.mechanics.record.gripper_closed) == before
+
+
+def test_a_refused_maya_run_leaves_the_running_job_and_its_guard_alone(tmp_path: Path) -> None:
+    with served(seed=5) as (twin, address), Wire(address) as wire:
+        mark(twin, wire)
+        first, second = places(tmp_path / "one"), places(tmp_path / "two")
+        job = tmp_path / "way.json"
+        job.write_text(json.dumps({"steps": [{"move": {"a": 1.0, "b": 1.3, "c": 1.5}}]}))
+        with running(f"up --port 0 --skip-home --address {address}", first) as up:
+            up.until("maya home")
+            before = wire.say("LV")
+            with running(f"run {job}", first) as run:
+                wait_for(wire, "_BGS", 1.0)
+                code, said = done(f"run {job} --address {address} --skip-home", env=second)
+                assert (code, str(ControllerOwned.code) in said) == (1, True), said
+                assert wire.numbers("_XQ7")[0] >= 0.0
+                code, said = run.end()
+                assert code == 0, said
+            assert names(wire.say("LV")) >= names(before)
+
+
+def names(listing: bytes) -> set[bytes]:
+    return {line.split(b"=")[0].strip() for line in listing.splitlines() if b"=" in line}

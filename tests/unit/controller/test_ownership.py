@@ -1,0 +1,431 @@
+from __future__ import annotations
+
+import asyncio
+import os
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
+
+import pytest
+
+from maya_un.config.load import parse
+from maya_un.controller.controller import GalilController
+from maya_un.controller.guard import Guard
+from maya_un.controller.ownership import SILENT, Ownership
+from maya_un.errors import (
+    ControllerMoves,
+    ControllerOwned,
+    GuardNotRunning,
+    MayaError,
+    NothingToRecover,
+    OwnershipLost,
+)
+from maya_un.events import Kind
+from maya_un.galil.commands import LINE_LIMIT
+from maya_un.galil.driver import Driver
+from maya_un.galil.transport import Transport
+from maya_un.testing import Rig, rig
+from maya_un.values import Mode
+from tests.unit.controller.bench import FAR, HERE, commands_in, foreign, homed, kinds, when_sent
+from tests.virtual_time import elapse
+
+GUARD_TIME = 0.5
+BRAKING = 1.5
+"""A stop takes less than this [s]."""
+
+
+def another(bench: Rig) -> tuple[GalilController, bytearray]:
+    """Return another host's controller floor on the same controller, and what it will send."""
+
+    async def dial() -> Transport:
+        return bench.virtual.loopback()
+
+    sent = bytearray()
+    found = GalilController(dial, "twin", bench.controller.config, live=True)
+    found.tap(lambda way, data: sent.extend(data) if way == "tx" else None)
+    return found, sent
+
+
+@asynccontextmanager
+async def opened(bench: Rig, *, take_over: bool = False) -> AsyncIterator[GalilController]:
+    other, _ = another(bench)
+    await other.open(take_over=take_over)
+    try:
+        yield other
+    finally:
+        await other.close()
+
+
+def guard_of(controller: GalilController) -> Guard:
+    guard = controller._lookout._guard
+    assert guard is not None
+    return guard
+
+
+async def token(bench: Rig) -> float:
+    return float((await foreign(bench, "MG _ZAB{F10.0}"))[0])
+
+
+async def fall_silent(controller: GalilController) -> None:
+    """Stop a host where it stands: it sends nothing more, and its connection stays."""
+    await guard_of(controller)._stop_beating()
+    looking = controller._lookout._looking
+    assert looking is not None
+    looking.cancel()
+    await asyncio.wait({looking})
+
+
+async def wake(controller: GalilController) -> None:
+    """Let it go on as if nothing had been."""
+    guard_of(controller)._begin_beating(controller._monitor.link.driver)
+    controller._lookout.begin()
+    await elapse(0.1)
+
+
+async def test_the_first_host_owns_the_controller_until_it_leaves() -> None:
+    async with rig(live=True) as bench:
+        assert await token(bench) == guard_of(bench.controller).owner.token
+        await bench.controller.close()
+        assert await token(bench) == 0.0
+
+
+async def test_a_second_host_is_told_who_owns_the_controller_and_writes_nothing() -> None:
+    async with homed(live=True) as bench:
+        other, sent = another(bench)
+        before = await foreign(bench, "LV", "MG _XQ7>0,_CF,_SPA,_ERA,_MOA")
+        with pytest.raises(ControllerOwned, match=f"process {os.getpid()}"):
+            await other.open()
+        await other.close()
+        assert {command[:2] for command in commands_in(bytes(sent))} <= {"\x12\x16", "QR", "MG"}
+        after = await foreign(bench, "LV", "MG _XQ7>0,_CF,_SPA,_ERA,_MOA")
+        assert after[1] == before[1]
+        await bench.controller.move(FAR)
+
+
+async def test_a_dry_run_asks_for_no_owner() -> None:
+    async with rig() as bench:
+        assert await token(bench) == 0.0
+        assert b"ZAB" not in bench.sent
+
+
+async def test_without_a_guard_the_controller_still_has_one_owner() -> None:
+    async with rig(parse({"safety": {"guard_time": 0.0}}), live=True) as bench:
+        await elapse(10.0)
+        with pytest.raises(ControllerOwned):
+            await another(bench)[0].open()
+        await bench.controller.gripper(False)
+
+
+async def test_a_host_that_died_leaves_the_controller_to_the_next_once_its_axes_rest() -> None:
+    async with homed(live=True) as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(5.0)
+        bench.virtual.tap = None
+        await fall_silent(bench.controller)
+        silent = bench.virtual.machine.now
+        async with opened(bench) as other:
+            assert not other.state.moving
+            assert bench.virtual.machine.now - silent <= SILENT + BRAKING
+            lines = bench.mechanics.timelines
+            assert max(line.pieces[-1].t for line in lines) - silent <= GUARD_TIME + BRAKING
+            await asyncio.wait({move})
+            assert move.exception() is not None
+
+
+async def test_two_hosts_that_claim_at_the_same_instant_make_one_owner() -> None:
+    async with rig() as bench:
+        await bench.controller.close()
+        for _ in range(20):
+            hosts = [another(bench)[0] for _ in range(3)]
+            results = await asyncio.gather(*(host.open() for host in hosts), return_exceptions=True)
+            owners = [host for host, result in zip(hosts, results, strict=True) if result is None]
+            assert len(owners) == 1
+            assert await token(bench) == guard_of(owners[0]).owner.token
+            assert all(isinstance(result, ControllerOwned) for result in results if result is not None)
+            await asyncio.gather(*(host.close() for host in hosts))
+
+
+async def test_a_claim_of_what_has_changed_hands_meanwhile_fails() -> None:
+    async with rig(live=True) as bench:
+        driver = await Driver.open(bench.virtual.loopback(), timeout=2.0)
+        late = Ownership(SILENT)
+        held = await late.look(driver)
+        await elapse(0.1)
+        assert not await late._swapped(driver, held, alive=False)  # the owner has beaten since
+        assert not await late._swapped(driver, held._replace(token=0), alive=True)
+        assert await token(bench) == guard_of(bench.controller).owner.token
+        await driver.close()
+
+
+async def test_no_beat_of_one_host_feeds_the_guard_of_another() -> None:
+    async with homed(live=True) as bench:
+        driver = await Driver.open(bench.virtual.loopback(), timeout=2.0)
+        late = Ownership(SILENT)
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(5.0)
+        await fall_silent(bench.controller)
+        for _ in range(30):
+            await driver.batch([late.beat, *late.arm])
+            await elapse(0.025)
+        assert await foreign(bench, "MG mayaout") == ["1.0000"]
+        await elapse(BRAKING)
+        assert await foreign(bench, "MG _BGS") == ["0.0000"]
+        await driver.close()
+        await wake(bench.controller)
+        with pytest.raises(MayaError):
+            await move
+
+
+@pytest.mark.parametrize("when", ["at rest", "before BGS"])
+async def test_a_host_that_slept_finds_its_connection_ended_and_moves_nothing(when: str) -> None:
+    async with homed(live=True) as bench:
+        move, late = None, asyncio.Event()
+        if when == "before BGS":
+            move, late = await stopped_before_begin(bench)
+        await fall_silent(bench.controller)
+        await elapse(2.0)
+        async with opened(bench) as other:
+            rest = bench.mechanics.true_joints()
+            if move is not None:
+                late.set()
+            await elapse(5.0)
+            assert bench.mechanics.true_joints() == pytest.approx(rest, abs=5e-5)
+            assert await token(bench) == guard_of(other).owner.token
+            fault = bench.controller.state.fault
+            assert fault is not None
+            assert fault.code == OwnershipLost.code
+            assert f"process {os.getpid()}" in str(fault)
+            with pytest.raises(ControllerOwned):
+                await bench.controller.recover()
+            if move is not None:
+                with pytest.raises(MayaError):
+                    await move
+
+
+async def stopped_before_begin(bench: Rig) -> tuple[asyncio.Task[None], asyncio.Event]:
+    """Have a host sleep between its proof and its BGS; the event wakes it."""
+    driver = bench.controller._monitor.link.driver
+    asleep, awake = asyncio.Event(), asyncio.Event()
+    send: Callable[..., Awaitable[str]] = driver.send
+
+    async def slow(command: str, *, timeout: float | None = None) -> str:
+        if command == "BGS":
+            asleep.set()
+            await awake.wait()
+        return await send(command, timeout=timeout)
+
+    driver.send = slow  # type: ignore[method-assign]
+    move = asyncio.create_task(bench.controller.move(FAR))
+    await asleep.wait()
+    return move, awake
+
+
+@pytest.mark.parametrize("wish", ["move", "home", "skip_home", "gripper"])
+async def test_nothing_moves_from_the_instant_at_which_the_token_is_another(wish: str) -> None:
+    """The token goes to another before the proof, and this host has had no beat to learn of it."""
+    async with homed(live=True) as bench:
+        guard = guard_of(bench.controller)
+        await guard._stop_beating()
+        guard._beat = asyncio.create_task(elapse(1000.0))
+        await foreign(bench, "ZAB=77")
+        rest, outputs = bench.mechanics.true_joints(), await foreign(bench, "MG _OP0,_MOA,_MOB,_MOC")
+        floor = bench.controller
+        wishes = {
+            "move": lambda: floor.move(FAR),
+            "home": floor.home,
+            "skip_home": floor.skip_home,
+            "gripper": lambda: floor.gripper(True),
+        }
+        with pytest.raises(OwnershipLost):
+            await wishes[wish]()
+        await elapse(5.0)
+        assert bench.mechanics.true_joints() == pytest.approx(rest, abs=5e-5)
+        assert await foreign(bench, "MG _OP0,_MOA,_MOB,_MOC") == outputs
+
+
+async def test_an_owner_that_lost_the_controller_in_motion_learns_it_within_a_beat_and_its_motion_ends() -> None:
+    async with homed(live=True) as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(5.01)
+        await foreign(bench, "ZAB=77")
+        lost = bench.virtual.machine.now
+        del bench.sent[:]
+        with pytest.raises(OwnershipLost):
+            await move
+        assert bench.virtual.machine.now - lost <= 0.03
+        assert bench.controller.state.mode is Mode.FAULT
+        await elapse(GUARD_TIME + BRAKING)
+        assert await foreign(bench, "MG _BGS") == ["0.0000"]
+        assert not {"ST S", "BGS"} & set(commands_in(bytes(bench.sent)))
+
+
+async def test_a_living_owner_is_taken_over_at_rest_only_and_is_told() -> None:
+    async with homed(live=True) as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(5.0)
+        other, _ = another(bench)
+        with pytest.raises(ControllerMoves):
+            await other.open(take_over=True)
+        await other.close()
+        await move
+        seen = len(bench.controller.events)
+        async with opened(bench, take_over=True) as other:
+            assert await token(bench) == guard_of(other).owner.token
+            await elapse(3.0)
+            assert bench.controller.state.mode is Mode.FAULT
+            assert bench.controller.state.fault is not None
+            assert bench.controller.state.fault.code == OwnershipLost.code
+            assert Kind.FAULT in kinds(bench, seen)
+            await other.skip_home()
+            await other.move(HERE)
+
+
+async def test_one_who_was_taken_over_comes_back_by_a_persons_word() -> None:
+    async with homed(live=True) as bench:
+        other, _ = another(bench)
+        await other.open(take_over=True)
+        await elapse(3.0)
+        await bench.controller.recover(take_over=True)
+        assert await token(bench) == guard_of(bench.controller).owner.token
+        await elapse(3.0)
+        assert other.state.mode is Mode.FAULT
+        await other.close()
+        await bench.controller.move(FAR)
+        with pytest.raises(NothingToRecover):
+            await bench.controller.recover(take_over=True)
+
+
+async def test_one_who_was_taken_over_leaves_without_a_trace() -> None:
+    async with homed(live=True) as bench, opened(bench, take_over=True) as other:
+        await elapse(3.0)
+        await other.skip_home()
+        move = asyncio.create_task(other.move(FAR))
+        await elapse(3.0)
+        await bench.controller.close()
+        await move
+        assert await token(bench) == guard_of(other).owner.token
+
+
+@pytest.mark.parametrize("seconds", [0.2, 3.0])
+async def test_a_link_that_comes_back_finds_the_controller_its_own(seconds: float) -> None:
+    async with homed(live=True) as bench:
+        bench.virtual.refuse(True)
+        bench.virtual.cut()
+        await elapse(seconds)
+        bench.virtual.refuse(False)
+        await elapse(6.0)
+        with pytest.raises(ControllerOwned):
+            await another(bench)[0].open()
+        await bench.controller.recover()
+        await bench.controller.move(FAR)
+
+
+async def test_a_link_that_comes_back_in_motion_leaves_it_to_the_guard() -> None:
+    async with homed(live=True) as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(5.0)
+        bench.virtual.cut()
+        cut = bench.virtual.machine.now
+        with pytest.raises(MayaError):
+            await move
+        await elapse(GUARD_TIME + BRAKING)
+        assert await foreign(bench, "MG _BGS,mayaout") == ["0.0000 1.0000"]
+        assert max(line.pieces[-1].t for line in bench.mechanics.timelines) - cut <= GUARD_TIME + BRAKING
+
+
+async def test_a_link_that_comes_back_to_another_owner_says_who() -> None:
+    async with homed(live=True) as bench:
+        bench.virtual.refuse(True)
+        bench.virtual.cut("A")
+        await elapse(1.0)
+        bench.virtual.refuse(False)
+        async with opened(bench):
+            await elapse(5.0)
+            assert bench.controller.state.fault is not None
+            assert bench.controller.state.fault.code == OwnershipLost.code
+            with pytest.raises(ControllerOwned):
+                await bench.controller.recover()
+        await bench.controller.recover()
+
+
+async def test_a_reset_makes_the_controller_nobodys_whatever_was_burned() -> None:
+    async with homed(live=True) as bench:
+        await foreign(bench, "BV")
+        await bench.controller.close()
+        await foreign(bench, "ZAB=77", "mayabeat=TIME")  # as if it had died now
+        await foreign(bench, "BV", "RS")
+        await elapse(1.0)
+        began = bench.virtual.machine.now
+        async with opened(bench):
+            assert bench.virtual.machine.now - began < 0.1
+
+
+@pytest.mark.parametrize("beat", ["2147483647", "-2147483648", "0", "TIME-1100", "TIME+40"])
+async def test_whatever_a_dead_owner_left_does_not_keep_others_out(beat: str) -> None:
+    async with rig() as bench:
+        await bench.controller.close()
+        await foreign(bench, "ZAB=77", f"mayabeat={beat}")
+        began = bench.virtual.machine.now
+        async with opened(bench):
+            assert bench.virtual.machine.now - began < SILENT + 0.3
+
+
+async def test_a_living_owner_is_recognised_while_time_wraps() -> None:
+    async with rig() as bench:
+        await bench.controller.close()
+        driver = await Driver.open(bench.virtual.loopback(), timeout=2.0)
+        watcher = Ownership(SILENT)
+        await driver.batch(["ZAB=77", "mayabeat=2147483640"])
+        held = (await watcher.look(driver))._replace(time=-2147483640)
+        assert 0.0 < held.age < 0.02
+        await driver.close()
+
+
+async def test_an_owner_without_variables_is_taken_for_dead() -> None:
+    async with rig() as bench:
+        await bench.controller.close()
+        await foreign(bench, "ZAB=77")
+        async with opened(bench) as other:
+            assert await token(bench) == guard_of(other).owner.token
+
+
+async def test_a_token_that_somebody_clears_is_named_as_a_reset_is() -> None:
+    async with homed(live=True) as bench:
+        await foreign(bench, "ZAB=0")
+        await elapse(0.2)
+        assert bench.controller.state.fault is not None
+        assert bench.controller.state.fault.code == GuardNotRunning.code
+        await bench.controller.recover()
+        await bench.controller.move(FAR)
+
+
+@pytest.mark.parametrize("form", ["VF -4.0", "VF 4.0", "VF 10.4"])
+async def test_how_numbers_are_printed_does_not_hide_the_owner(form: str) -> None:
+    async with rig(live=True) as bench:
+        await foreign(bench, form)
+        with pytest.raises(ControllerOwned, match=f"process {os.getpid()}"):
+            await another(bench)[0].open()
+
+
+async def test_a_take_over_in_the_instant_before_a_motion_begins_ends_it() -> None:
+    """The old owner's BGS arrives behind the swap: the new owner stops the motion before it feeds any guard."""
+    async with homed(live=True) as bench:
+        other, _ = another(bench)
+        begun: list[asyncio.Task[None]] = []
+        when_sent(bench, "ZAB=(", lambda: begun.append(asyncio.create_task(bench.controller.move(FAR))))
+        await other.open(take_over=True)
+        assert begun
+        assert not other.state.moving
+        await asyncio.wait(begun)
+        assert begun[0].exception() is not None
+        rest = bench.mechanics.true_joints()
+        await elapse(5.0)
+        assert bench.mechanics.true_joints() == pytest.approx(rest, abs=1e-3)
+        await other.close()
+
+
+def test_every_command_fits_a_line_of_the_controller() -> None:
+    owner = Ownership(SILENT)
+    owner.token = 999_999_999
+    owner.ours, owner.theirs = f"(_ZAB={owner.token})", f"(_ZAB<>{owner.token})"
+    kept = owner._kept("mayawho1", "$7E7E7E7E.7E7E")
+    assert max(map(len, (*owner.arm, *owner.first_arm, owner.output(80, high=True), kept))) <= LINE_LIMIT
