@@ -54,6 +54,13 @@ def token() -> str:
         return ""
 
 
+def origin() -> str:
+    """Return where the token to show comes from, as a person names it; "" where there is none."""
+    if not token():
+        return ""
+    return f"${TOKEN}" if TOKEN in os.environ else str(token_file())
+
+
 def held() -> Held | None:
     """Return the lease that was taken in the shell, None where there is none."""
     found = runtime.read(runtime.folder() / LEASE_FILE)

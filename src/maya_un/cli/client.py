@@ -9,7 +9,7 @@ from typing import Any, cast
 from urllib.parse import urlsplit
 
 from maya_un import credentials, runtime
-from maya_un.errors import LeaseLost, MayaError, ServiceNotAnswering, ServiceNotRunning, from_notice
+from maya_un.errors import LeaseLost, MayaError, NotSignedIn, ServiceNotAnswering, ServiceNotRunning, from_notice
 
 
 class Client:
@@ -72,6 +72,8 @@ class Client:
             if response.getheader("Maya") is None:
                 raise ServiceNotAnswering(reason="somebody else answers in its place")
             return _decode(response, response.read())
+        except NotSignedIn as refusal:
+            raise _named(refusal) from refusal
         except LeaseLost:
             credentials.forget(shown.get("Maya-Lease", ""))
             raise
@@ -82,6 +84,13 @@ class Client:
             raise ServiceNotAnswering(reason=reason) from error
         finally:
             connection.close()
+
+
+def _named(refusal: NotSignedIn) -> NotSignedIn:
+    """Return a refusal of the token that this machine shows by itself, with where that token comes from."""
+    origin = credentials.origin()
+    said = refusal.details["reason"]
+    return NotSignedIn(reason=f"{said}; the token shown is that of {origin}") if origin else refusal
 
 
 def _decode(response: HTTPResponse, text: bytes) -> Any:

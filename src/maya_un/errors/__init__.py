@@ -16,7 +16,7 @@ MayaError
 │   │   DependencyFailed 4017 · InvalidMessage 4018 · UnknownInterface 4019 · ServiceFailed 4020
 │   │   NotOverRos 4021 · JobChanged 4022
 │   ├── NotSignedIn 4101 · NotAllowed 4102 · LeaseHeld 4103 · LeaseNeeded 4104 · LeaseLost 4105
-│   │   TooManyRequests 4106
+│   │   TooManyRequests 4106 · CertificateRefused 4110
 │   └── InvalidConfig 5001 · FileUnwritable 5002 · AddressInUse 5003 · AlreadyRunning 5004
 │       FileNotOurs 5005 · NothingToRevert 5006 · StorageFailed 5007 · StorageDamaged 5008
 │       StorageTooNew 5009 · StorageInUse 5010 · MasterGone 5011 · RosMissing 5012
@@ -40,6 +40,7 @@ from __future__ import annotations
 
 from maya_un.errors.asking import (
     AnswerNeeded,
+    CertificateRefused,
     DependencyFailed,
     EventsForgotten,
     FileUnreadable,
@@ -157,6 +158,7 @@ __all__ = [
     "Busy",
     "Cancelled",
     "CannotPause",
+    "CertificateRefused",
     "CommandRejected",
     "ConnectFailed",
     "ControllerMoves",

@@ -171,3 +171,9 @@ class TooManyRequests(RequestError):
     """A client asks more often than it may."""
 
     code = 4106
+
+
+class CertificateRefused(RequestError):
+    """The service's certificate is not trusted, or the service speaks no TLS: nothing was sent to it."""
+
+    code = 4110

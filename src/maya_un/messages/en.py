@@ -101,6 +101,8 @@ SENTENCES: dict[int, str] = {
     4104: "Only who holds the control lease may say this. Take it with `maya lease take`.",
     4105: "This control lease has ended ({reason}). Take it again with `maya lease take`.",
     4106: "Too many requests ({limit} in {seconds} s are allowed). Wait {wait} s.",
+    4110: "The certificate of the service is refused ({reason}). Use the URL that `maya up` printed, and give the file with its "
+    "certificate as `ca`; `maya doctor` says whether its name and dates are right.",
     5001: "The configuration is refused at {key} = {value}: {reason}.",
     5002: "{path} cannot be written: {reason}.",
     5003: "{address} is in use already. Choose another port, or stop what listens there.",

@@ -101,6 +101,8 @@ SENTENCES: dict[int, str] = {
     4104: "Solo quien tiene el mando puede decir esto. Tómelo con `maya lease take`.",
     4105: "Este mando ha terminado ({reason}). Tómelo de nuevo con `maya lease take`.",
     4106: "Demasiadas peticiones (se permiten {limit} en {seconds} s). Espere {wait} s.",
+    4110: "Se rechaza el certificado del servicio ({reason}). Use la URL que mostró `maya up` e indique el archivo con su "
+    "certificado como `ca`; `maya doctor` dice si su nombre y sus fechas valen.",
     5001: "La configuración se rechaza en {key} = {value}: {reason}.",
     5002: "No se puede escribir {path}: {reason}.",
     5003: "{address} ya está en uso. Elija otro puerto o cierre lo que escucha allí.",

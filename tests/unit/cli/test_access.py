@@ -18,7 +18,7 @@ from maya_un.api.access.store import Change, FileStore, User
 from maya_un.api.leasing import LeaseTaken, LeaseView
 from maya_un.api.messages import to_data
 from maya_un.api.people import Me, NewToken, TokenLine, UserLine
-from maya_un.cli.access import lease, resetting
+from maya_un.cli.access import files, lease, resetting
 from maya_un.cli.access.words import word
 from maya_un.cli.main import main
 from maya_un.cli.settings import Settings
@@ -31,6 +31,7 @@ from tests.unit.cli.servers import http_service
 NOBODY = LeaseView("", "", 0.0, "", False, None, None, None, False)
 OLGA = LeaseView("olga", "10.0.0.3", 130.0, "aligning", False, 7.6, "sam", "tom", True)
 TOKEN = "maya_0123abcd_" + "f" * 48
+OLD = "maya_89abcdef_" + "0" * 48
 DAY = "2026-11-21T16:02:21+00:00"
 
 
@@ -222,6 +223,39 @@ def test_passwords_are_read_from_the_input_and_never_from_the_line(
     assert kept.asked[-1][2] == {"old": "the old one", "password": ""}
 
 
+def test_first_user_replaces_an_old_token_and_sets_it_aside(
+    kept: Kept, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept.answers["GET /v1/me"] = Me("local", "admin", "", "127.0.0.1", False)
+    kept.answers["POST /v1/users"] = NewToken("0123abcd", "root", "admin", TOKEN, "first", "")
+    place = files.keep_token(OLD)
+    aside = place.with_name("token.old")
+    text = printed("maya user add root --role admin", capsys)
+    assert credentials.token() == TOKEN
+    assert f"The token that was kept there before is in {aside} now." in text
+    assert aside.read_text() == f"{OLD}\n"
+    assert aside.stat().st_mode & 0o777 == 0o600
+    assert "another token" not in text
+    monkeypatch.setenv("MAYA_TOKEN", OLD)
+    assert "$MAYA_TOKEN holds another token" in printed("maya user add root --role admin", capsys)
+    assert place.read_text() == f"{TOKEN}\n"
+
+
+def test_refused_token_is_told_with_the_place_it_came_from(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuses(*_: object) -> tuple[int, object]:
+        return 401, {"code": 4101, "details": {"reason": "it is wrong"}}
+
+    with http_service(refuses) as url:
+        monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, None))
+        assert "the token shown" not in printed("maya user", capsys, code=2)
+        place = files.keep_token(OLD)
+        assert f"it is wrong; the token shown is that of {place}" in printed("maya user", capsys, code=2)
+        monkeypatch.setenv("MAYA_TOKEN", OLD)
+        assert "the token shown is that of $MAYA_TOKEN" in printed("maya user", capsys, code=2)
+
+
 def test_the_owner_of_the_file_gets_in_again(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
     first = json.loads(printed("maya user reset root --json", capsys))
     again = json.loads(printed("maya user reset root --json", capsys))
@@ -232,8 +266,19 @@ def test_the_owner_of_the_file_gets_in_again(state: Path, capsys: pytest.Capture
     assert first["token"] != again["token"]
     assert credentials.token().startswith(f"maya_{tokens['ann'][0]}_")
     assert state.stat().st_mode & 0o077 == 0
-    assert "are forgotten" in printed("maya user reset --all", capsys)
+    text = printed("maya user reset --all", capsys)
+    assert "are forgotten" in text
+    assert f"Your token in {credentials.token_file()} was one of them" in text
     assert users_in(state) == ([], {})
+    assert not credentials.token_file().exists()
+
+
+@pytest.mark.parametrize("other", [OLD, "no token at all", "\x80"])
+def test_reset_all_leaves_a_token_of_another_robot(state: Path, capsys: pytest.CaptureFixture[str], other: str) -> None:
+    printed("maya user reset root", capsys)
+    credentials.token_file().write_bytes(other.encode("latin-1"))
+    assert "was one of them" not in printed("maya user reset --all", capsys)
+    assert credentials.token_file().read_bytes() == other.encode("latin-1")
 
 
 def test_a_reset_keeps_the_password_and_raises_the_role(state: Path) -> None:

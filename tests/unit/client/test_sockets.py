@@ -17,7 +17,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.server import ServerConnection, serve
 
 from maya_un import AsyncClient, Client
-from maya_un.errors import NotSignedIn, ServiceNotAnswering, ServiceNotRunning
+from maya_un.errors import CertificateRefused, NotSignedIn, ServiceNotRunning
 from maya_un.loops import run
 from maya_un.values import State, StopReport
 from tests.unit.cli.servers import free_port
@@ -181,5 +181,15 @@ def test_a_service_with_a_certificate_of_its_own_is_trusted_where_that_is_named(
         with Client(url, ca=certificate) as client:
             assert next(client.states()).homed
         run(later(stand.url, url))
-        with Client(stand.url) as client, pytest.raises(ServiceNotAnswering, match="certificate"):
+        with Client(stand.url) as client, pytest.raises(CertificateRefused, match="certificate") as refused:
+            client.stop()
+        assert "maya stop" not in str(refused.value)
+        with Client(url) as client, pytest.raises(CertificateRefused, match="certificate"):
+            next(client.states())
+
+
+def test_service_without_tls_is_no_reason_to_stop_the_robot() -> None:
+    with service(lambda _: StopReport(False, 0.0, (0.0, 0.0, 0.0))) as stand:
+        secure = stand.url.replace("http:", "https:")
+        with Client(secure) as client, pytest.raises(CertificateRefused):
             client.stop()

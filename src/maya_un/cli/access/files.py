@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Collection
 from contextlib import suppress
 from pathlib import Path
 
 from maya_un import credentials, runtime
+from maya_un.api.access import tokens
 from maya_un.errors import FileUnwritable
 
 
@@ -25,6 +27,42 @@ def keep_token(token: str) -> Path:
             draft.unlink()
         raise FileUnwritable(path=place, reason=error.strerror or str(error)) from error
     return place
+
+
+def remove_token(void: Collection[str]) -> Path | None:
+    """Remove the token that is kept, if its id is one of `void`, and return where it was.
+
+    Raises `FileUnwritable`.
+    """
+    place = credentials.token_file()
+    try:
+        shown = tokens.parse(place.read_text(encoding="ascii").strip())
+        if shown is None or shown.id not in void:
+            return None
+        place.unlink()
+    except FileNotFoundError:
+        return None
+    except ValueError:  # it is no text, so it holds none of our tokens
+        return None
+    except OSError as error:
+        raise FileUnwritable(path=place, reason=error.strerror or str(error)) from error
+    return place
+
+
+def set_aside() -> Path | None:
+    """Rename the file of the token that was kept before, if there is one, and return where it is now.
+
+    Raises `FileUnwritable`.
+    """
+    place = credentials.token_file()
+    aside = place.with_name(f"{place.name}.old")
+    try:
+        place.replace(aside)
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise FileUnwritable(path=aside, reason=error.strerror or str(error)) from error
+    return aside
 
 
 def keep_lease(lease: str, url: str) -> None:

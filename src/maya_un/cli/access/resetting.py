@@ -40,9 +40,22 @@ def reset(name: str, journal: str | None, settings: Settings) -> int:
 
 
 def forget(journal: str | None, settings: Settings) -> int:
-    """Forget all users and tokens in a file; raises as `_in_file`."""
-    run(_in_file(journal, lambda users, _: Change(without_users=tuple(user.name for user in users))))
-    return output.answer({"users": []}, word("forgotten", settings.language), settings)
+    """Forget all users and tokens in a file, and the token of this user if it was one of them.
+
+    Raises as `_in_file`, and `FileUnwritable`.
+    """
+    gone: set[str] = set()
+
+    def everybody(users: Sequence[User], kept: Sequence[Token]) -> Change:
+        gone.update(token.id for token in kept)
+        return Change(without_users=tuple(user.name for user in users))
+
+    run(_in_file(journal, everybody))
+    said = [word("forgotten", settings.language)]
+    place = files.remove_token(gone)
+    if place is not None:
+        said.append(word("void_removed", settings.language, file=place))
+    return output.answer({"users": []}, "\n".join(said), settings)
 
 
 async def _in_file(journal: str | None, change_of: Callable[[Sequence[User], Sequence[Token]], Change]) -> None:

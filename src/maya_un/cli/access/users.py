@@ -30,19 +30,28 @@ def me(settings: Settings) -> int:
 def add(name: str, role: str, settings: Settings, *, with_password: bool) -> int:
     """Add a user and show the first token; raises `InvalidValue`, `NotAllowed`.
 
-    The first user of all is an administrator at this machine, whose commands need the token from then on: it is kept.
+    The first user of all is an administrator at this machine, whose commands need the token from then on: it is kept,
+    and an old one of another robot or another time is set aside. Raises `FileUnwritable`.
     """
     client = Client.find()
     first = not client.get("/v1/me")["users"]
     password = _new_password(settings.language) if with_password else None
     made = client.post("/v1/users", {"name": name, "role": role} | ({"password": password} if password else {}))
-    kept = first and not credentials.token()
-    if kept:
-        files.keep_token(made["token"])
     text = f"{word('added', settings.language, **made)}\n{_secret(made, settings.language)}"
-    if kept:
-        text = f"{text}\n{word('kept', settings.language, file=credentials.token_file())}"
-    return output.answer({**made, "kept": kept}, text, settings)
+    if first:
+        text = f"{text}\n{_kept_first(made['token'], settings.language)}"
+    return output.answer({**made, "kept": first}, text, settings)
+
+
+def _kept_first(token: str, language: str) -> str:
+    """Keep the first token of all, and return what its owner should know."""
+    aside = files.set_aside()
+    said = [word("kept", language, file=files.keep_token(token))]
+    if aside is not None:
+        said.append(word("aside", language, file=aside))
+    if credentials.token() != token:
+        said.append(word("other_token", language, name=credentials.TOKEN))
+    return "\n".join(said)
 
 
 def listed(settings: Settings) -> int:

@@ -66,6 +66,18 @@ _WORDS: dict[str, tuple[str, str]] = {
         "Desde ahora toda orden necesita un token, salvo stop y abort en esta máquina. Este queda en {file}, así que "
         "sus órdenes lo muestran.",
     ),
+    "aside": (
+        "The token that was kept there before is in {file} now.",
+        "El token que estaba guardado allí está ahora en {file}.",
+    ),
+    "other_token": (
+        "${name} holds another token, which your commands show first. Unset it, or put the new token into it.",
+        "${name} contiene otro token, que sus órdenes muestran antes. Bórrela o ponga en ella el token nuevo.",
+    ),
+    "void_removed": (
+        "Your token in {file} was one of them; it is removed.",
+        "Su token en {file} era uno de ellos; se eliminó.",
+    ),
     "changed": ("{name} is {role}.", "{name} es {role}."),
     "password_changed": (
         "The password of {name} is changed; all sessions have ended.",
