@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from maya_un.errors import AlreadyRunning, FileUnwritable
+from maya_un.files import open_own
 
 _MOST_BYTES = 4096
 """Size of the largest runtime file that can be ours."""
@@ -129,11 +130,8 @@ def write(name: str, value: object) -> None:
 
 
 def _own_file(path: Path, flags: int) -> int:
-    """Open a file of ours, made where it is not there; a link in its place is not followed."""
-    try:
-        return os.open(path, flags | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
-    except OSError as error:
-        raise FileUnwritable(path=path, reason=error.strerror) from error
+    """Open a file of ours, made where it is not there; raises `FileUnwritable` for a link or what is no file."""
+    return open_own(path, flags | os.O_CREAT)
 
 
 def _own_folder() -> Path:

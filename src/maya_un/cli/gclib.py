@@ -9,6 +9,7 @@ import sysconfig
 from collections.abc import Sequence
 from pathlib import Path
 
+from maya_un import files
 from maya_un.cli import output
 from maya_un.cli.settings import Settings
 from maya_un.errors import FileNotOurs, FileUnreadable, FileUnwritable
@@ -33,10 +34,7 @@ def install(settings: Settings, *, force: bool, site: Path | None = None) -> int
         )
     if place.exists() and not _ours(place) and not force:
         raise FileNotOurs(path=str(place), remedy="with --force it is replaced")
-    try:
-        place.write_text(_text(), encoding="utf-8")
-    except OSError as error:
-        raise FileUnwritable(path=str(place), reason=error.strerror or str(error)) from error
+    files.write(place, _text())
     return output.answer({"path": str(place)}, f"`import gclib` finds {place} now.", settings)
 
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TextIO
 
+from maya_un import files
 from maya_un.cli import output
 from maya_un.cli.client import Client
 from maya_un.cli.report import table
@@ -15,7 +16,7 @@ from maya_un.cli.settings import Settings
 from maya_un.cli.words import word
 from maya_un.config import RecorderConfig
 from maya_un.config.state import state_folder
-from maya_un.errors import FileUnwritable, InvalidCommandLine, NotFound
+from maya_un.errors import FileUnreadable, InvalidCommandLine, NotFound
 from maya_un.recorder.shelf import Shelf
 
 _SAVING = 60.0
@@ -118,16 +119,14 @@ def export(name: str, mcap: str | None, csv: str | None, wire: str | None, setti
 
 def _copy(source: Path, target: Path) -> str:
     try:
-        target.write_bytes(source.read_bytes())
+        data = source.read_bytes()
     except OSError as error:
-        raise FileUnwritable(path=target, reason=error.strerror or str(error)) from error
+        raise FileUnreadable(path=source, reason=error.strerror or str(error)) from error
+    files.write(target, data)
     return str(target)
 
 
 def _table(path: Path, write: Callable[[TextIO], None]) -> str:
-    try:
-        with path.open("w", encoding="utf-8", newline="") as file:
-            write(file)
-    except OSError as error:
-        raise FileUnwritable(path=path, reason=error.strerror or str(error)) from error
+    with files.replacing(path, newline="") as file:
+        write(file)
     return str(path)

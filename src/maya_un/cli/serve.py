@@ -21,6 +21,7 @@ from maya_un.cli.twin import on_the_table
 from maya_un.cli.twin_record import LineFile, TwinRecord
 from maya_un.cli.twins import ServedTwin, published
 from maya_un.errors import FileUnwritable, InvalidCommandLine, InvalidValue
+from maya_un.files import writable_place
 from maya_un.listening import reserve_descriptors
 from maya_un.loops import ScaledLoop, run
 from maya_un.values import Point
@@ -83,8 +84,7 @@ def _check_memory(text: str) -> None:
     path = Path(text).absolute()
     if not os.access(path.parent, os.W_OK):
         raise FileUnwritable(path=text, reason="its folder is not there or not ours to write to")
-    if path.exists() and not path.is_file():
-        raise FileUnwritable(path=text, reason="it is no file")
+    writable_place(path)
 
 
 def _made(options: Options, parts: dict[str, Point]) -> VirtualController | Twin:

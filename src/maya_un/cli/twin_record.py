@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import asyncio
 import os
-import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import NoReturn
 
 from maya_un.assembly import Twin
 from maya_un.errors import FileUnwritable
+from maya_un.files import open_own
 from maya_un.server.dates import epoch
 from maya_un.virtual.maya.chronicle import Chronicle
-
-_FLAGS = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
 
 
 class LineFile:
@@ -29,13 +28,8 @@ class LineFile:
     @contextmanager
     def opened(cls, path: str) -> Iterator[LineFile]:
         """Open a file for the length of the block; raises `FileUnwritable` also for what is no regular file."""
+        descriptor = open_own(Path(path), os.O_WRONLY | os.O_CREAT | os.O_APPEND)
         try:
-            descriptor = os.open(path, _FLAGS, 0o600)
-        except OSError as error:
-            _refuse(path, error.strerror or str(error))
-        try:
-            if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-                _refuse(path, "it is no file")
             yield cls(path, descriptor)
         finally:
             os.close(descriptor)

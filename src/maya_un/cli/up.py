@@ -25,10 +25,11 @@ from maya_un.cli.rosbridge import rosbridge_at, url_of
 from maya_un.cli.settings import Settings
 from maya_un.cli.twin import on_the_table, require_twin
 from maya_un.config import Config
-from maya_un.config.state import state_folder
+from maya_un.config.state import own_state_folder
 from maya_un.errors import MayaError
 from maya_un.listening import reserve_descriptors
 from maya_un.loops import ScaledLoop, run
+from maya_un.process.journal.file import remove_new, require_place
 from maya_un.server import dates, log
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
@@ -131,7 +132,10 @@ def journal_file(named: str | None) -> Path | None:
     """Return the file of the queue: `maya.db` in the folder of state where none is `named`, None for "memory"."""
     if named == MEMORY:
         return None
-    return state_folder() / "maya.db" if named is None else Path(named)
+    if named is None:
+        return own_state_folder() / "maya.db"
+    require_place(Path(named))
+    return Path(named)
 
 
 async def _serve(robot: _Robot, options: Options, doors: _Doors, settings: Settings) -> None:
@@ -161,24 +165,31 @@ async def _serve(robot: _Robot, options: Options, doors: _Doors, settings: Setti
 
 @asynccontextmanager
 async def _running(robot: _Robot) -> AsyncIterator[Stack]:
-    """Wire the stack on its journal, which is closed last."""
-    async with (
-        storage(robot.journal, robot.config.storage) as kept,
-        stack(
-            robot.config,
-            robot.address,
-            seed=robot.seed,
-            parts=robot.parts,
-            speed=robot.speed,
-            take_over=robot.take_over,
-            places=robot.places,
-            journal=kept.journal,
-            calendar=dates,
-            users=kept.users,
-            recordings=shelf(robot.config.recorder),
-        ) as running,
-    ):
-        yield running
+    """Wire the stack on its journal, which is closed last; one that was made for a start that failed is removed."""
+    new = robot.journal is not None and not robot.journal.exists()
+    started = False
+    try:
+        async with (
+            storage(robot.journal, robot.config.storage) as kept,
+            stack(
+                robot.config,
+                robot.address,
+                seed=robot.seed,
+                parts=robot.parts,
+                speed=robot.speed,
+                take_over=robot.take_over,
+                places=robot.places,
+                journal=kept.journal,
+                calendar=dates,
+                users=kept.users,
+                recordings=shelf(robot.config.recorder),
+            ) as running,
+        ):
+            started = True
+            yield running
+    finally:
+        if robot.journal is not None and new and not started:
+            remove_new(robot.journal)
 
 
 @asynccontextmanager

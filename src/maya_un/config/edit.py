@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from maya_un.errors import FileUnreadable, FileUnwritable
+from maya_un.files import sync_folder, writable_place
 
 
 def text_of(path: Path) -> str:
@@ -86,9 +87,9 @@ def alone(path: Path) -> Iterator[None]:
 def replace(path: Path, text: str) -> None:
     """Write a file whole or not at all, and have it on the disk when this returns; raises `FileUnwritable`.
 
-    A file that stands there keeps its permissions; a link is followed.
+    A file that stands there keeps its permissions; a link is followed within its folder.
     """
-    place = path.resolve()
+    place = writable_place(path)
     draft = place.with_name(f".{place.name}.new")
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
@@ -103,15 +104,6 @@ def replace(path: Path, text: str) -> None:
             draft.replace(place)
         finally:
             draft.unlink(missing_ok=True)
-        _settle(place.parent)
+        sync_folder(place.parent)
     except OSError as error:
         raise FileUnwritable(path=path, reason=error.strerror or str(error)) from error
-
-
-def _settle(folder: Path) -> None:
-    """Have the folder's list of names on the disk too."""
-    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import os
+import stat
 from pathlib import Path
+
+from maya_un.errors import FileUnwritable
+from maya_un.files import unwritable
 
 
 def state_folder() -> Path:
@@ -13,3 +17,23 @@ def state_folder() -> Path:
         return Path(named)
     home = os.environ.get("XDG_STATE_HOME")
     return (Path(home) if home else Path.home() / ".local" / "state") / "maya"
+
+
+def own_state_folder() -> Path:
+    """Return the folder of state, made for its owner alone where it is not there.
+
+    One of ours that others may look into is closed to them. Raises `FileUnwritable` for one that everybody may write
+    to.
+    """
+    place = state_folder()
+    try:
+        place.mkdir(mode=0o700, parents=True, exist_ok=True)
+        found = place.stat()
+        if found.st_mode & stat.S_IWOTH:
+            reason = "everybody may write to this folder, and so change the queue; close it with `chmod 700`"
+            raise FileUnwritable(path=place, reason=reason)
+        if found.st_uid == os.getuid() and found.st_mode & 0o077:
+            place.chmod(0o700)
+    except OSError as error:
+        raise unwritable(place, error) from error
+    return place

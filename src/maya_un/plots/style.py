@@ -12,7 +12,8 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from maya_un.errors import FileUnwritable, InvalidValue
+from maya_un.errors import InvalidValue
+from maya_un.files import write
 
 if TYPE_CHECKING:
     from matplotlib.typing import RcKeyType
@@ -120,10 +121,7 @@ def rendered(figure: Figure, kind: str) -> bytes:
 def save(figure: Figure, path: Path) -> None:
     """Write a figure; the ending of `path` says as what. Raises `InvalidValue` and `FileUnwritable`."""
     data = rendered(figure, kind_of(path))
-    try:
-        path.write_bytes(data)
-    except OSError as error:
-        raise FileUnwritable(path=path, reason=error.strerror or str(error)) from error
+    write(path, data)
 
 
 def quiet_grid(axes: Axes) -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from maya_un.config import RecorderConfig
 from maya_un.errors import FileUnwritable, NotFound
+from maya_un.files import sync_folder
 from maya_un.recorder.header import date
 from maya_un.recorder.recording import Recording
 
@@ -89,8 +90,9 @@ class Shelf:
             self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             path = self._free(recording)
             draft = path.with_name(path.name + DRAFT)
+            draft.unlink(missing_ok=True)  # of somebody who was killed
             try:
-                with draft.open("wb") as file:
+                with draft.open("xb") as file:
                     mcap_file.write(recording, file)
                     file.flush()
                     os.fsync(file.fileno())
@@ -98,7 +100,7 @@ class Shelf:
             except BaseException:
                 draft.unlink(missing_ok=True)
                 raise
-            _sync(self.folder)
+            sync_folder(self.folder)
         except OSError as error:
             raise FileUnwritable(path=self.folder, reason=error.strerror or str(error)) from error
         self._make_room()
@@ -123,12 +125,3 @@ class Shelf:
             if number and (number >= self._most_files or size > self._most_bytes):
                 with suppress(OSError):
                     (self.folder / one.name).unlink(missing_ok=True)
-
-
-def _sync(folder: Path) -> None:
-    """Have the system keep the new name through a power cut too."""
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)

@@ -15,12 +15,15 @@ import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
+from io import TextIOWrapper
 from logging.handlers import RotatingFileHandler
 from pathlib import Path
 from typing import Any, TextIO
 
-from maya_un.config.state import state_folder
+from maya_un.config.state import own_state_folder, state_folder
+from maya_un.errors import MayaError
 from maya_un.events import Event, Kind
+from maya_un.files import private_opener
 
 ROOT = "maya"
 """The logger above all of ours."""
@@ -120,9 +123,14 @@ class LogFile(RotatingFileHandler):
     @classmethod
     def opened(cls) -> LogFile:
         """Return the log at its place, in a folder that is made where it is not there."""
-        with suppress(OSError):
-            log_path().parent.mkdir(parents=True, exist_ok=True)
+        with suppress(MayaError):
+            own_state_folder()
         return cls(log_path())
+
+    def _open(self) -> TextIOWrapper:
+        """Open the file for its owner alone; no link is followed."""
+        descriptor = private_opener(self.baseFilename, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+        return os.fdopen(descriptor, "a", encoding=self.encoding, errors=self.errors)
 
     def emit(self, record: logging.LogRecord) -> None:
         """Write a line, or remember why not."""

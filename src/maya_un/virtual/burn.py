@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 
+from maya_un.errors import FileUnwritable
 from maya_un.galil.codes import ErrorCode
 from maya_un.virtual import registers
 from maya_un.virtual.memory import Parameters
@@ -76,7 +77,7 @@ def _store(unit: Unit) -> None:
     unit.records.pause(unit.core.now + BURN_TIME)
     try:
         unit.memory.store()
-    except OSError:
+    except (OSError, FileUnwritable):
         raise Refused(ErrorCode.WRITE) from None
 
 

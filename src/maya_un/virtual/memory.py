@@ -7,13 +7,14 @@ wrong comes up empty and sets its bit in `errors`; nothing that a file may hold 
 from __future__ import annotations
 
 import json
-import os
 import zlib
 from contextlib import suppress
 from dataclasses import dataclass, field
 from enum import IntFlag
 from pathlib import Path
 from typing import Any, TypeAlias
+
+from maya_un.files import write
 
 VERSION = 1
 """Of the file's form; a file of another version counts as damaged."""
@@ -62,16 +63,11 @@ class Memory:
         self.contents, self.errors = _read(self.path)
 
     def store(self) -> None:
-        """Write the file; raises `OSError`."""
+        """Write the file; raises `FileUnwritable`."""
         self.errors = ChecksumError(0)
         if self.path is None:
             return
-        draft = self.path.with_name(self.path.name + ".new")
-        with draft.open("w", encoding="utf-8") as file:
-            json.dump(_written(self.contents), file, indent=1)
-            file.flush()
-            os.fsync(file.fileno())
-        draft.replace(self.path)
+        write(self.path, json.dumps(_written(self.contents), indent=1))
 
     def erase(self) -> None:
         """Forget everything (master reset) and remove the file."""

@@ -22,6 +22,7 @@ import numpy as np
 
 from maya_un.config import Config, Units
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidValue
+from maya_un.files import open_own, writable_place
 from maya_un.kinematics.calibration import Observations
 from maya_un.values import AXES, Point
 
@@ -240,7 +241,8 @@ class Notebook:
         """Write text behind what there is, or nothing of it: half a row would be read as another number."""
         before = self._path.stat().st_size if is_there(self._path) else 0
         try:
-            with self._path.open("a", encoding="utf-8") as file:
+            descriptor = open_own(writable_place(self._path), os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
+            with os.fdopen(descriptor, "a", encoding="utf-8") as file:
                 file.write(text)
                 file.flush()
                 os.fsync(file.fileno())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 from pathlib import Path
 from typing import TextIO
 
@@ -13,6 +14,7 @@ from maya_un.cli.settings import Settings
 from maya_un.cli.signals import asked_to_end
 from maya_un.cli.words import word
 from maya_un.errors import AddressInUse, FileUnwritable, MachineError
+from maya_un.files import open_own, writable_place
 from maya_un.galil.transcript import Piece, Side, header
 from maya_un.galil.transport import Transport
 from maya_un.listening import Listener, listen
@@ -29,7 +31,8 @@ def capture(address: str, host: str, port: int, out: str, settings: Settings) ->
     """
     place = dial.meant(address, settings)
     try:
-        with Path(out).open("w", encoding="utf-8", buffering=1) as file:
+        descriptor = open_own(writable_place(Path(out)), os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
+        with os.fdopen(descriptor, "w", encoding="utf-8", buffering=1) as file:
             print(header(place), file=file)
             asyncio.run(_capture(place, host, port, file, settings))
     except OSError as error:

@@ -6,12 +6,13 @@ import asyncio
 import sys
 from pathlib import Path
 
+from maya_un import files
 from maya_un.cli import output
 from maya_un.cli.configure import configuration
 from maya_un.cli.dmc_tools import dial
 from maya_un.cli.settings import Settings
 from maya_un.controller.guard_program import merged
-from maya_un.errors import CommandRejected, FileUnreadable, FileUnwritable, InvalidValue, ProgramRuns
+from maya_un.errors import CommandRejected, FileUnreadable, InvalidValue, ProgramRuns
 from maya_un.galil.codes import ErrorCode
 from maya_un.galil.driver import Driver
 
@@ -98,10 +99,7 @@ def read(file: str) -> str:
 
 def write(path: Path, text: str) -> None:
     """Write a program to a file; raises `FileUnwritable`."""
-    try:
-        path.write_text(text, encoding="ascii")
-    except OSError as error:
-        raise FileUnwritable(path=path, reason=error.strerror or str(error)) from error
+    files.write(path, text, encoding="ascii")
 
 
 def lines(text: str) -> str:

@@ -13,7 +13,8 @@ from maya_un.cli.dmc_tools import dial
 from maya_un.cli.dmc_tools.sampling import Sample, Sampler, samples, ticks
 from maya_un.cli.dmc_tools.watch import require_rate
 from maya_un.cli.settings import Settings
-from maya_un.errors import FileUnwritable, InvalidValue
+from maya_un.errors import InvalidValue
+from maya_un.files import write
 from maya_un.galil.channels import quantity, unit
 from maya_un.galil.driver import Driver
 
@@ -94,16 +95,9 @@ async def record(driver: Driver, request: Request, taken: list[Sample]) -> None:
 def save(recording: Recording, request: Request) -> None:
     """Write the files that were asked for; raises `FileUnwritable`."""
     if request.csv is not None:
-        _write(Path(request.csv), as_csv(recording).encode())
+        write(Path(request.csv), as_csv(recording).encode())
     if request.png is not None:
-        _write(Path(request.png), as_png(recording))
-
-
-def _write(path: Path, data: bytes) -> None:
-    try:
-        path.write_bytes(data)
-    except OSError as error:
-        raise FileUnwritable(path=path, reason=error.strerror or str(error)) from error
+        write(Path(request.png), as_png(recording))
 
 
 def _report(recording: Recording, request: Request) -> dict[str, object]:

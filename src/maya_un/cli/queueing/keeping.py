@@ -9,7 +9,8 @@ from maya_un.cli import output
 from maya_un.cli.queueing.words import word
 from maya_un.cli.settings import Settings
 from maya_un.config.state import state_folder
-from maya_un.errors import FileUnwritable, InvalidValue
+from maya_un.errors import InvalidValue
+from maya_un.files import replacing
 from maya_un.process.journal import backup as backups
 from maya_un.process.journal import export as exports
 from maya_un.process.journal.file import NAME
@@ -40,11 +41,8 @@ def export(target: str, settings: Settings) -> int:
     ending = path.suffix.removeprefix(".").lower()
     if ending not in set(exports.Form):
         raise InvalidValue(key="FILE", value=repr(target), reason="it ends in .csv or .jsonl")
-    try:
-        with path.open("w", encoding="utf-8", newline="") as out:
-            count = exports.write(kept(), out, exports.Form(ending))
-    except OSError as error:
-        raise FileUnwritable(path=path, reason=error.strerror or str(error)) from error
+    with replacing(path, newline="") as out:
+        count = exports.write(kept(), out, exports.Form(ending))
     text = word("exported", settings.language, path=path, jobs=count)
     return output.answer({"path": str(path), "jobs": count}, text, settings)
 

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from itertools import zip_longest
 from pathlib import Path
 
+from maya_un.errors import MayaError
+from maya_un.files import write
 from maya_un.galil.gclib.errors import Code, GclibError
 
 
@@ -20,8 +22,8 @@ def read_text(path: str) -> str:
 def write_text(path: str, text: str) -> None:
     """Write a file; raises `GclibError` (-10005)."""
     try:
-        Path(path).write_text(text, encoding="ascii", newline="")
-    except (OSError, UnicodeError) as error:
+        write(Path(path), text, encoding="ascii")
+    except (MayaError, UnicodeError) as error:
         raise GclibError(Code.FILE, str(error)) from error
 
 

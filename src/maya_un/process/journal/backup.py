@@ -10,6 +10,7 @@ from itertools import count
 from pathlib import Path
 
 from maya_un.errors import FileUnwritable, MayaError
+from maya_un.files import open_own, sync_folder, writable_place
 from maya_un.process.journal import copying, faults, file
 from maya_un.process.journal.file import beside
 from maya_un.process.journal.tables import ALIVE
@@ -40,6 +41,7 @@ def make(source: Path, target: Path) -> Backup:
     """
     if target.exists() and source.exists() and target.samefile(source):
         raise FileUnwritable(path=target, reason="it is the file itself")
+    writable_place(target)
     with copying.copied(source, target.parent) as copy:
         made = _described(copy, target)
         copying.put(copy, target)
@@ -72,13 +74,13 @@ def _exchange(copy: Path, path: Path) -> Path | None:
     mark = beside(path, ".restoring")
     try:
         aside = _keep_aside(path)
-        mark.touch(mode=0o600)
-        file.sync_folder(path.parent)
+        os.close(open_own(mark, os.O_WRONLY | os.O_CREAT))
+        sync_folder(path.parent)
         for suffix in ("-wal", "-shm"):
             beside(path, suffix).unlink(missing_ok=True)
         copying.put(copy, path)
         mark.unlink()
-        file.sync_folder(path.parent)
+        sync_folder(path.parent)
     except OSError as error:
         raise FileUnwritable(path=path, reason=faults.reason(error)) from error
     return aside
@@ -93,7 +95,7 @@ def _keep_aside(path: Path) -> Path | None:
     for suffix in ("-wal", ""):
         if beside(path, suffix).exists():
             os.link(beside(path, suffix), beside(aside, suffix))
-    file.sync_folder(path.parent)
+    sync_folder(path.parent)
     return aside
 
 

@@ -10,6 +10,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 
 from maya_un.errors import FileNotOurs, FileUnreadable, FileUnwritable, StorageDamaged
+from maya_un.files import sync_folder, writable_place
 from maya_un.process.journal import faults, file, schema
 
 
@@ -67,14 +68,15 @@ def _copy(connection: sqlite3.Connection, source: Path, copy: Path) -> None:
 
 def put(copy: Path, target: Path) -> None:
     """Give a copy its name, in place of what has it; raises `FileUnwritable`."""
+    place = writable_place(target)
     try:
         descriptor = os.open(copy, os.O_RDWR | os.O_CLOEXEC)
         try:
             os.fsync(descriptor)
         finally:
             os.close(descriptor)
-        copy.replace(target)
-        file.sync_folder(target.parent)
+        copy.replace(place)
+        sync_folder(place.parent)
     except OSError as error:
         raise FileUnwritable(path=target, reason=faults.reason(error)) from error
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import fcntl
 import os
 import sqlite3
+from contextlib import suppress
 from pathlib import Path
 
 from maya_un.errors import FileUnwritable, StorageDamaged, StorageInUse
+from maya_un.files import open_own, sync_folder, writable_place
 from maya_un.process.journal import faults, schema
 
 NAME = "maya.db"
@@ -21,6 +23,7 @@ WAL_LIMIT = 16 * 2**20
 
 _BUSY = 5.0
 _HEADER = 512
+_MAGIC = b"SQLite format 3\0"
 """How long to wait for somebody who looks at the file, as a backup does [s, real time]."""
 
 _NEEDED = ("meta", "queue", "jobs", "steps")
@@ -31,10 +34,8 @@ class Lock:
 
     def __init__(self, path: Path) -> None:
         self._descriptor = -1
-        try:
-            descriptor = os.open(beside(path, ".lock"), os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
-        except OSError as error:
-            raise FileUnwritable(path=beside(path, ".lock"), reason=faults.reason(error)) from error
+        require_place(path)
+        descriptor = open_own(beside(path, ".lock"), os.O_RDWR | os.O_CREAT)
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
@@ -44,6 +45,10 @@ class Lock:
         except OSError as error:
             os.close(descriptor)
             raise FileUnwritable(path=beside(path, ".lock"), reason=faults.reason(error)) from error
+        found = os.fstat(descriptor)
+        if _identity(beside(path, ".lock")) != (found.st_dev, found.st_ino):  # `remove_new` took it away meanwhile
+            os.close(descriptor)
+            raise StorageInUse(path=path, pid="?")
         self._descriptor = descriptor
         self._say_who(descriptor)
 
@@ -56,7 +61,7 @@ class Lock:
             return
 
     def release(self) -> None:
-        """Let the next one in. The lock's file stays: to remove it would let two in."""
+        """Let the next one in. The lock's file stays, so that the next one needs no new one."""
         if self._descriptor >= 0:
             os.close(self._descriptor)
             self._descriptor = -1
@@ -97,10 +102,24 @@ def beside(path: Path, suffix: str) -> Path:
     return path.with_name(path.name + suffix)
 
 
+def remove_new(path: Path) -> None:
+    """Remove a file that was made for nothing, with all beside it, unless somebody else has it open by now."""
+    try:
+        lock = Lock(path)
+    except (FileUnwritable, StorageInUse):
+        return
+    try:
+        for suffix in ("-wal", "-shm", "", ".lock"):
+            with suppress(OSError):
+                beside(path, suffix).unlink()
+    finally:
+        lock.release()
+
+
 def create(path: Path) -> None:
     """Make the folder and an empty file for its owner alone, where there are none; raises `OSError`."""
     path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-    descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    descriptor = open_own(path, os.O_RDWR | os.O_CREAT)
     try:
         os.fsync(descriptor)
     finally:
@@ -108,13 +127,22 @@ def create(path: Path) -> None:
     sync_folder(path.parent)
 
 
-def sync_folder(folder: Path) -> None:
-    """Have the names in a folder survive a power cut; raises `OSError`."""
-    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+def require_place(path: Path) -> None:
+    """Raise `FileUnwritable` where no database can be kept; SQLite would follow a link, so it may be none."""
+    if writable_place(path) != path:
+        raise FileUnwritable(path=path, reason="it is a link; name the file itself")
+
+
+def require_database(path: Path) -> None:
+    """Raise `StorageDamaged` for a file that is none of SQLite's, before anything is made beside it."""
+    _require_whole(path)
     try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
+        with path.open("rb") as found:
+            head = found.read(len(_MAGIC))
+    except OSError:
+        return  # there is none yet, or opening it says why not
+    if head and head != _MAGIC and len(head) == len(_MAGIC):
+        raise StorageDamaged(path=path, reason="file is not a database")
 
 
 def open_for_writing(path: Path) -> sqlite3.Connection:

@@ -126,6 +126,7 @@ def _open(path: Path, keep: StorageConfig) -> _Opened:
     """Lock, check and count; nothing stays open where something is raised."""
     with ExitStack() as undo:
         try:
+            file.require_database(path)
             path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
             lock = file.Lock(path)
             undo.callback(lock.release)

@@ -29,6 +29,8 @@ from maya_un.cli.dmc_tools.terminal.session import Session
 from maya_un.cli.dmc_tools.terminal.stopping import stop_directly
 from maya_un.cli.dmc_tools.terminal.words import carry_out
 from maya_un.cli.signals import on_end
+from maya_un.errors import FileUnwritable
+from maya_un.files import open_own
 from maya_un.server.crash import log_path
 
 STALE = 1.0
@@ -131,8 +133,8 @@ def history() -> History:
     place = log_path().with_name("dmc_history")
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
-        os.close(os.open(place, os.O_CREAT | os.O_RDWR | os.O_CLOEXEC, 0o600))
-    except OSError:
+        os.close(open_own(place, os.O_CREAT | os.O_RDWR))
+    except (OSError, FileUnwritable):
         return InMemoryHistory()
     return FileHistory(Path(place))
 

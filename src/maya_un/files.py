@@ -1,0 +1,140 @@
+"""Writing files: only regular ones, never by a link out of its folder, and whole or not at all.
+
+Every file that Maya writes goes through here. Imports nothing heavy, because `maya stop` needs it.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from io import TextIOWrapper
+from pathlib import Path
+from typing import BinaryIO, TextIO
+
+from maya_un.errors import FileUnwritable
+
+PRIVATE = 0o600
+"""Permissions of a file that is nobody else's business."""
+
+_ORDINARY = 0o666
+_SAFE = os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+_NUMBERS = 10_000
+
+
+def writable_place(path: Path) -> Path:
+    """Return the place that writing to `path` would write to, which is a regular file or nothing yet.
+
+    A link is followed within its folder only. Raises `FileUnwritable`.
+    """
+    if not path.name or path.name in {".", ".."}:
+        raise FileUnwritable(path=path, reason="it is no name of a file")
+    place = path
+    try:
+        if path.is_symlink():
+            place = path.resolve()
+            if not place.is_relative_to(path.parent.resolve()):
+                raise FileUnwritable(path=path, reason=f"it is a link to {place}; name that file itself")
+        if not stat.S_ISREG(place.lstat().st_mode):
+            raise FileUnwritable(path=path, reason="it is no regular file")
+    except FileNotFoundError:
+        return place
+    except (OSError, RuntimeError, ValueError) as error:
+        raise unwritable(path, error) from error
+    return place
+
+
+def open_own(path: Path, flags: int, mode: int = PRIVATE) -> int:
+    """Open a regular file in its place with `flags` of os.open and return its descriptor; no link is followed.
+
+    Raises `FileUnwritable`.
+    """
+    try:
+        descriptor = os.open(path, flags | _SAFE, mode)
+    except (OSError, ValueError) as error:
+        raise unwritable(path, error) from error
+    if stat.S_ISREG(os.fstat(descriptor).st_mode):
+        return descriptor
+    os.close(descriptor)
+    raise FileUnwritable(path=path, reason="it is no regular file")
+
+
+def private_opener(path: str, flags: int) -> int:
+    """Open a file for its owner alone, as `opener` of `open`; raises `OSError`."""
+    descriptor = os.open(path, flags | _SAFE, PRIVATE)
+    found = os.fstat(descriptor)
+    if not stat.S_ISREG(found.st_mode):
+        os.close(descriptor)
+        raise OSError(f"{path} is no regular file")
+    if found.st_uid == os.getuid() and stat.S_IMODE(found.st_mode) != PRIVATE:
+        os.fchmod(descriptor, PRIVATE)
+    return descriptor
+
+
+@contextmanager
+def replacing_bytes(path: Path, mode: int = _ORDINARY) -> Iterator[BinaryIO]:
+    """Give a file to write that takes the name `path` when the block has ended; it is on the disk then.
+
+    It has the permissions of the file that had the name, `mode` where there was none. Where the block raises, the old
+    file stays. Raises `FileUnwritable`.
+    """
+    place = writable_place(path)
+    draft: Path | None = None
+    try:
+        draft, descriptor = _draft(place, mode)
+        with os.fdopen(descriptor, "wb") as file:
+            yield file
+            file.flush()
+            with suppress(FileNotFoundError):
+                os.fchmod(file.fileno(), place.stat().st_mode & 0o7777)
+            os.fsync(file.fileno())
+        draft.replace(place)
+        draft = None
+        sync_folder(place.parent)
+    except (OSError, ValueError) as error:
+        raise unwritable(path, error) from error
+    finally:
+        if draft is not None:
+            with suppress(OSError):
+                draft.unlink()
+
+
+@contextmanager
+def replacing(path: Path, *, newline: str | None = None) -> Iterator[TextIO]:
+    """Give a file for text in UTF-8, as `replacing_bytes` does; `newline` is that of `open`."""
+    with replacing_bytes(path) as file:
+        text = TextIOWrapper(file, encoding="utf-8", newline=newline)
+        yield text
+        text.flush()
+        text.detach()
+
+
+def write(path: Path, content: str | bytes, mode: int = _ORDINARY, encoding: str = "utf-8") -> None:
+    """Write a file whole or not at all, as `replacing_bytes` does; raises `FileUnwritable`."""
+    data = content.encode(encoding) if isinstance(content, str) else content
+    with replacing_bytes(path, mode) as file:
+        file.write(data)
+
+
+def sync_folder(folder: Path) -> None:
+    """Have the names in a folder survive a power cut; raises `OSError`."""
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def unwritable(path: Path, error: Exception) -> FileUnwritable:
+    """Return why `path` cannot be written, by what the system said."""
+    return FileUnwritable(path=path, reason=getattr(error, "strerror", None) or str(error))
+
+
+def _draft(place: Path, mode: int) -> tuple[Path, int]:
+    """Make a file beside `place` that nobody else has; raises `OSError`."""
+    for number in range(_NUMBERS):
+        draft = place.with_name(f".{place.name[:200]}.{os.getpid()}-{number}.new")
+        with suppress(FileExistsError):
+            return draft, os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _SAFE, mode)
+    raise FileExistsError(f"{place}: too many drafts stand beside it")
