@@ -20,7 +20,6 @@ from maya_un.cli.access import files
 from maya_un.cli.access.words import word
 from maya_un.cli.settings import Settings
 from maya_un.config.state import own_state_folder
-from maya_un.errors import FileUnreadable
 from maya_un.loops import run
 from maya_un.process.journal import file
 from maya_un.server.dates import now
@@ -61,12 +60,9 @@ def forget(journal: str | None, settings: Settings) -> int:
 
 async def _in_file(journal: str | None, change_of: Callable[[Sequence[User], Sequence[Token]], Change]) -> None:
     """Change users and tokens in the file of the queue; raises `StorageInUse`, `StorageDamaged` and their kin."""
-    if journal is None:
-        path = own_state_folder() / file.NAME
-    else:
-        path = Path(journal)
-        if not path.is_file():
-            raise FileUnreadable(path=path, reason="there is no such file")
+    path = own_state_folder() / file.NAME if journal is None else Path(journal)
+    file.require_place(path)
+    path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
     lock = file.Lock(path)
     try:
         file.open_for_writing(path).close()
