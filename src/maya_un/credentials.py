@@ -46,11 +46,18 @@ def token() -> str:
     if named is not None:
         return _plain(named)
     try:
-        place = token_file()
+        return kept_in(token_file())
+    except RuntimeError:  # there is no home
+        return ""
+
+
+def kept_in(place: Path) -> str:
+    """Return the token in a file of this user's own, "" where it is not that, or others can read it."""
+    try:
         found = place.stat()
         ours = found.st_uid == os.getuid() and stat.S_ISREG(found.st_mode) and not found.st_mode & 0o077
         return _plain(place.read_text(encoding="ascii")) if ours and found.st_size <= _MOST_BYTES else ""
-    except (OSError, ValueError, RuntimeError):  # the last where there is no home
+    except (OSError, ValueError):
         return ""
 
 

@@ -34,7 +34,7 @@ class Ros:
         self.port = free_port()
         self.rosbridge_port = free_port()
         self.uri = f"http://127.0.0.1:{self.port}"
-        self.environment = {**workspace.environment(space), **_places(folder), "ROS_MASTER_URI": self.uri}
+        self.environment = {**workspace.environment(space), **places(folder), "ROS_MASTER_URI": self.uri}
         self._programs: list[Program] = []
         self._core = self.start("roscore", "-p", str(self.port))
 
@@ -149,7 +149,7 @@ class Ros:
             self._programs.pop().close()
 
 
-def _places(folder: Path) -> dict[str, str]:
+def places(folder: Path) -> dict[str, str]:
     """Return the environment of programs that keep everything in a folder of the test, and use the loopback only."""
     named = {
         "HOME": "home", "ROS_HOME": "ros", "ROS_LOG_DIR": "log", "MAYA_STATE_DIR": "state", "MAYA_RUNTIME_DIR": "run",

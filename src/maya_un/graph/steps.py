@@ -15,7 +15,9 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 from uuid import uuid4
 
+from maya_un.api.access.operations import Operation
 from maya_un.errors import Busy, Cancelled, InternalError, KeyReused, MayaError, NodeGone, StorageFailed
+from maya_un.graph.attended import Permit, anything
 from maya_un.graph.primitives import to_message
 from maya_un.graph.protocol import Ended, Graph, Message, Outcome, Publisher
 from maya_un.graph.step import INTERRUPTED, Result, Step, id_of, read, step_of
@@ -56,10 +58,12 @@ class _UnderWay(NamedTuple):
 class Steps:
     """Carries out steps, one at a time, each at most once.
 
-    `do` has a task carried out, `date` tells the date (ISO 8601, UTC); a target is checked by the robot floor.
+    `do` has a task carried out, `date` tells the date (ISO 8601, UTC); a target is checked by the robot floor. `permit`
+    raises where nobody may ask for a step.
     """
 
-    def __init__(self, store: StepStore, do: Do, date: Callable[[], str]) -> None:
+    def __init__(self, store: StepStore, do: Do, date: Callable[[], str], permit: Permit = anything) -> None:
+        self._permit = permit
         self._store = store
         self._do = do
         self._date = date
@@ -83,6 +87,7 @@ class Steps:
                 id_, warnings = f"maya-{uuid4().hex}", (_NAMELESS,)
             step = step_of(data, id_)
             step = replace(step, warnings=(*warnings, *step.warnings))
+            self._permit(Operation.WISH)
             task = await self._admitted(step, date)
         except MayaError as error:
             return Result.refused(id_, error, date, warnings)
@@ -159,12 +164,14 @@ class Steps:
 
 
 @asynccontextmanager
-async def bridged(graph: Graph, store: StepStore, date: Callable[[], str]) -> AsyncIterator[Steps]:
-    """Carry out the steps of /step_command on the robot behind /task while the block runs.
+async def bridged(
+    graph: Graph, store: StepStore, date: Callable[[], str], permit: Permit = anything
+) -> AsyncIterator[Steps]:
+    """Carry out the steps of /step_command on the robot behind /task while the block runs, as far as `permit` says.
 
     First the results are told that an earlier run could not tell, as soon as anybody listens.
     """
-    steps = Steps(store, lambda goal: graph.do(TASK.name, TASK.type, goal), date)
+    steps = Steps(store, lambda goal: graph.do(TASK.name, TASK.type, goal), date, permit)
     publisher = graph.advertise(STEP_RESULT.name, STEP_RESULT.type, queue_size=STEP_RESULT.queue_size)
     tasks: set[asyncio.Task[None]] = set()
 

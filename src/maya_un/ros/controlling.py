@@ -10,10 +10,12 @@ from maya_un.assembly import ControllerFloor
 from maya_un.config import Config
 from maya_un.errors import MayaError
 from maya_un.events import Event, Kind
+from maya_un.graph.attended import Attended
 from maya_un.graph.doors.controller import ControllerDoor
 from maya_un.graph.events import SAID
 from maya_un.graph.table import POSITION
 from maya_un.ros.node import Node
+from maya_un.ros.rights import rights_of_node
 
 _QUIET = {Kind.PHASE, Kind.MOVING, Kind.IDLE}
 _GRAVE = {Kind.FAULT, Kind.ESTOP}
@@ -54,7 +56,7 @@ async def offered(node: Node, floor: ControllerFloor, *, skip_home: bool) -> Non
     Where that is refused the graph stays up, and motion is refused until a homing.
     """
     door = ControllerDoor(floor.controller, address=floor.address, clock=ros_time, speed=node.speed)
-    async with door.open(node.graph):
+    async with rights_of_node(node.speed) as rights, door.open(Attended(node.graph, rights.permit)):
         await node.say_ready(f"The controller at {floor.address} is offered to the graph.")
         if skip_home:
             try:

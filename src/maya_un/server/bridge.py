@@ -80,7 +80,7 @@ class Bridge:
             return list(asked)
 
         async def looked_at() -> list[Caller | MayaError]:
-            return [_current(callers, one) for one in asked]
+            return callers.current_of(asked)
 
         return await self.within(looked_at)
 
@@ -180,13 +180,6 @@ class Bridge:
         except TimeoutError:
             return []
         return await self.call(caller, Operation.READ, past)
-
-
-def _current(callers: Callers, caller: Caller) -> Caller | MayaError:
-    try:
-        return callers.current(caller)
-    except MayaError as ended:
-        return ended
 
 
 def _nothing() -> None:

@@ -6,7 +6,7 @@ import asyncio
 import hashlib
 import hmac
 import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NoReturn
 
@@ -17,7 +17,7 @@ from maya_un.api.access.hashing import Hasher
 from maya_un.api.access.operations import Operation, allowed
 from maya_un.api.access.register import Calendar, OnChange, Register
 from maya_un.api.access.store import Token, User
-from maya_un.errors import NotSignedIn
+from maya_un.errors import MayaError, NotSignedIn
 
 FAILURE_COSTS = 0.5
 """How much longer a failed attempt takes than one that is right [s, real time]."""
@@ -109,6 +109,17 @@ class Callers:
             raise NotSignedIn(reason="what was shown has expired or was revoked")
         role = self._register.users[token.user].role
         return replace(caller, role=role, implicit=caller.implicit and allowed(role, Operation.LEND))
+
+    def current_of(self, asked: Sequence[Caller]) -> list[Caller | MayaError]:
+        """Return each of some callers with the role that he has now, or why he has none any more."""
+
+        def found(caller: Caller) -> Caller | MayaError:
+            try:
+                return self.current(caller)
+            except MayaError as ended:
+                return ended
+
+        return [found(one) for one in asked]
 
     def heard_by(self, listener: OnChange) -> Callable[[], None]:
         """Call `listener` in this loop after each change of users and tokens; return what ends that."""

@@ -50,6 +50,11 @@ class Register:
         self.users = {user.name: user for user in users}
         self.tokens = {token.id: token for token in tokens if token.user in self.users}
 
+    async def read_again(self) -> None:
+        """Read what the store keeps now, for it may be another process's; raises as `open`."""
+        await self.open()
+        self._tell()
+
     def of(self, name: str) -> list[Token]:
         """Return the tokens of a user, oldest first."""
         return [token for token in self.tokens.values() if token.user == name]

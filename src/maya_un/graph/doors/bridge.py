@@ -6,6 +6,7 @@ from collections.abc import AsyncGenerator, Callable
 from contextlib import asynccontextmanager
 
 from maya_un.graph import diagnostics
+from maya_un.graph.attended import Permit, anything
 from maya_un.graph.doors.working import Clock, clock_or_loop, diagnosed, tasks
 from maya_un.graph.protocol import Graph
 from maya_un.graph.step_store import StepStore
@@ -14,11 +15,21 @@ from maya_un.graph.table import TASK
 
 
 class BridgeDoor:
-    """Has steps carried out by /task; `store` keeps which were, `date` tells the date (ISO 8601, UTC)."""
+    """Has steps carried out by /task; `store` keeps which were, `date` tells the date (ISO 8601, UTC).
+
+    `permit` raises where nobody may ask for a step.
+    """
 
     def __init__(
-        self, store: StepStore, date: Callable[[], str], *, clock: Clock | None = None, speed: float = 1.0
+        self,
+        store: StepStore,
+        date: Callable[[], str],
+        *,
+        clock: Clock | None = None,
+        speed: float = 1.0,
+        permit: Permit = anything,
     ) -> None:
+        self._permit = permit
         self._store = store
         self._date = date
         self._clock = clock_or_loop(clock)
@@ -32,7 +43,7 @@ class BridgeDoor:
         def statuses() -> list[diagnostics.Status]:
             return [diagnostics.bridge("firebase bridge", there=bool(task.writers))]
 
-        async with tasks() as working, bridged(graph, self._store, self._date) as steps:
+        async with tasks() as working, bridged(graph, self._store, self._date, self._permit) as steps:
             working.begin(diagnosed(graph, statuses, self._clock, self._speed), "diagnostics")
             try:
                 yield steps

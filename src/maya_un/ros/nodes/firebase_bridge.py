@@ -1,6 +1,7 @@
 """Node firebase_bridge: steps of a process that comes from elsewhere, from /step_command to /step_result.
 
 It is a client of /task and needs no other node of the process floor. What was carried out is kept in the state folder.
+While users are kept, the graph acts by the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from maya_un.graph.doors.bridge import BridgeDoor
 from maya_un.graph.step_store import NAME, StepStore
 from maya_un.ros.controlling import ros_time
 from maya_un.ros.node import Node, run
+from maya_un.ros.rights import rights_of_node
 from maya_un.server import dates
 
 
@@ -24,7 +26,10 @@ async def serve(node: Node) -> None:
     """Carry out steps until cancelled; raises `StorageInUse`, `StorageDamaged`, `FileUnwritable` and their kin."""
     store = await StepStore.open(state_folder() / NAME)
     try:
-        async with BridgeDoor(store, dates.now, clock=ros_time, speed=node.speed).open(node.graph):
+        async with (
+            rights_of_node(node.speed) as rights,
+            BridgeDoor(store, dates.now, clock=ros_time, speed=node.speed, permit=rights.permit).open(node.graph),
+        ):
             await node.say_ready(
                 f"Steps from /step_command are done by /task; {state_folder() / NAME} keeps which were."
             )

@@ -1,11 +1,16 @@
-"""Node primitive_server: serves /task, and has the robot floor carry it out."""
+"""Node primitive_server: serves /task, and has the robot floor carry it out.
+
+While users are kept, the graph acts by the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
+"""
 
 from __future__ import annotations
 
 import asyncio
 
 from maya_un.graph.apart import tasks_handed_on
+from maya_un.graph.attended import Attended
 from maya_un.ros.node import Node, run
+from maya_un.ros.rights import rights_of_node
 
 
 def main() -> int:
@@ -15,6 +20,6 @@ def main() -> int:
 
 async def serve(node: Node) -> None:
     """Hand tasks on until cancelled."""
-    async with tasks_handed_on(node.graph):
+    async with rights_of_node(node.speed) as rights, tasks_handed_on(Attended(node.graph, rights.permit)):
         await node.say_ready("Primitives are done by /task.")
         await asyncio.Event().wait()

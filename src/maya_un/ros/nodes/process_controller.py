@@ -2,6 +2,7 @@
 
 It is found as `maya up` is, by its runtime file: `maya status`, `maya queue`, `maya stop` and the others ask it.
 Parameters, private or under /maya: http_port (the usual one, or any free one where that is taken).
+While users are kept, the graph acts by the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from maya_un.process.journal.file import NAME
 from maya_un.ros.configuration import awaited
 from maya_un.ros.controlling import log_own_event, ros_time
 from maya_un.ros.node import Node, run
+from maya_un.ros.rights import graph_rights
 from maya_un.server import dates, log
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
@@ -52,9 +54,9 @@ async def serve(node: Node) -> None:
     ):
         config = await awaited(node.graph.parameters, speed=node.speed, waiting=lambda: node.say(waiting))
         metrics = Metrics()
-        async with _floor(node, config, metrics) as (floor, controller):
+        async with _floor(node, config, metrics) as (floor, controller), graph_rights(floor.entrance.callers) as rights:
             app = create_app(_bridge(floor, missing), None, metrics)
-            queue = Queue(floor.gate.call, lambda: status_of(floor.service.queue.view(), controller))
+            queue = Queue(floor.gate.call, lambda: status_of(floor.service.queue.view(), controller), rights.who)
             door = ProcessDoor(queue, clock=ros_time, speed=node.speed)
             async with served(app, near) as url, _timed(metrics, node.speed), door.open(node.graph):
                 runtime.publish(runtime.Running(url, os.getpid(), None))

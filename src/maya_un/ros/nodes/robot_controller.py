@@ -1,6 +1,7 @@
 """Node robot_controller: the robot floor, on the controller floor of the graph.
 
 It serves /maya_command, hears /maya_move, and carries out what primitive_server hands on.
+While users are kept, the graph acts by the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
 """
 
 from __future__ import annotations
@@ -8,9 +9,11 @@ from __future__ import annotations
 import asyncio
 
 from maya_un.graph.apart import robot_floor
+from maya_un.graph.attended import Attended
 from maya_un.ros.configuration import awaited
 from maya_un.ros.controlling import ros_time
 from maya_un.ros.node import Node, run
+from maya_un.ros.rights import rights_of_node
 
 
 def main() -> int:
@@ -22,7 +25,10 @@ async def serve(node: Node) -> None:
     """Offer the robot floor until cancelled."""
     waiting = "Waiting for the controller floor (hw_simulator or hardware_interface)."
     config = await awaited(node.graph.parameters, speed=node.speed, waiting=lambda: node.say(waiting))
-    async with robot_floor(node.graph, config, clock=ros_time, speed=node.speed) as controller:
+    async with (
+        rights_of_node(node.speed) as rights,
+        robot_floor(Attended(node.graph, rights.permit), config, clock=ros_time, speed=node.speed) as controller,
+    ):
         await controller.connected()
         await node.say_ready("The robot floor is offered to the graph.")
         await asyncio.Event().wait()

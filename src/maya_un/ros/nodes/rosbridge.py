@@ -11,6 +11,7 @@ from contextlib import nullcontext
 
 from maya_un.ros.controlling import ros_time
 from maya_un.ros.node import Node, run
+from maya_un.ros.rights import looked
 from maya_un.rosbridge.endpoint import PORT, Endpoint
 from maya_un.server.doors import bound_socket
 from maya_un.server.edge import Edge, host_of, origin_of
@@ -22,12 +23,13 @@ def main() -> int:
 
 
 async def serve(node: Node) -> None:
-    """Serve until cancelled; raises `AddressInUse` and `InvalidValue`."""
+    """Serve until cancelled; raises `AddressInUse`, `InvalidValue` and `StorageDamaged`."""
     door = bound_socket(await node.number("port", PORT))
-    endpoint = Endpoint(lambda _: nullcontext(node.graph), ros_time, await _edge(node))
-    async with endpoint.serving(door):
-        node.say("rosbridge is served at ws://{}:{}.".format(*door.getsockname()[:2]))
-        await asyncio.Event().wait()
+    async with looked() as users:
+        endpoint = Endpoint(lambda _: nullcontext(node.graph), ros_time, await _edge(node), admission=users)
+        async with endpoint.serving(door):
+            node.say("rosbridge is served at ws://{}:{}.".format(*door.getsockname()[:2]))
+            await asyncio.Event().wait()
 
 
 async def _edge(node: Node) -> Edge:

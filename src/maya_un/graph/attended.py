@@ -1,0 +1,113 @@
+"""A graph at which wishes are looked at before they are carried out: who may ask for them, one table decides."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+
+from maya_un.api.access.operations import Operation
+from maya_un.errors import MayaError
+from maya_un.graph.outcome import failure
+from maya_un.graph.protocol import (
+    Act,
+    Answer,
+    Directory,
+    Ended,
+    Feedback,
+    Graph,
+    Heard,
+    Held,
+    Message,
+    Parameters,
+    Publisher,
+    Quick,
+    Refused,
+    Subscription,
+)
+from maya_un.graph.table import Form, asked_by_call, asked_by_topic
+
+Permit = Callable[[Operation], None]
+"""Raises a `MayaError` where an operation may not be asked for."""
+
+_log = logging.getLogger("maya_un.graph")
+
+
+def anything(_: Operation) -> None:
+    """Permit everything: for a graph that nobody shares."""
+
+
+class Attended:
+    """A `graph` whose services, actions and topics are refused to whoever uses it, as far as `permit` says.
+
+    What this process itself asks of the graph is not looked at. Questions that are answered at once, and cancels, are
+    open to everybody. See `graph.protocol.Graph`.
+    """
+
+    def __init__(self, graph: Graph, permit: Permit) -> None:
+        self._graph = graph
+        self._permit = permit
+
+    @property
+    def directory(self) -> Directory:
+        """What there is in it."""
+        return self._graph.directory
+
+    @property
+    def parameters(self) -> Parameters:
+        """Its parameters."""
+        return self._graph.parameters
+
+    def advertise(self, topic: str, kind: str, *, latch: bool = False, queue_size: int = 100) -> Publisher:
+        """Take a topic to publish on."""
+        return self._graph.advertise(topic, kind, latch=latch, queue_size=queue_size)
+
+    def subscribe(self, topic: str, kind: str, heard: Heard, *, queue_size: int = 100) -> Subscription:
+        """Listen to a topic; a wish that is refused is logged, for nobody waits for an answer."""
+        operation = asked_by_topic(topic)
+        if operation is Operation.GRAPH:  # it is no wish, but what others tell
+            return self._graph.subscribe(topic, kind, heard, queue_size=queue_size)
+
+        def looked_at(message: Message) -> None:
+            try:
+                self._permit(operation)
+            except MayaError as refusal:
+                _log.warning("%s: %s %s", topic, refusal.code, refusal)
+            else:
+                heard(message)
+
+        return self._graph.subscribe(topic, kind, looked_at, queue_size=queue_size)
+
+    def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> Held:
+        """Answer a service; a call that is refused fails."""
+        operation = asked_by_call(service, Form.SERVICE)
+
+        async def looked_at(request: Message) -> Message:
+            self._permit(operation)
+            return await answer(request)
+
+        return self._graph.serve(service, kind, looked_at, quick)
+
+    async def call(self, service: str, request: Message, kind: str = "") -> Message:
+        """Return the answer of a service."""
+        return await self._graph.call(service, request, kind)
+
+    def expect(self, *services: str) -> None:
+        """Find services that will be called, soon."""
+        self._graph.expect(*services)
+
+    def act(self, action: str, kind: str, act: Act) -> Held:
+        """Be the server of an action; a goal that is refused is rejected."""
+        operation = asked_by_call(action, Form.ACTION)
+
+        async def looked_at(goal: Message, feedback: Feedback) -> Message:
+            try:
+                self._permit(operation)
+            except MayaError as refusal:
+                raise Refused(failure(refusal)) from refusal
+            return await act(goal, feedback)
+
+        return self._graph.act(action, kind, looked_at)
+
+    async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> Ended:
+        """Have a goal carried out and return how it ended."""
+        return await self._graph.do(action, kind, goal, feedback)

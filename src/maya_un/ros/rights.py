@@ -1,0 +1,187 @@
+"""For whom a node acts: ROS 1 knows no sign-in, so all who use its names are one principal, by the token of the node.
+
+The token stands in the file that $MAYA_GRAPH_TOKEN_FILE names. It is no parameter: anybody in the graph could set that.
+Who is kept stands in the state folder, whichever process keeps it.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from collections.abc import AsyncGenerator, Callable, Sequence
+from contextlib import asynccontextmanager
+from dataclasses import replace
+from pathlib import Path
+
+from maya_un import credentials
+from maya_un.api.access.caller import BYSTANDER, ROS, Caller
+from maya_un.api.access.callers import Callers
+from maya_un.api.access.hashing import Hasher
+from maya_un.api.access.looking import LookingStore
+from maya_un.api.access.operations import RULES, STOPPING, Operation, allowed, require
+from maya_un.api.access.register import Register
+from maya_un.config.state import state_folder
+from maya_un.errors import FileUnreadable, MayaError, NotSignedIn
+from maya_un.process.journal.file import NAME
+from maya_un.server import dates
+
+TOKEN_FILE = "MAYA_GRAPH_TOKEN_FILE"
+"""The variable that names the file with the token of the graph."""
+
+LOOK_AGAIN = 1.0
+"""How often it is looked whether other users are kept [s, real time]."""
+
+_NOBODY = replace(BYSTANDER, name=ROS.name, source=ROS.source)
+_NO_TOKEN = f"users are kept, and this ROS graph has none; start its nodes with ${TOKEN_FILE}"
+
+
+class GraphRights:
+    """The rights of a graph, by its `token`, "" where it has none: as `callers` know them at this instant."""
+
+    def __init__(self, callers: Callers, token: str) -> None:
+        self._callers = callers
+        self._token = token
+        self._caller: Caller | None = None
+        self._why: MayaError = NotSignedIn(reason=_NO_TOKEN)
+
+    async def look(self) -> None:
+        """Look whose token it is now."""
+        if not self._token or not self._callers.kept:
+            return
+        try:
+            found = await self._callers.resolve(f"Bearer {self._token}", "", ROS.source, loopback=True)
+        except MayaError as refusal:
+            self._caller, self._why = None, refusal
+        else:
+            self._caller = found
+
+    def permit(self, operation: Operation) -> None:
+        """Raise `NotSignedIn` or `NotAllowed` where the graph may not ask for an operation.
+
+        Nobody in a graph shows a lease, so what drives is for those who may take one.
+        """
+        if operation in STOPPING or not self._callers.kept:
+            return
+        if self._caller is None:
+            raise self._why
+        caller = self._callers.current(self._caller)
+        require(caller, operation)
+        if RULES[operation].drives:
+            require(caller, Operation.LEND)
+
+    async def who(self) -> Caller:
+        """Return for whom the graph asks at a gate; somebody who may stop, where that is not known."""
+        if not self._callers.kept:
+            return ROS
+        try:
+            caller = self._callers.current(self._caller or _NOBODY)
+        except MayaError:
+            return _NOBODY
+        return replace(caller, implicit=allowed(caller.role, Operation.LEND))
+
+
+class Looked:
+    """Users and tokens of the state folder, as a node knows them that does not keep them; a `guest.Admission`."""
+
+    def __init__(self, speed: float) -> None:
+        self._store = LookingStore(state_folder() / NAME)
+        self._register = Register(self._store)
+        self._speed = max(1.0, speed)
+        self.callers = Callers(self._register, dates, speed=speed, hasher=Hasher())
+
+    async def open(self) -> None:
+        """Read them; raises `StorageDamaged` and its kin."""
+        await self._register.read_again()
+
+    async def follow(self) -> None:
+        """Read them again whenever the file has changed, until cancelled; what cannot be read is as it was."""
+        while True:
+            await asyncio.sleep(LOOK_AGAIN * self._speed)
+            if await self._store.changed():
+                try:
+                    await self._register.read_again()
+                except MayaError as error:
+                    context = {"message": f"users were not read again: {error}"}
+                    asyncio.get_running_loop().call_exception_handler(context)
+
+    async def caller(
+        self,
+        authorization: str | None,
+        lease: str,
+        source: str,
+        *,
+        loopback: bool,
+        stopping: bool,
+        alone: Caller = ROS,
+    ) -> Caller:
+        """Return who shows a token; see `Callers.resolve`."""
+        return await self.callers.resolve(authorization, lease, source, loopback, stopping=stopping, alone=alone)
+
+    async def current(self, asked: Sequence[Caller]) -> list[Caller | MayaError]:
+        """Return each caller with the role that he has now, or why he has none any more."""
+        return self.callers.current_of(asked)
+
+    def heard_by(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Call `listener` after each change; return what ends that."""
+        return self.callers.heard_by(listener)
+
+
+@asynccontextmanager
+async def looked(speed: float = 1.0) -> AsyncGenerator[Looked]:
+    """Yield the users of the state folder, who are looked at again while the block runs.
+
+    `speed` is how fast the loop's clock runs. Raises `StorageDamaged` and its kin.
+    """
+    found = Looked(speed)
+    await found.open()
+    following = asyncio.create_task(found.follow(), name="users that are kept")
+    try:
+        yield found
+    finally:
+        following.cancel()
+        await asyncio.gather(following, return_exceptions=True)
+
+
+@asynccontextmanager
+async def graph_rights(callers: Callers) -> AsyncGenerator[GraphRights]:
+    """Yield the rights of the graph, which follow each change of users and tokens while the block runs.
+
+    Raises `FileUnreadable` where the file that is named holds no token, or others can read it.
+    """
+    rights = GraphRights(callers, token_of_graph())
+    await rights.look()
+    news = asyncio.Event()
+    end = callers.heard_by(news.set)
+
+    async def follow() -> None:
+        while True:
+            await news.wait()
+            news.clear()
+            await rights.look()
+
+    following = asyncio.create_task(follow(), name="rights of the graph")
+    try:
+        yield rights
+    finally:
+        end()
+        following.cancel()
+        await asyncio.gather(following, return_exceptions=True)
+
+
+@asynccontextmanager
+async def rights_of_node(speed: float) -> AsyncGenerator[GraphRights]:
+    """Yield the rights of the graph at a node that keeps no users; raises what `looked` and `graph_rights` raise."""
+    async with looked(speed) as users, graph_rights(users.callers) as rights:
+        yield rights
+
+
+def token_of_graph() -> str:
+    """Return the token of the graph, "" where none is named; raises `FileUnreadable`."""
+    named = os.environ.get(TOKEN_FILE)
+    if not named:
+        return ""
+    found = credentials.kept_in(Path(named))
+    if not found:
+        reason = "it is to be a file of this user's, which nobody else can read (chmod 600), with a token in it"
+        raise FileUnreadable(path=named, reason=reason)
+    return found
