@@ -7,6 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from maya_un.galil.conformance import Demand, Difference, Vector, load, run
+from maya_un.galil.conformance.fresh import freshen, restart
 from maya_un.galil.conformance.runner import coalesced
 from maya_un.galil.conformance.vectors import sources
 from tests.campaign import Campaign
@@ -36,6 +37,36 @@ def test_every_vector_in_process(vector: Vector) -> None:
     for axes in sizes(vector):
         difference = run(vector, Bench(axes).dial, axes)
         assert difference is None, f"{axes} axes: {difference}"
+
+
+USED = (
+    "SP*=4000;AC*=102400;DC*=50176;SD*=102400;KP*=9;KI*=1;IT*=0.5;OE*=1;ER*=100",
+    "TL*=3;TK*=5;LD*=3;FL*=100000;BL*=-1000;CN 1,1,1,0,1;PF 8.2;VF 6.2;LZ 0;EO 0",
+    "var=5;qa=1;DM qb[100],qd[3];OP 255;VS 1000,500;VA 2048,4096;VD 4096,2048;CAT",
+    "TW*=100;HV*=512;ZA*=4;DV*=1;FA*=5;NB*=10;NF*=9;PL*=.5;IL*=4;OA*=1;OT*=50",
+    "VR 2,2;VV 10;TN 5,5;ES 2,1;DP*=77;DE*=8;II 1,2,,0;TR 1;CW 1;AL A;MO;MT*=2",
+    "MT*=1;SH;JG*=2000;BG;BN;BV",
+)
+"""What the table does not expect: settings, variables, an armed latch, motion, burned parameters."""
+
+
+@pytest.mark.parametrize("axes", [3, 8])
+def test_table_holds_in_a_row_on_a_controller_that_was_used(axes: int) -> None:
+    """The way of `maya dmc conform --bench`: all vectors on one controller, brought back to its factory settings."""
+    bench = Bench(axes)
+    used = bench.dial()
+    for line in USED:
+        used.send(f"{line}\r".encode("ascii"))
+    assert b"?" not in used.receive()
+    used.close()
+    found: list[str] = []
+    group = ""
+    for vector in TABLE:
+        if vector.fits(axes):
+            (freshen if vector.group == group else restart)(bench.dial, axes)
+            group = vector.group
+            found += [str(difference) for difference in [run(vector, bench.dial, axes)] if difference is not None]
+    assert not found
 
 
 def differences(group: str, talk: Callable[[Vector, int], Difference | None]) -> list[str]:

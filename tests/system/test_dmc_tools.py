@@ -64,3 +64,18 @@ def test_watch_is_a_table_on_a_screen() -> None:
         assert [word for word in ("counts", "unit", "value") if word in picture] == ["counts", "unit", "value"]
         shown.press("C-c")
         assert shown.ended() == 0
+
+
+@pytest.mark.parametrize("bad", ["#A\nMG 2\n#A\nEN\n", "#TOOLONGALABEL\nEN\n"])
+def test_program_that_the_controller_refuses_leaves_the_one_before(tmp_path: Path, bad: str) -> None:
+    good, new, back = tmp_path / "good.dmc", tmp_path / "new.dmc", tmp_path / "back.dmc"
+    good.write_text("REM said on the host\n#A\n\tMG 1;'a tab\nEN\n", encoding="ascii")
+    new.write_text(bad, encoding="ascii")
+    with running("dmc serve --port 0") as twin:
+        address = twin.until("127.0.0.1:")
+        code, said = done(f"dmc download {address} {good}")
+        assert (code, said.count("left out 1 line"), said.count("tabs into blanks in 1 line")) == (0, 1, 1)
+        code, said = done(f"dmc download {address} {new}")
+        assert (code, "Duplicate or bad label" in said, "Traceback" in said) == (1, True, False)
+        assert done(f"dmc upload {address} {back}")[0] == 0
+    assert back.read_text(encoding="ascii") == "#A\n MG 1;'a tab\nEN\n"

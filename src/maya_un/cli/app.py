@@ -440,7 +440,7 @@ def fault(
 def send(
     context: typer.Context,
     host: Annotated[str, typer.Argument(metavar="HOST[:PORT]", help="or real: the configured controller")],
-    commands: Annotated[list[str], typer.Argument(metavar="CMD...", help='one argument each: TP, "SH A"')],
+    commands: Annotated[list[str], typer.Argument(metavar="CMD...", help='one argument each: TP, "SH A", "SH;TP"')],
 ) -> int:
     """Send commands to a controller and print its replies.
 

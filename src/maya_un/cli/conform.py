@@ -15,12 +15,14 @@ from maya_un.cli.settings import Settings
 from maya_un.cli.words import word
 from maya_un.errors import ConnectFailed, LinkTimeout, WrongController
 from maya_un.galil.conformance import Demand, Difference, Vector, load, run
+from maya_un.galil.conformance.fresh import freshen, restart
 from maya_un.galil.conformance.vectors import sources
 
 PATIENCE = 1.0
 """Longest wait for an answer [s]."""
 
-_ASK = "MG _BV"
+_ASK = "MG _BV{F1.0}"
+"""How many axes there are, in a format of its own: whoever used the controller before may have set another."""
 
 
 class Socket:
@@ -62,7 +64,7 @@ class Socket:
 
     def ended(self) -> bool:
         """Tell whether the other side has ended the connection; what has come is dropped."""
-        while self._read(0.05):
+        while self._read(PATIENCE):
             continue
         return self._socket is None
 
@@ -111,11 +113,27 @@ def conform(address: str, moves: bool, bench: bool, settings: Settings) -> int:
 
 
 def held(host: str, port: int, allowed: set[Demand]) -> Outcome:
-    """Hold the controller at an address to all vectors that demand no more than is allowed."""
+    """Hold the controller at an address to all vectors that demand no more than is allowed.
+
+    One that may be `Demand.FRESH` is brought to that state before each of them, by a reset before each group.
+    """
     axes = axes_of(host, port)
     fitting = [vector for vector in load() if vector.fits(axes)]
     chosen = [vector for vector in fitting if vector.demands <= allowed]
-    found = [run(vector, lambda: Socket(host, port), axes) for vector in chosen]
+
+    def dial() -> Socket:
+        return Socket(host, port)
+
+    bench = Demand.FRESH in allowed
+    found: list[Difference | None] = []
+    group = ""
+    for vector in chosen:
+        if bench and vector.group != group:
+            restart(dial, axes)
+        elif bench:
+            freshen(dial, axes)
+        group = vector.group
+        found.append(run(vector, dial, axes))
     differences = [difference for difference in found if difference is not None]
     left_out = [vector for vector in fitting if not vector.demands <= allowed]
     return Outcome(axes, len(chosen) - len(differences), differences, left_out)
@@ -141,9 +159,9 @@ def axes_of(host: str, port: int) -> int:
     finally:
         channel.close()
     text = answer.decode("latin-1").strip(" \r\n:")
-    if not text.endswith(".0000") or not 1 <= int(text[:1]) <= 8:
+    if len(text) != 1 or text not in "12345678":
         raise WrongController(address=address, found=repr(text))
-    return int(text[:1])
+    return int(text)
 
 
 def _report(outcome: Outcome) -> dict[str, object]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 
 from maya_un.address import meant
@@ -12,6 +12,7 @@ from maya_un.cli.configure import configuration
 from maya_un.cli.quantities import host_and_port
 from maya_un.cli.settings import Settings
 from maya_un.galil.driver import Driver
+from maya_un.galil.framing import LineSplitter
 from maya_un.galil.hardware import LETTERS
 from maya_un.galil.record import AxisRecord, DataRecord
 from maya_un.galil.transport import TcpTransport
@@ -22,6 +23,8 @@ TIMEOUT = 5.0
 
 def send(address: str, commands: Sequence[str], settings: Settings) -> int:
     """Send commands one after the other and print their replies; ends at the first that is refused.
+
+    Each may be several with `;` between them.
 
     Raises `ConnectFailed`, `LinkTimeout`, and `CommandRejected` with the controller's own code.
     """
@@ -36,7 +39,7 @@ async def _converse(host: str, port: int, commands: Sequence[str], settings: Set
     driver = await Driver.open(await TcpTransport.connect(host, port, TIMEOUT), timeout=TIMEOUT)
     replies: list[dict[str, object]] = []
     try:
-        for command in commands:
+        for command in _single(commands):
             reply = await _reply(driver, command)
             record = isinstance(reply, DataRecord)
             replies.append({"command": command, "reply": asdict(reply) if record else reply})
@@ -45,6 +48,17 @@ async def _converse(host: str, port: int, commands: Sequence[str], settings: Set
     finally:
         await driver.close()
     return replies
+
+
+def _single(commands: Sequence[str]) -> Iterator[str]:
+    """Yield single commands; a `;` ends one as on the wire, also where another follows (`SH;TP`)."""
+    for command in commands:
+        if not command.isascii() or ";" not in command:
+            yield command
+        else:
+            splitter = LineSplitter()
+            splitter.limit = len(command)  # each goes in a line of its own
+            yield from filter(None, splitter.feed(f"{command}\r".encode("ascii")))
 
 
 async def _reply(driver: Driver, command: str) -> str | DataRecord:

@@ -4,6 +4,7 @@ MayaError
 ├── RequestError            somebody asked for something impossible: refused, the robot is not disturbed
 │   ├── NotConnected 1010 · ServiceNotRunning 1020 · ServiceNotAnswering 1021
 │   │   TwinNotFound 1022 · ControllerOwned 1030 · ControllerMoves 1032
+│   │   ProgramLost 1040
 │   ├── Unreachable 2101 · PathRefused 2102 · NotHomed 2103 · Busy 2104 · Faulted 2105
 │   │   MarkerMissing 2106 · TrajectoryRefused 2107 · NothingToRecover 2108 · GuardBlocked 2109
 │   │   ProgramRuns 2110 · CannotPause 2111 · NotPaused 2112
@@ -107,6 +108,7 @@ from maya_un.errors.link import (
     OwnershipLost,
     ParameterMismatch,
     ProgramDiffers,
+    ProgramLost,
     ServiceNotAnswering,
     ServiceNotRunning,
     TwinNotFound,
@@ -216,6 +218,7 @@ __all__ = [
     "ParameterMismatch",
     "PathRefused",
     "ProgramDiffers",
+    "ProgramLost",
     "ProgramRuns",
     "RequestError",
     "RosMissing",

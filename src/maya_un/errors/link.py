@@ -71,6 +71,12 @@ class NodeGone(MachineError):
     code = 1011
 
 
+class ProgramLost(RequestError):
+    """A download failed, and the program that was there before could not be put back."""
+
+    code = 1040
+
+
 class ServiceNotRunning(RequestError):
     """No running `maya up` was found."""
 

@@ -54,8 +54,8 @@ class Entry(NamedTuple):
 
 _TABLE = """
 _GPm ¦ keyword ¦ axes ¦ both ¦  ¦ by how far a geared axis fell behind while its ratio changed
-_LFm ¦ keyword ¦ axes ¦ both ¦  ¦ whether the forward switch leaves the way free
-_LRm ¦ keyword ¦ axes ¦ both ¦  ¦ whether the reverse switch leaves the way free
+_LFm ¦ keyword ¦ axes ¦ both ¦  ¦ 1 while the forward switch is free, 0 while it is active
+_LRm ¦ keyword ¦ axes ¦ both ¦  ¦ 1 while the reverse switch is free, 0 while it is active
 - ¦ operator ¦ plain ¦ both ¦  ¦ left value less the right one
 ; ¦ operator ¦ plain ¦ both ¦  ¦ ends a command; another may follow in the line
 ' ¦ operator ¦ plain ¦ both ¦  ¦ makes the rest of a line a remark that the program keeps

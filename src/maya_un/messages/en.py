@@ -30,6 +30,8 @@ SENTENCES: dict[int, str] = {
     "program has ended, say `maya recover`.",
     1032: "Axes still move by what {holder} sent, so the controller does not change its owner now. Wait until they rest, "
     "or say `maya stop`, then try again.",
+    1040: "The download failed ({reason}), and the program that was there before could not be put back. Download a "
+    "program again before you run one.",
     2101: "{target} cannot be reached: {reason}. Nearest reachable: {nearest}.",
     2102: "The way to {target} leaves the workspace: {reason}. Go there by a point in between.",
     2103: "The robot is not homed, so its position is not known. Say `maya home` first.",

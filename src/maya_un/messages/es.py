@@ -30,6 +30,8 @@ SENTENCES: dict[int, str] = {
     "terminado, diga `maya recover`.",
     1032: "Aún se mueven ejes por lo que envió {holder}; el controlador no cambia de dueño ahora. Espere a que estén en "
     "reposo, o diga `maya stop`, y repita.",
+    1040: "La descarga falló ({reason}) y no se pudo reponer el programa que había antes. Descargue un programa otra vez "
+    "antes de ejecutar alguno.",
     2101: "{target} no se puede alcanzar: {reason}. Lo más cercano alcanzable: {nearest}.",
     2102: "El camino a {target} sale del espacio de trabajo: {reason}. Vaya por un punto intermedio.",
     2103: "El robot no ha hecho el homing y no conoce su posición. Diga primero `maya home`.",

@@ -26,8 +26,8 @@ TALL = Vector("tall", (Step("NO\r", ("?",)),), "G", "one", axes=(4, 8), group="g
 
 def reply(command: bytes) -> bytes | None:
     """Return what a small controller of three axes says; None ends the connection."""
-    fixed = {b"MG _BV": b" 3.0000\r\n:", b'MG "fence"': b"fence\r\n:", b"IH": None, b"TC": b" 0\r\n:"}
-    rest = {b"MG _BGA|_BGB|_BGC": b" 0.0000\r\n:"}
+    fixed = {b"MG _BV{F1.0}": b" 3\r\n:", b'MG "fence"': b"fence\r\n:", b"IH": None, b"TC": b" 0\r\n:"}
+    rest = {b"MG _BGA|_BGB|_BGC": b" 0.0000\r\n:", b"MG _BGA|_BGB|_BGC{F1.0}": b" 0\r\n:"}
     return (fixed | rest).get(command, b":")
 
 
@@ -39,7 +39,8 @@ def small_controller(says: bytes | None = None) -> Iterator[int]:
         with connection:
             waiting = b""
             while data := connection.recv(1024):
-                *lines, waiting = (waiting + data).split(b"\r")
+                # A semicolon ends a command, and a backslash a download.
+                *lines, waiting = (waiting + data).replace(b"\\", b"\r").replace(b";", b"\r").split(b"\r")
                 for line in lines:
                     answer = says if says is not None else reply(line)
                     if answer is None:

@@ -41,6 +41,14 @@ def test_a_record_is_json_whole(capsys: pytest.CaptureFixture[str]) -> None:
     assert reply["reply"]["s"]["free"] == 511
 
 
+def test_send_takes_several_commands_between_semicolons(capsys: pytest.CaptureFixture[str]) -> None:
+    with controller(RECORD) as (port, said):
+        assert main(["dmc", "send", f"127.0.0.1:{port}", "SH A;TP;", "MG 1", "--json"]) == 0
+    assert said == [b"SH A", b"TP", b"MG 1"]
+    replies = json.loads(capsys.readouterr().out)["replies"]
+    assert [reply["command"] for reply in replies] == ["SH A", "TP", "MG 1"]
+
+
 def test_real_is_the_configured_controller(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "c.toml"
     with controller(RECORD) as (port, said):

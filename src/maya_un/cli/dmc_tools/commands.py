@@ -88,13 +88,14 @@ def download(
 ) -> int:
     """Replace the program of a controller by that of a file.
 
-    It is read back, to make sure that it arrived.
+    It is read back, to make sure that it arrived. REM lines stay here, tabs become blanks, and a comment that makes
+    a line too long is cut off, as Galil's tools do. Where the controller refuses a line, it keeps its old program.
     """
     from maya_un.cli.dmc_tools import program as command
 
     settings = settings_of(context)
-    text = command.guarded(file, settings) if guard else command.read(file)
-    return command.download(host, file, text, run, settings)
+    source = command.guarded(file, settings) if guard else command.read(file)
+    return command.download(host, file, source, run, settings)
 
 
 def capture(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from maya_un import files
@@ -12,9 +13,19 @@ from maya_un.cli.configure import configuration
 from maya_un.cli.dmc_tools import dial
 from maya_un.cli.settings import Settings
 from maya_un.controller.guard_program import merged
-from maya_un.errors import CommandRejected, FileUnreadable, InvalidValue, ProgramRuns
+from maya_un.errors import (
+    CommandRejected,
+    FileUnreadable,
+    InvalidValue,
+    MayaError,
+    ProgramDiffers,
+    ProgramLost,
+    ProgramRuns,
+)
 from maya_un.galil.codes import ErrorCode
 from maya_un.galil.driver import Driver
+from maya_un.galil.program import split
+from maya_un.galil.source import Source, prepared
 
 
 def upload(address: str, file: str | None, settings: Settings) -> int:
@@ -38,19 +49,23 @@ async def _upload(place: str) -> str:
         return await driver.upload()
 
 
-def download(address: str, file: str, text: str, label: str | None, settings: Settings) -> int:
-    """Replace the controller's program by `text` of `file`, and run it from `label` (`` is line 0; None: not).
+def download(address: str, file: str, source: Source, label: str | None, settings: Settings) -> int:
+    """Replace the controller's program by `source` of `file`, and run it from `label` (`` is line 0; None: not).
 
-    Raises `InvalidValue`, `ProgramDiffers`, and as the driver does.
+    Raises `InvalidValue`, and as `load`.
     """
     start = None if label is None else _start(label)
-    asyncio.run(_download(dial.meant(address, settings), text, start))
-    begun = "" if start is None else f", {start}"
+    asyncio.run(_download(dial.meant(address, settings), source.text, start))
     return output.answer(
-        {"file": file, "lines": text.count("\n"), "started": start},
-        f"{file}: {lines(text)} downloaded{begun}",
+        {"file": file, "lines": len(source.lines), "changes": list(source.changes), "started": start},
+        f"{file}: {told(source)}{'' if start is None else f', {start}'}",
         settings,
     )
+
+
+def told(source: Source) -> str:
+    """Return what was downloaded, and what was changed before."""
+    return "; ".join((f"{lines(source.text)} downloaded", *source.changes))
 
 
 def _start(label: str) -> str:
@@ -68,33 +83,66 @@ async def _download(place: str, text: str, start: str | None) -> None:
 
 
 async def load(driver: Driver, text: str) -> None:
-    """Replace the controller's program; raises `ProgramRuns`, and as the driver does."""
+    """Replace the controller's program; the one before is put back where the controller does not take the new one.
+
+    Raises `ProgramRuns`, `ProgramLost`, and as the driver does.
+    """
+    before = await _kept(driver)
     try:
         await driver.download(text)
-    except CommandRejected as refused:
-        if refused.details["tc"] == ErrorCode.NOT_WHILE_PROGRAM_RUNS:
+    except (CommandRejected, ProgramDiffers) as refused:
+        if refused.details.get("tc") == ErrorCode.NOT_WHILE_PROGRAM_RUNS:
             raise ProgramRuns from refused
+        await _put_back(driver, before, refused)
         raise
 
 
-def guarded(file: str, settings: Settings) -> str:
+async def _kept(driver: Driver) -> str | None:
+    """Return the program in the controller, None where it tells none, for it is locked."""
+    try:
+        return await driver.upload()
+    except CommandRejected:
+        return None
+
+
+async def _put_back(driver: Driver, before: str | None, refused: MayaError) -> None:
+    if before is None:
+        raise ProgramLost(reason=str(refused)) from refused
+    try:
+        await driver.download(before)
+    except (CommandRejected, ProgramDiffers, InvalidValue) as error:
+        raise ProgramLost(reason=str(refused)) from error
+
+
+def guarded(file: str, settings: Settings) -> Source:
     """Return the program in a file with Maya's guard behind it; raises `FileUnreadable` and `GuardBlocked`."""
     config = configuration(settings)
     letters = "".join(sorted(axis.letter for axis in (config.axes.a, config.axes.b, config.axes.c)))
-    return merged(read(file), config.safety.guard_time or type(config.safety)().guard_time, letters)
+    source = read(file)
+    text = merged(source.text, config.safety.guard_time or type(config.safety)().guard_time, letters)
+    return replace(source, lines=split(text))
 
 
-def read(file: str) -> str:
-    """Return the program in a file; raises `FileUnreadable`."""
+def read(file: str) -> Source:
+    """Return the program in a file, made ready for a controller; raises `FileUnreadable`."""
     path = Path(file)
     try:
-        return path.read_text(encoding="ascii")
+        data = path.read_bytes()
     except OSError as error:
         raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
-    except UnicodeDecodeError as error:
-        raise FileUnreadable(
-            path=path, reason=f"byte {error.start} is not ASCII, and a controller knows no other"
-        ) from error
+    source = prepared(_decoded(data))
+    for number, line in enumerate(source.lines):
+        if not line.isascii():
+            reason = f"line {number} is not ASCII outside of its comment, and a controller knows no other"
+            raise FileUnreadable(path=path, reason=reason)
+    return source
+
+
+def _decoded(data: bytes) -> str:
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
 
 
 def write(path: Path, text: str) -> None:

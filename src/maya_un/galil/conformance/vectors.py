@@ -97,6 +97,12 @@ def sources() -> Mapping[str, str]:
     return _json(_SHARED)["sources"]
 
 
+@cache
+def fresh() -> tuple[str, ...]:
+    """Return the commands that put the settings of a controller back to those of the factory, but for its network."""
+    return tuple(_json(_SHARED)["fresh"])
+
+
 def _json(name: str) -> dict[str, Any]:
     return json.loads((TABLE / name).read_text("utf-8"))
 

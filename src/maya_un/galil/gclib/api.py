@@ -20,6 +20,7 @@ from maya_un.galil.gclib.options import parse
 from maya_un.galil.gclib.record import GDataRecord
 from maya_un.galil.gclib.session import Session, guarded
 from maya_un.galil.hardware import LONGEST_PERIOD, SHORTEST_PERIOD
+from maya_un.galil.source import prepared
 
 G_QR, G_DR = 0, 1
 """Ways to get a record, as gclib numbers them."""
@@ -28,7 +29,6 @@ G_BOUNDS = -1
 """Stands for the first or the last element of an array."""
 
 _COMMANDS = re.compile(r"[;\r\n]")
-_REM = re.compile(r"\s*REM\b")
 _COMPRESSION = re.compile(r"(?:\s*--(?:min|max)\s+[0-9])*\s*")
 _ARRAY = re.compile(r"(\w+)\[[0-9]+\]")
 _FIRMWARE = "\x12\x16"
@@ -121,14 +121,14 @@ class py:  # noqa: N801 - the name that scripts know
         raise GclibError(Code.UNSUPPORTED_FUNCTION, f"{file_path} with {options}")
 
     def GProgramDownload(self, program: str, preprocessor: str = "") -> None:
-        """Replace the controller's program. Lines that begin with REM stay here.
+        """Replace the controller's program, made ready as `maya_un.galil.source` tells: REM lines stay here.
 
-        `preprocessor` may be empty or name degrees of compression (`--min N --max N`), but nothing is compressed:
-        a line that is too long is refused with -1203.
+        `preprocessor` may be empty or name degrees of compression (`--min N --max N`), but no code is compressed:
+        a line that is too long without its comment is refused with -1203.
         """
         if not _COMPRESSION.fullmatch(preprocessor):
             raise GclibError(Code.INVALID_PREPROCESSOR_OPTIONS, preprocessor)
-        lines = [line for line in programs.split(program) if not _REM.match(line)]
+        lines = prepared(program).lines
         if len(lines) > programs.LINES_LIMIT or any(len(line) > LINE_LIMIT for line in lines):
             raise GclibError(Code.UNABLE_TO_COMPRESS)
         session = self._open()

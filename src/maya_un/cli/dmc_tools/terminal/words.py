@@ -65,9 +65,9 @@ async def _upload(session: Session, file: str) -> None:
 
 
 async def _download(session: Session, file: str) -> None:
-    text = program.read(file)
-    await program.load(session.link.driver, text)
-    session.voice.note(f"Downloaded: {program.lines(text)} from {file}")
+    source = program.read(file)
+    await program.load(session.link.driver, source.text)
+    session.voice.note("; ".join((f"Downloaded: {program.lines(source.text)} from {file}", *source.changes)))
     await session.learn()
 
 
