@@ -112,6 +112,15 @@ def process(*, robot_there: bool, paused: bool, running: str = "", queued: int =
     return Status("maya: process", Level.OK, f"at {running}" if running else "the queue is empty", values)
 
 
+def interrupted(job: int, name: str, step: str, *, robot_there: bool) -> Status:
+    """Return how the process floor is while job `job` waits for a person: it was under way when the program ended."""
+    values = {"interrupted": job, "step": step, "paused": True}
+    if not robot_there:
+        return Status("maya: process", Level.ERROR, "1011 the robot floor is not there", values)
+    message = f"job {job} ({name}) was interrupted: decide what becomes of it (`maya queue recover`, /recover_queue)"
+    return Status("maya: process", Level.WARN, message, values)
+
+
 def bridge(name: str, *, there: bool, clients: int = 0, message: str = "") -> Status:
     """Return how a bridge to others is; `there` whether what it hands on to is there."""
     said = message or ("connected" if there else "waits for the floor below")

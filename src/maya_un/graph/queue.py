@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Sequence
+from dataclasses import asdict
 from typing import Any, Protocol
 
 from maya_un.api.access.caller import Caller
@@ -13,6 +14,7 @@ from maya_un.errors import InvalidJob
 from maya_un.graph import diagnostics
 from maya_un.graph.diagnostics import Status
 from maya_un.graph.principals import caller
+from maya_un.graph.protocol import Message
 from maya_un.process.job import Job
 from maya_un.process.view import QueueMode, QueueView
 from maya_un.robot.approach import Approach
@@ -46,15 +48,27 @@ async def _sender() -> Caller:
 
 
 class Queue:
-    """Takes what comes from a graph through the gate; `status` tells how the floor is.
+    """Takes what comes from a graph through the gate.
 
-    `who` tells whose wish it is: by default of whoever sent the message, as far as the graph knows.
+    `view` tells how the queue is, `controller` is the floor below. `who` tells whose wish it is: by default of whoever
+    sent the message, as far as the graph knows.
     """
 
-    def __init__(self, call: Call, status: Callable[[], Status], who: Asker | None = None) -> None:
+    def __init__(
+        self, call: Call, view: Callable[[], QueueView], controller: Controller, who: Asker | None = None
+    ) -> None:
         self._call = call
+        self._view = view
+        self._controller = controller
         self._who = _sender if who is None else who
-        self.status = status
+
+    def status(self) -> Status:
+        """Return how the floor is."""
+        return status_of(self._view(), self._controller)
+
+    def told(self) -> Message:
+        """Return how the queue is, as /queue_status tells it."""
+        return told(self._view())
 
     async def append(self, primitives: Sequence[Primitive]) -> None:
         """Append one job of these primitives; it starts when its turn comes. Raises as `Service.submit` does."""
@@ -73,6 +87,16 @@ class Queue:
         else:
             await self._call(by, Operation.STOP, lambda service: service.stop())
 
+    async def resume(self) -> None:
+        """Go on with what waits; raises `AnswerNeeded` while an interrupted job waits for a person's choice."""
+        by = await self._who()
+        await self._call(by, Operation.RESUME, lambda service: service.queue.resume(by=by))
+
+    async def recover(self, choice: str, holding: bool | None) -> None:
+        """Say what becomes of the interrupted job; raises as `api.queueing.Queueing.recover` does."""
+        by = await self._who()
+        await self._call(by, Operation.RESTART, lambda service: service.queue.recover(choice, holding, by=by), choice)
+
 
 def job_of(primitives: Sequence[Primitive]) -> Job:
     """Return the job of some primitives; raises `InvalidJob` for none, for too many, and for a question."""
@@ -84,11 +108,40 @@ def job_of(primitives: Sequence[Primitive]) -> Job:
 def status_of(view: QueueView, controller: Controller) -> Status:
     """Return how the process floor is that shows this queue."""
     there = controller.state.mode is not Mode.DISCONNECTED
+    recovery = view.recovery
+    if recovery is not None:
+        return diagnostics.interrupted(recovery.job, recovery.name, recovery.step, robot_there=there)
     running = "" if view.running is None else f"job {view.running.id} ({view.running.name})"
     paused = view.mode is not QueueMode.RUNNING
     return diagnostics.process(
         robot_there=there, paused=paused, running=running, queued=len(view.waiting), reason=view.reason
     )
+
+
+def told(view: QueueView) -> Message:
+    """Return how a queue is as plain data: numbers are those of jobs, sentences are in English.
+
+    {"mode": "running", "reason": "", "running": 3, "waiting": 2, "interrupted": null}. An interrupted job is
+    {"job": 3, "name": "...", "step": "pick", "phase": "lower", "choices": [...]}, each choice
+    {"name": "redo", "meaning": "...", "needs_answer": true}.
+    """
+    recovery = view.recovery
+    interrupted = None
+    if recovery is not None:
+        interrupted = {
+            "job": recovery.job,
+            "name": recovery.name,
+            "step": recovery.step,
+            "phase": recovery.phase,
+            "choices": [asdict(choice) for choice in recovery.choices],
+        }
+    return {
+        "mode": view.mode.value,
+        "reason": view.reason,
+        "running": None if view.running is None else view.running.id,
+        "waiting": len(view.waiting),
+        "interrupted": interrupted,
+    }
 
 
 def _step(primitive: Primitive, key: str) -> dict[str, object]:

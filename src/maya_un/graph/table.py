@@ -167,6 +167,18 @@ STOP_QUEUE = Row(
     ("maya_dashboard",), ("process_controller",), heard=True,
     asks=Operation.STOP,
 )  # fmt: skip
+QUEUE_STATUS = Row(
+    "/queue_status", Form.TOPIC, "std_msgs/String", Floor.PROCESS, "how the queue is, as JSON",
+    ("process_controller",), ("maya_dashboard",), latch=True, queue_size=10, manual=False,
+)  # fmt: skip
+RESUME_QUEUE = Row(
+    "/resume_queue", Form.SERVICE, "std_srvs/Trigger", Floor.PROCESS, "go on with what waits in the queue",
+    ("process_controller",), ("maya_dashboard",), manual=False,
+)  # fmt: skip
+RECOVER_QUEUE = Row(
+    "/recover_queue", Form.SERVICE, "maya_process/RecoverQueue", Floor.PROCESS, "decide on an interrupted job",
+    ("process_controller",), ("maya_dashboard",), manual=False,
+)  # fmt: skip
 STEP_COMMAND = Row(
     "/step_command", Form.TOPIC, "std_msgs/String", Floor.BRIDGE, "a step of a process, as JSON",
     ("ros_coms",), ("firebase_bridge",), heard=True,
@@ -180,7 +192,7 @@ STEP_RESULT = Row(
 TABLE = (
     EVENT, POSITION, SENSORS, PRIMITIVE, SEND_TASK, START_QUEUE, STOP_QUEUE, STEP_COMMAND, STEP_RESULT,
     GRIPPER, MAYA_COMMAND, STOP, RECOVER, HOME, MOVE, FOLLOW, TASK,
-    JOINTS, DIAGNOSTICS, MARKERS, COMMAND, SPEED, PAUSE, RESUME, ABORT,
+    JOINTS, DIAGNOSTICS, MARKERS, COMMAND, SPEED, PAUSE, RESUME, ABORT, QUEUE_STATUS, RESUME_QUEUE, RECOVER_QUEUE,
 )  # fmt: skip
 """The whole graph: first what the manual names, then what is ours."""
 

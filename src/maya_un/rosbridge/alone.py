@@ -20,7 +20,7 @@ from maya_un.graph.doors.robot import RobotDoor
 from maya_un.graph.doors.sensors import SensorsDoor
 from maya_un.graph.doors.working import Clock
 from maya_un.graph.protocol import Graph
-from maya_un.graph.queue import Queue, status_of
+from maya_un.graph.queue import Queue
 from maya_un.graph.step_store import StepStore
 from maya_un.graph.table import POSITION
 from maya_un.rosbridge.endpoint import NODE, Endpoint
@@ -79,7 +79,7 @@ def _doors(stack: Stack, bridge: Bridge, echo: Echo, now: Clock) -> tuple[tuple[
     """Return what is offered, by the nodes that offer it in a graph of ROS."""
     floor = NearController(stack, bridge, echo)
     hardware, sensor = ("hw_simulator",) * 2 if stack.address == SIM else ("hardware_interface", "sensor_converter")
-    queue = Queue(bridge.carry, lambda: status_of(echo.view, stack.controller))
+    queue = Queue(bridge.carry, lambda: echo.view, stack.controller)
     return (
         (hardware, ControllerDoor(floor, address=stack.address, clock=now)),
         (sensor, SensorsDoor(floor, stack.config, raw=lambda: stack.controller.record, scene=stack.twin, clock=now)),

@@ -13,7 +13,7 @@ from maya_un.assembly import ProcessFloor, process_floor
 from maya_un.config import Config
 from maya_un.errors import InvalidJob
 from maya_un.graph.diagnostics import Level
-from maya_un.graph.queue import Queue, job_of, status_of
+from maya_un.graph.queue import Queue, job_of
 from maya_un.process.states import TaskState
 from maya_un.process.tasks import expand
 from maya_un.robot.approach import Approach
@@ -57,7 +57,7 @@ def test_a_question_is_no_job() -> None:
 async def floor_of(controller: FakeController) -> AsyncIterator[tuple[ProcessFloor, Queue]]:
     robot = MayaRobot(controller, controller.config)
     async with process_floor(robot, controller, Config()) as floor:
-        yield floor, Queue(floor.gate.call, lambda: status_of(floor.service.queue.view(), controller))
+        yield floor, Queue(floor.gate.call, floor.service.queue.view, controller)
 
 
 async def test_what_is_appended_is_done_in_its_turn_for_the_graph() -> None:

@@ -1,20 +1,37 @@
-"""The process floor on a graph: tasks to its queue, and the end of everything."""
+"""The process floor on a graph: tasks to its queue, how the queue is, its going on, and the end of everything."""
 
 from __future__ import annotations
 
 import asyncio
+import json
 from collections.abc import AsyncGenerator, Awaitable, Callable, Sequence
 from contextlib import asynccontextmanager
 from contextvars import Context, copy_context
 from typing import Protocol
 
-from maya_un.errors import InvalidJob, MayaError
+from maya_un.errors import InvalidJob, InvalidValue, MayaError
 from maya_un.graph.diagnostics import Status
-from maya_un.graph.doors.working import Clock, Tasks, clock_or_loop, diagnosed, log, tasks, with_values
+from maya_un.graph.doors.working import (
+    Clock,
+    Tasks,
+    clock_or_loop,
+    diagnosed,
+    every,
+    log,
+    tasks,
+    trigger,
+    with_values,
+)
+from maya_un.graph.outcome import failure, success
 from maya_un.graph.primitives import from_message
-from maya_un.graph.protocol import Graph, Held, Message
-from maya_un.graph.table import SEND_TASK, START_QUEUE, STOP_QUEUE, Row
+from maya_un.graph.protocol import Graph, Held, Message, Publisher
+from maya_un.graph.table import QUEUE_STATUS, RECOVER_QUEUE, RESUME_QUEUE, SEND_TASK, START_QUEUE, STOP_QUEUE, Row
 from maya_un.robot.primitives import Primitive
+
+LOOK = 0.5
+"""How often it is looked whether the queue has changed [s, real time]."""
+
+_ANSWERS = {"": None, "yes": True, "no": False}
 
 
 class Floor(Protocol):
@@ -28,8 +45,20 @@ class Floor(Protocol):
         """Cancel every movement, a homing and direct wishes included, and all that waits."""
         ...
 
+    async def resume(self) -> None:
+        """Go on with what waits."""
+        ...
+
+    async def recover(self, choice: str, holding: bool | None) -> None:
+        """Say what becomes of an interrupted job, and whether the gripper holds a part (None: nobody says)."""
+        ...
+
     def status(self) -> Status:
         """Return how the floor is."""
+        ...
+
+    def told(self) -> Message:
+        """Return how the queue is, as plain data that JSON can say."""
         ...
 
 
@@ -49,7 +78,11 @@ class ProcessDoor:
     async def open(self, graph: Graph) -> AsyncGenerator[None]:
         """Listen while the block runs."""
         async with tasks() as working:
-            held = self._topics(graph, working)
+            status = graph.advertise(
+                QUEUE_STATUS.name, QUEUE_STATUS.type, latch=QUEUE_STATUS.latch, queue_size=QUEUE_STATUS.queue_size
+            )
+            held = [*self._topics(graph, working), *self._services(graph), status]
+            working.begin(every(self._speed * LOOK, self._teller(status)), "status of the queue")
             working.begin(self._take(), "tasks from topics")
             working.begin(diagnosed(graph, self._statuses, self._clock, self._speed), "diagnostics")
             try:
@@ -74,6 +107,36 @@ class ProcessDoor:
 
         rows = ((SEND_TASK, send), (START_QUEUE, start), (STOP_QUEUE, stop))
         return [graph.subscribe(row.name, row.type, heard, queue_size=row.queue_size) for row, heard in rows]
+
+    def _services(self, graph: Graph) -> list[Held]:
+        async def resume() -> str:
+            await self._floor.resume()
+            return ""
+
+        async def recover(request: Message) -> Message:
+            try:
+                await self._floor.recover(request["choice"], _answer(request["holding"]))
+            except MayaError as error:
+                return failure(error)
+            return success()
+
+        return [
+            graph.serve(RESUME_QUEUE.name, RESUME_QUEUE.type, trigger(resume)),
+            graph.serve(RECOVER_QUEUE.name, RECOVER_QUEUE.type, recover),
+        ]
+
+    def _teller(self, status: Publisher) -> Callable[[], None]:
+        """Return what tells how the queue is, where that has changed."""
+        last = ""
+
+        def tell() -> None:
+            nonlocal last
+            text = json.dumps(self._floor.told(), separators=(",", ":"))
+            if text != last:
+                last = text
+                status.publish({"data": text})
+
+        return tell
 
     async def _take(self) -> None:
         """Append what comes, in order. What was being appended when everything was to end, ends as well.
@@ -106,3 +169,10 @@ class ProcessDoor:
 
     def _statuses(self) -> list[Status]:
         return [with_values(self._floor.status(), {"last refused": self._refused})]
+
+
+def _answer(word: str) -> bool | None:
+    """Return what a word says of the gripper, None where it says nothing; raises `InvalidValue`."""
+    if word not in _ANSWERS:
+        raise InvalidValue(key="holding", value=repr(word), reason="it is yes, no or empty")
+    return _ANSWERS[word]

@@ -24,7 +24,7 @@ from maya_un.graph.apart import robot_floor_seen
 from maya_un.graph.clients.controller import GraphController
 from maya_un.graph.clients.robot import GraphRobot
 from maya_un.graph.doors.process import ProcessDoor
-from maya_un.graph.queue import Queue, status_of
+from maya_un.graph.queue import Queue
 from maya_un.process.journal.file import NAME
 from maya_un.ros.configuration import awaited
 from maya_un.ros.controlling import log_own_event, ros_time
@@ -56,7 +56,7 @@ async def serve(node: Node) -> None:
         metrics = Metrics()
         async with _floor(node, config, metrics) as (floor, controller), graph_rights(floor.entrance.callers) as rights:
             app = create_app(_bridge(floor, missing), None, metrics)
-            queue = Queue(floor.gate.call, lambda: status_of(floor.service.queue.view(), controller), rights.who)
+            queue = Queue(floor.gate.call, floor.service.queue.view, controller, rights.who)
             door = ProcessDoor(queue, clock=ros_time, speed=node.speed)
             async with served(app, near) as url, _timed(metrics, node.speed), door.open(node.graph):
                 runtime.publish(runtime.Running(url, os.getpid(), None))

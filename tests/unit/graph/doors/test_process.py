@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
@@ -9,8 +10,8 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from maya_un.errors import NotConnected
-from maya_un.graph.bus import Bus
+from maya_un.errors import AnswerNeeded, NotConnected
+from maya_un.graph.bus import Bus, BusNode
 from maya_un.graph.diagnostics import Level, Status
 from maya_un.graph.doors.process import ProcessDoor
 from maya_un.graph.protocol import Message, Publisher
@@ -22,17 +23,30 @@ from tests.virtual_time import elapse
 class Queue:
     """Takes jobs in, each slowly, and says in which order things were asked of it."""
 
-    told: list[str] = field(default_factory=list[str])
+    asked: list[str] = field(default_factory=list[str])
+    interrupted: bool = False
     error: NotConnected | None = None
 
     async def append(self, primitives: Sequence[Primitive]) -> None:
         await elapse(1.0)
         if self.error is not None:
             raise self.error
-        self.told.append(" ".join(primitive.command for primitive in primitives))
+        self.asked.append(" ".join(primitive.command for primitive in primitives))
 
     async def end_all(self) -> None:
-        self.told.append("end")
+        self.asked.append("end")
+
+    async def resume(self) -> None:
+        if self.interrupted:
+            raise AnswerNeeded(question="what becomes of job 3", options="redo, abort")
+        self.asked.append("resume")
+
+    async def recover(self, choice: str, holding: bool | None) -> None:
+        self.asked.append(f"{choice} {holding}")
+        self.interrupted = False
+
+    def told(self) -> Message:
+        return {"mode": "paused", "interrupted": {"job": 3} if self.interrupted else None}
 
     def status(self) -> Status:
         return Status("maya: process", Level.OK, "the queue is empty", {"queued": 0})
@@ -45,6 +59,8 @@ class Behind:
     start: Publisher
     stop: Publisher
     diagnostics: list[Message]
+    status: list[Message]
+    client: BusNode
 
     def refused(self) -> str:
         values = self.diagnostics[-1]["status"][0]["values"]
@@ -53,16 +69,19 @@ class Behind:
 
 @asynccontextmanager
 async def behind() -> AsyncIterator[Behind]:
-    bus, queue, heard = Bus(), Queue(), list[Message]()
+    bus, queue, heard, told = Bus(), Queue(), list[Message](), list[Message]()
     client = bus.node("maya_dashboard")
     async with ProcessDoor(queue).open(bus.node("process_controller")):
         client.subscribe("/diagnostics", "diagnostic_msgs/DiagnosticArray", heard.append)
+        client.subscribe("/queue_status", "std_msgs/String", told.append)
         yield Behind(
             queue,
             client.advertise("/send_task", "maya_robot/MayaPrimitive"),
             client.advertise("/start_queue", "maya_process/ProcessQueue"),
             client.advertise("/stop_queue", "std_msgs/Empty"),
             heard,
+            told,
+            client,
         )
 
 
@@ -72,7 +91,7 @@ async def test_tasks_and_lists_are_appended_in_the_order_they_came() -> None:
         process.start.publish({"tasks": [{"command": "pick", "target": {"y": 1.0}}, {"command": "gripper"}]})
         process.send.publish({"command": "gripper", "open": True})
         await elapse(5.0)
-        assert process.queue.told == ["home", "pick gripper", "gripper"]
+        assert process.queue.asked == ["home", "pick gripper", "gripper"]
 
 
 async def test_a_stop_goes_past_what_comes_and_ends_what_was_on_its_way_in() -> None:
@@ -82,12 +101,12 @@ async def test_a_stop_goes_past_what_comes_and_ends_what_was_on_its_way_in() -> 
         await elapse(0.5)  # the first is being appended now
         process.stop.publish({})
         await elapse(0.1)
-        assert process.queue.told == ["end"]
+        assert process.queue.asked == ["end"]
         await elapse(5.0)
-        assert process.queue.told == ["end", "home", "end"]
+        assert process.queue.asked == ["end", "home", "end"]
         process.send.publish({"command": "home"})
         await elapse(5.0)
-        assert process.queue.told[-1] == "home"
+        assert process.queue.asked[-1] == "home"
 
 
 @pytest.mark.parametrize(
@@ -117,4 +136,42 @@ async def test_a_floor_that_refuses_ends_nothing_else() -> None:
         process.queue.error = None
         process.send.publish({"command": "home"})
         await elapse(3.0)
-        assert process.queue.told == ["home"]
+        assert process.queue.asked == ["home"]
+
+
+async def test_queue_status_is_told_on_change_and_to_a_late_subscriber() -> None:
+    async with behind() as process:
+        await elapse(3.0)
+        assert [json.loads(one["data"])["interrupted"] for one in process.status] == [None]
+        process.queue.interrupted = True
+        await elapse(1.0)
+        assert json.loads(process.status[-1]["data"]) == {"mode": "paused", "interrupted": {"job": 3}}
+        late = list[Message]()
+        process.client.subscribe("/queue_status", "std_msgs/String", late.append)
+        await elapse(0.1)
+        assert late == process.status[-1:]
+
+
+async def test_resume_queue_goes_on_unless_an_interrupted_job_waits() -> None:
+    async with behind() as process:
+        process.queue.interrupted = True
+        refused = await process.client.call("/resume_queue", {})
+        assert (refused["success"], refused["message"].partition(":")[0]) == (False, str(AnswerNeeded.code))
+        process.queue.interrupted = False
+        assert await process.client.call("/resume_queue", {}) == {"success": True, "message": ""}
+        assert process.queue.asked == ["resume"]
+
+
+@pytest.mark.parametrize(("holding", "known"), [("", None), ("yes", True), ("no", False)])
+async def test_recover_queue_hands_on_the_choice_and_the_answer(holding: str, known: bool | None) -> None:
+    async with behind() as process:
+        answer = await process.client.call("/recover_queue", {"choice": "redo", "holding": holding})
+        assert answer == {"success": True, "code": "", "message": ""}
+        assert process.queue.asked == [f"redo {known}"]
+
+
+async def test_recover_queue_with_another_answer_is_refused() -> None:
+    async with behind() as process:
+        answer = await process.client.call("/recover_queue", {"choice": "redo", "holding": "maybe"})
+        assert (answer["success"], answer["code"]) == (False, "4001")
+        assert process.queue.asked == []
