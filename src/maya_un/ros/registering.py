@@ -22,6 +22,9 @@ from maya_un.ros.threads import Post
 LOOK = 0.5
 """A master that does not answer is asked again after this time [s]."""
 
+BURST = 10
+"""So many registrations that follow each other at once trust one answer of the master."""
+
 Work = Callable[[], object]
 
 
@@ -56,14 +59,14 @@ class Registrar:
 
     def _run(self) -> None:
         while True:
-            work = self._work.get()
+            work = [self._work.get()]
+            while len(work) < BURST and not self._work.empty():
+                work.append(self._work.get())
             self._await_master()
-            if rospy.is_shutdown():
-                return
-            try:
-                work()
-            except Exception as error:  # noqa: BLE001 - what fails here must not keep the rest from being registered
-                rospy.logerr("a registration with the ROS master failed: %r", error)
+            for one in work:
+                if rospy.is_shutdown():
+                    return
+                _done(one)
 
     def _await_master(self) -> None:
         missed = False
@@ -77,3 +80,10 @@ class Registrar:
                 self._wait.wait(LOOK)
             else:
                 return
+
+
+def _done(work: Work) -> None:
+    try:
+        work()
+    except Exception as error:  # noqa: BLE001 - what fails here must not keep the rest from being registered
+        rospy.logerr("a registration with the ROS master failed: %r", error)
