@@ -49,7 +49,7 @@ class StandIn:
 def _plain(value: Any) -> Any:
     if isinstance(value, list):
         return [_plain(one) for one in value]
-    return dataclasses.asdict(value) if isinstance(value, (Task, facts.Path)) else value
+    return dataclasses.asdict(value) if isinstance(value, (Task, facts.Path, facts.Choice)) else value
 
 
 class Driver(QObject):
@@ -127,6 +127,13 @@ class Driver(QObject):
         choice.setCurrentIndex(place)
         choice.activated.emit(place)
 
+    def do_menu(self, name: str, choose: int = -1) -> Any:
+        """Return what the menu of a button offers, and choose one of it."""
+        actions = self._part(name).menu().actions()
+        if choose >= 0:
+            actions[choose].trigger()
+        return [action.text() for action in actions]
+
     def do_choose_row(self, name: str, row: int) -> Any:
         self._part(name).setCurrentRow(row)
 
@@ -173,6 +180,8 @@ class Driver(QObject):
         kind = getattr(facts, fact)
         if "wish" in fields:
             fields["wish"] = facts.Wish(fields["wish"])
+        if "choices" in fields:
+            fields["choices"] = tuple(facts.Choice(*one) for one in fields["choices"])
         if fields.get("standing") is not None:
             fields["standing"] = facts.Standing(**fields["standing"])
         for _ in range(times):
@@ -196,6 +205,25 @@ class Driver(QObject):
     def do_size(self, width: int, height: int) -> Any:
         self._dashboard.resize(width, height)
         return [self._dashboard.width(), self._dashboard.height()]
+
+    def do_place(self, name: str) -> Any:
+        """Return where a part is in the dashboard [pixels]."""
+        at = self._part(name).mapTo(self._dashboard, QPoint(0, 0))
+        return [at.x(), at.y()]
+
+    def do_hint(self) -> Any:
+        return [self._dashboard.sizeHint().width(), self._dashboard.sizeHint().height()]
+
+    def do_last_row_is_in_view(self, name: str) -> Any:
+        part = self._part(name)
+        last = part.visualItemRect(part.topLevelItem(part.topLevelItemCount() - 1))
+        return part.viewport().rect().contains(last)
+
+    def do_title_of_another(self, number: int, language: str) -> Any:
+        """Return the title of one more dashboard, in a language that is chosen after it was opened."""
+        another = Dashboard(StandIn(), "en", number)
+        another.speak(language)
+        return another.windowTitle()
 
     def do_hide(self) -> Any:
         self._dashboard.hide()

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import ast
+import json
+import struct
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -43,6 +46,7 @@ def screen(only: Screen) -> Screen:
     only.tell("Joints", a=0.35, b=1.61, c=1.82)
     if only.read("clear")["enabled"]:
         only.click("clear")
+    only.tell("Queue")
     only.ask("choose", name="command_choice", data="task_pick")
     only.ask("focus", name="stop")
     only.asked()
@@ -127,6 +131,46 @@ def test_a_list_is_put_together_changed_kept_and_given_away(screen: Screen, tmp_
     assert screen.asked() == [["start_queue", [pick, {"command": "gripper", "target": [0.0, 0.0, 0.0], "open": True}]]]
     screen.click("stop_queue")
     assert screen.asked() == [["stop_queue"]]
+
+
+def test_a_paused_queue_is_shown_and_resumed(screen: Screen) -> None:
+    screen.tell("Queue", mode="paused", reason="failure")
+    assert screen.text("mode") == "Ready, queue paused"
+    assert screen.read("light")["kind"] == "warn"
+    assert "The queue is paused (a job failed)." in screen.text("banner_text")
+    screen.ask("add", command="home", target=[0, 0, 0])
+    assert screen.text("queue_why") == "The queue is paused: what you give to it waits."
+    screen.click("start")
+    assert "It waits, because the queue is paused." in screen.text("note")
+    assert screen.read("note")["kind"] == "warn"
+    screen.asked()
+    screen.click("resume_queue")
+    assert screen.asked() == [["resume_queue"]]
+    screen.tell("Queue")
+    assert screen.text("mode") == "Ready"
+    assert not screen.read("resume_queue")["visible"]
+    assert not screen.read("banner")["visible"]
+
+
+def test_an_interrupted_job_is_shown_and_decided_on(screen: Screen) -> None:
+    choices = [["redo", "yes"], ["redo", "no"], ["skip", ""], ["abort", ""]]
+    screen.tell("Queue", mode="paused", reason="restart", job="3 (parts)", step="pick", choices=choices)
+    stand(screen, "not_homed", homed=False)
+    said = screen.text("banner_text")
+    assert said.startswith("Not homed")
+    assert "Job 3 (parts) was interrupted at pick" in said
+    assert not screen.read("resume_queue")["visible"]
+    screen.ask("speak", language="es")
+    assert screen.ask("menu", name="recover_queue")[0] == "Repetir el paso: la pinza tiene una pieza"
+    screen.ask("speak", language="en")
+    offered = screen.ask("menu", name="recover_queue", choose=1)
+    assert offered == [
+        "Do the step again: the gripper holds a part", "Do the step again: the gripper is empty", "Leave the step out",
+        "End the job",
+    ]  # fmt: skip
+    assert screen.asked() == [["recover_queue", {"name": "redo", "holding": "no"}]]
+    screen.tell("Presence", master=True, controller=True, robot=True)
+    assert not screen.read("recover_queue")["visible"]
 
 
 def test_a_file_that_is_no_job_leaves_the_list_as_it_is(screen: Screen, tmp_path: Path) -> None:
@@ -265,6 +309,47 @@ def test_it_fits_a_small_screen_at_125_percent(tmp_path: Path) -> None:
         stand(small, "idle")
         assert small.ask("size", width=1092, height=614) == [1092, 614]
         assert small.ask("grab", path=str(tmp_path / "small.png")) == [True, 1365, 768]
+
+
+def test_columns_stand_below_each_other_where_the_window_is_narrow(screen: Screen) -> None:
+    columns = ("where", "primitives", "queue")
+    screen.ask("size", width=1240, height=860)
+    assert len({screen.ask("place", name=column)[1] for column in columns}) == 1
+    for narrower in (950, 850, 760):  # as a window that is dragged
+        width, _ = screen.ask("size", width=narrower, height=860)
+    places = [screen.ask("place", name=column) for column in columns]
+    assert width < 800
+    assert len({x for x, _ in places}) == 1
+    assert [y for _, y in places] == sorted(y for _, y in places)
+    assert screen.ask("size", width=1240, height=860) == screen.ask("hint")
+
+
+def test_the_list_of_events_follows_the_newest_after_a_resize(screen: Screen) -> None:
+    screen.tell("Happened", word="refused", code="2104", message="one of many", times=60)
+    for height in (700, 900, 860):
+        screen.ask("size", width=1240, height=height)
+        assert screen.ask("last_row_is_in_view", name="event_list"), height
+        screen.tell("Happened", word="refused", code="2104", message="new")
+        assert screen.ask("last_row_is_in_view", name="event_list"), height
+
+
+def test_a_second_dashboard_keeps_its_number_in_every_language(screen: Screen) -> None:
+    assert screen.ask("title_of_another", number=1, language="es") == "Maya"
+    assert screen.ask("title_of_another", number=2, language="es") == "Maya (2)"
+
+
+def test_the_perspective_names_plugins_that_there_are_and_fits_a_screen() -> None:
+    """The names are those that rqt's own packages export; geometry is a QByteArray of QWidget.saveGeometry."""
+    groups = json.loads((UI / "rqt_config" / "maya_tools.perspective").read_text(encoding="utf-8"))["groups"]
+    running = ast.literal_eval(groups["pluginmanager"]["keys"]["running-plugins"]["repr"])
+    assert set(running) == {"maya_ui/Maya", "rqt_console/Console", "rqt_topic/TopicPlugin", "rqt_graph/RosGraph"}
+    kept = {name: value["repr(QByteArray.hex)"] for name, value in groups["mainwindow"]["keys"].items()}
+    state = bytes.fromhex(kept["state"].partition("b'")[2].rstrip("')"))
+    assert all(name.replace("/", "__").encode("utf-16-be") in state for name in running)
+    geometry = bytes.fromhex(kept["geometry"].partition("b'")[2].rstrip("')"))
+    magic, _, _, left, top, right, bottom = struct.unpack(">IHHiiii", geometry[:24])
+    assert magic == 0x1D9D0CB
+    assert (right - left, bottom - top) <= (1920, 1080)
 
 
 def test_the_tree_of_the_package_is_that_of_the_manual() -> None:

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
+from xmlrpc.client import ServerProxy
 
 import pytest
 
@@ -19,6 +23,7 @@ pytestmark = pytest.mark.system
 
 SPEED = 60
 PYTHON = Path("/usr/bin/python3")
+MAYA = str(Path(sys.executable).with_name("maya"))
 CUBE = [0.41, 1.13, 0.40]
 TRAY = [1.18, 0.21, 0.40]
 FLOOR = ("rosrun", "maya_controller", "hw_simulator.py")
@@ -33,7 +38,9 @@ def screen(ros: Ros) -> Screen:
 def ros(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace) -> Iterator[Ros]:
     with Ros(tmp_path_factory.mktemp("ui"), workspace) as shared:
         shared.set_param("/hw_simulator/parts", {"cube": CUBE})
-        shared.launch("maya_process", "process.launch", speed=SPEED)
+        launched = shared.launch("maya_process", "process.launch", speed=SPEED)
+        for floor in ("The robot floor is offered", "The queue is worked"):
+            launched.until(floor)
         yield shared
 
 
@@ -70,6 +77,11 @@ def twin(driver: Driver) -> dict[str, Any]:
     """Return what the twin's mechanics know."""
     answer: dict[str, Any] = json.loads(driver.call("/hw_simulator/twin")["message"])
     return answer
+
+
+def maya(ros: Ros, *words: str) -> None:
+    """Run a command; fails where it fails."""
+    subprocess.run([MAYA, *words], env=ros.environment, check=True, capture_output=True, timeout=40)
 
 
 def height(dashboard: Screen) -> float:
@@ -155,6 +167,42 @@ def test_the_queue_is_stopped(ready: Screen, driver: Driver) -> None:
     slow_down(ready, driver, 1.0, "100 %")
 
 
+def test_a_queue_that_is_paused_is_shown_and_goes_on_from_the_dashboard(
+    ready: Screen, ros: Ros, driver: Driver
+) -> None:
+    status = driver.subscribe("/queue_status", "std_msgs/String")
+    maya(ros, "queue", "pause")
+    ready.wait("mode", "Ready, queue paused")
+    choose(ready, "task_approach", CUBE)
+    ready.click("send")
+    status.until(lambda message: json.loads(message["data"])["waiting"] == 1)
+    ready.click("resume_queue")
+    ready.wait("mode", "Moving")
+    ready.wait("mode", "Ready")
+    ready.wait("note", "Resume queue: done.")
+
+
+def test_an_interrupted_job_is_shown_and_ended_from_the_dashboard(ready: Screen, ros: Ros, driver: Driver) -> None:
+    slow_down(ready, driver, 0.02, "5 %")
+    choose(ready, "task_approach", TRAY)
+    ready.click("send")
+    ready.wait("mode", "Moving")
+    with ServerProxy(ros.ask_master("lookupNode", "/process_controller")) as node:
+        _, _, process = cast("tuple[int, str, int]", node.getPid("/test"))
+    os.kill(process, signal.SIGKILL)
+    slow_down(ready, driver, 1.0, "100 %")
+    ros.start("rosrun", "maya_process", "process_controller.py")
+    ready.wait("banner_text", "was interrupted at approach")
+    assert not driver.call("/resume_queue")["success"]
+    assert ready.ask("menu", name="recover_queue")[-1] == "End the job"
+    ready.ask("menu", name="recover_queue", choose=len(ready.ask("menu", name="recover_queue")) - 1)
+    ready.wait("note", "Interrupted job: done.")
+    ready.wait("recover_queue", visible=False)
+    ready.click("resume_queue")
+    ready.wait("resume_queue", visible=False)
+    ready.wait("mode", "Ready")
+
+
 def test_the_robot_moves_while_a_button_is_held_and_stops_when_it_is_let_go(ready: Screen, driver: Driver) -> None:
     slow_down(ready, driver, 0.1, "10 %")
     ready.ask("choose", name="reach_choice", data="10 mm · 1°")
@@ -234,8 +282,13 @@ def test_it_stops_the_robot_without_a_master_and_shows_a_lost_one_as_disconnecte
         alone.click("home")
         alone.wait("mode", "Homing")
         alone.click("stop")
-        alone.wait("note", "Nobody confirmed the stop", kind="bad")
         alone.wait("mode", "Not homed")
+        alone.click("stop")
+        alone.wait("note", "Stop: done.", kind="good")
+        floor.send(signal.SIGSTOP)
+        alone.click("stop")
+        alone.wait("note", "Nobody confirmed the stop", kind="bad")
+        floor.send(signal.SIGCONT)
         floor.close()
         alone.wait("mode", "Disconnected")
         alone.wait("banner_text", "No ROS master answers.")

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from python_qt_binding import loadUi
-from python_qt_binding.QtCore import QDir, QObject, Qt, Signal
+from python_qt_binding.QtCore import QDir, QObject, QSize, Qt, Signal
 from python_qt_binding.QtGui import QKeySequence
-from python_qt_binding.QtWidgets import QShortcut, QWidget
+from python_qt_binding.QtWidgets import QApplication, QBoxLayout, QShortcut, QWidget
 
 from maya_ui import look
 from maya_ui.event_panel import EventPanel
@@ -21,11 +21,17 @@ from maya_ui.task_panel import TaskPanel
 from maya_ui.teleop_panel import TeleopPanel
 from maya_ui.words import LANGUAGES, WORDS, sentence, word
 
+NARROW = 1000
+"""Below this width [pixels] the words of the head stand below each other, so that it can become narrower still."""
+
 STOP_KEYS = ("Esc", "F12")
 """The keys that stop, wherever the focus is."""
 
 SPLIT = (3, 1)
 """How the height is shared by what is asked for and the events."""
+
+SIZE = (1240, 860)
+"""The size at which everything is seen without scrolling [pixels]."""
 
 CALM = frozenset({"2201", "2202"})
 """Codes of what a person ended: stopped, cancelled."""
@@ -43,8 +49,10 @@ class Dashboard(QWidget):
     language_chosen = Signal(str)
     """Somebody chose another language."""
 
-    def __init__(self, robot: Robot, language: str = "en") -> None:
+    def __init__(self, robot: Robot, language: str = "en", number: int = 1) -> None:
+        """Show `robot`; of several dashboards in one window the title tells the `number` from the second on."""
         super().__init__()
+        self._number = number
         loadUi(str(resource("MayaPlugin.ui")), self)
         self.setObjectName("MayaDashboard")
         self.setAttribute(Qt.WA_StyledBackground)
@@ -83,10 +91,39 @@ class Dashboard(QWidget):
                 if f"{key}_hint" in WORDS:
                     part.setToolTip(self._desk.word(f"{key}_hint"))
         self.language_choice.setCurrentIndex(self.language_choice.findData(self._desk.language))
-        self.setWindowTitle(self._desk.word("title"))
+        title = self._desk.word("title")
+        self.setWindowTitle(title if self._number <= 1 else f"{title} ({self._number})")
         for panel in (self._teleop, self._tasks, self.list, self._events):
             panel.reword()
         self._refresh()
+        self._fold()
+
+    def sizeHint(self) -> Any:  # noqa: N802 - Qt's name
+        """Return the size at which everything is seen."""
+        return QSize(*SIZE)
+
+    def widen_window(self) -> None:
+        """Have the window that it is in be as large as everything needs, and as the screen allows."""
+        window, screen = self.window(), QApplication.primaryScreen().availableSize()
+        window.resize(window.size().expandedTo(self.sizeHint()).boundedTo(screen))
+
+    def resizeEvent(self, event: Any) -> None:  # noqa: N802 - Qt's name
+        """Put the columns side by side where there is room, else below each other."""
+        super().resizeEvent(event)
+        self._fold()
+
+    def _fold(self) -> None:
+        columns = self.columns
+        parts = [columns.itemAt(place) for place in range(columns.count())]
+        margins = columns.contentsMargins()
+        wide = sum(part.minimumSize().width() for part in parts) + columns.spacing() * (len(parts) - 1)
+        bar = self.scroll_area.verticalScrollBar().sizeHint().width()
+        fits = wide + margins.left() + margins.right() + bar <= self.width()
+        for layout, side_by_side in ((columns, fits), (self.chips, self.width() >= NARROW)):
+            direction = QBoxLayout.LeftToRight if side_by_side else QBoxLayout.TopToBottom
+            if layout.direction() != direction:
+                layout.setDirection(direction)
+                self.layout().activate()  # the least width is another now
 
     def shut_down(self) -> None:
         """Let go of what is held and stop listening."""

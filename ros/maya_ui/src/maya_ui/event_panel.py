@@ -21,6 +21,10 @@ class EventPanel:
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
         self._events: list[tuple[str, Happened]] = []
+        self._follows = True
+        bar = desk.ui.event_list.verticalScrollBar()
+        bar.rangeChanged.connect(lambda *_: self._follow())
+        bar.valueChanged.connect(self._scrolled)
         header = desk.ui.event_list.header()
         header.setResizeContentsPrecision(0)
         for column in (0, 1):
@@ -31,13 +35,10 @@ class EventPanel:
         self._events.append((QTime.currentTime().toString("HH:mm:ss"), event))
         del self._events[:-KEPT]
         shown = self._desk.ui.event_list
-        bar = shown.verticalScrollBar()
-        follows = bar.value() >= bar.maximum()
         shown.addTopLevelItem(self._row(*self._events[-1]))
         while shown.topLevelItemCount() > KEPT:
             shown.takeTopLevelItem(0)
-        if follows:
-            shown.scrollToBottom()
+        self._follow()
 
     def reword(self) -> None:
         """Say all of them in the chosen language."""
@@ -45,7 +46,15 @@ class EventPanel:
         shown.setHeaderLabels([self._desk.word(key) for key in ("time", "event", "detail")])
         shown.clear()
         shown.addTopLevelItems([self._row(*one) for one in self._events])
-        shown.scrollToBottom()
+        self._follow()
+
+    def _scrolled(self, value: int) -> None:
+        """Follow the newest as long as the end is in view; a resize moves the end and not the reader."""
+        self._follows = value >= self._desk.ui.event_list.verticalScrollBar().maximum()
+
+    def _follow(self) -> None:
+        if self._follows:
+            self._desk.ui.event_list.scrollToBottom()
 
     def _row(self, time: str, event: Happened) -> Any:
         item = QTreeWidgetItem([time, phrase(f"event_{event.word}", self._desk.language), self._detail(event)])

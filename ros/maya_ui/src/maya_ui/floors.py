@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import threading
+from http.client import HTTPException
 from typing import Any, Callable
+from xml.parsers.expat import ExpatError
+from xmlrpc.client import Error as XmlRpcError
+from xmlrpc.client import ServerProxy, Transport
 
 import actionlib
 import rosgraph
@@ -21,7 +25,18 @@ LOST = "lost"
 MOST_UNHEARD = 10
 """So many looks at a goal that nobody took are enough."""
 
+REACH = 2.0
+"""A master that does not answer within this time hangs [s]."""
+
+LOOKUP = 0.3
+"""The master has this time to say where a service is that was found before [s]; then it is called where it was."""
+
+NO_ANSWER = (OSError, ValueError, HTTPException, XmlRpcError, ExpatError)
+"""Errors of a master that does not answer."""
+
 Tell = Callable[[Any], None]
+
+_addresses: dict[str, str] = {}
 
 
 def in_thread(work: Callable[..., None], *arguments: object) -> None:
@@ -29,13 +44,73 @@ def in_thread(work: Callable[..., None], *arguments: object) -> None:
     threading.Thread(target=work, args=arguments, daemon=True).start()
 
 
+class _BoundedTransport(Transport):
+    """Waits for a connection and for an answer for `patience` [s] each; without it XML-RPC waits for ever."""
+
+    def __init__(self, patience: float) -> None:
+        super().__init__()
+        self._patience = patience
+
+    def make_connection(self, host: Any) -> Any:
+        """Return the connection that a request goes over."""
+        connection = super().make_connection(host)
+        connection.timeout = self._patience
+        return connection
+
+
+def master(caller: str, patience: float = REACH) -> Any:
+    """Return a link to the ROS master; a request waits for `patience` [s] at most."""
+    link = rosgraph.Master(caller)
+    link.handle = ServerProxy(link.master_uri, _BoundedTransport(patience))
+    return link
+
+
 def master_answers(caller: str) -> bool:
     """Return whether there is a ROS master now."""
     try:
-        rosgraph.Master(caller).getPid()
-    except (OSError, rosgraph.MasterException):
+        master(caller).getPid()
+    except (*NO_ANSWER, rosgraph.MasterException):
         return False
     return True
+
+
+def expect(*services: str) -> None:
+    """Find services while the master is there, in a thread: without it they are called where they were."""
+
+    def look() -> None:
+        for service in services:
+            try:
+                _located(rospy.resolve_name(service))
+            except rospy.ServiceException:
+                continue
+
+    in_thread(look)
+
+
+class _Service(rospy.ServiceProxy):
+    """A service that is called where it was found last, where no master answers."""
+
+    def _get_service_uri(self, request: Any) -> str:
+        """Return where the service is; raises `rospy.ServiceException`."""
+        return _located(self.resolved_name)
+
+
+def call(service: str, kind: Any, *arguments: object) -> Any:
+    """Return the answer of a service; raises `rospy.ServiceException`, `rospy.ROSException`, `OSError`."""
+    return _Service(service, kind)(*arguments)
+
+
+def _located(service: str) -> str:
+    """Return where a service is; raises `rospy.ServiceException`."""
+    try:
+        patience = LOOKUP if service in _addresses else REACH
+        _addresses[service] = master(rospy.get_name(), patience).lookupService(service)
+    except rosgraph.MasterException:
+        raise rospy.ServiceException(f"nobody serves {service}") from None
+    except NO_ANSWER:
+        if service not in _addresses:
+            raise rospy.ServiceException("the ROS master does not answer") from None
+    return _addresses[service]
 
 
 def ask(wish: Wish, service: str, kind: Any, tell: Tell, *arguments: object) -> None:
@@ -45,7 +120,7 @@ def ask(wish: Wish, service: str, kind: Any, tell: Tell, *arguments: object) -> 
 
 def _asked(wish: Wish, service: str, kind: Any, tell: Tell, arguments: Any) -> None:
     try:
-        tell(answer(wish, rospy.ServiceProxy(service, kind)(*arguments)))
+        tell(answer(wish, call(service, kind, *arguments)))
     except (rospy.ServiceException, rospy.ROSException, OSError) as error:
         tell(Ended(wish, done=False, message=str(error)))
 
@@ -77,13 +152,13 @@ class Door:
         self._goal: Any = None
         self._cancelled = False
         self._free = threading.Event()
+        client = self._client
+        self._ends = (client.pub_goal, client.pub_cancel, client.status_sub, client.feedback_sub, client.result_sub)
 
     @property
     def there(self) -> bool:
         """Whether somebody serves it now, and hears and is heard on all of its topics."""
-        client = self._client
-        ends = (client.pub_goal, client.pub_cancel, client.status_sub, client.feedback_sub, client.result_sub)
-        return all(end.get_num_connections() for end in ends)
+        return all(end.get_num_connections() for end in self._ends)
 
     def begin(self, wish: Wish) -> bool:
         """Take the door for a wish; False while another goal of ours is under way."""
@@ -153,8 +228,9 @@ class Door:
         return self._free.wait(seconds)
 
     def close(self) -> None:
-        """Leave the action."""
-        self._client.stop()
+        """Leave the action, topic by topic: actionlib before 1.13 has no other way."""
+        for end in self._ends:
+            end.unregister()
 
     def _come(self, _: Any, feedback: Any) -> None:
         wish = self._wish

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from python_qt_binding.QtCore import QTimer
 from rqt_gui_py.plugin import Plugin
 
 from maya_ui.dashboard import Dashboard
@@ -12,15 +13,15 @@ from maya_ui.ui_controller import UiController
 
 
 class MayaPlugin(Plugin):
-    """The dashboard as a dock of rqt; its language is kept with the perspective."""
+    """The dashboard as a dock of rqt; its language is kept with the perspective.
+
+    rqt opens a window of 600 by 450 pixels. Where nothing of an earlier one is kept, the dashboard asks for more.
+    """
 
     def __init__(self, context: Any) -> None:
         super().__init__(context)
         self.setObjectName("MayaPlugin")
-        self._dashboard = Dashboard(UiController(), preferred())
-        if context.serial_number() > 1:
-            title = self._dashboard.windowTitle()
-            self._dashboard.setWindowTitle(f"{title} ({context.serial_number()})")
+        self._dashboard = Dashboard(UiController(), preferred(), context.serial_number())
         context.add_widget(self._dashboard)
 
     def shutdown_plugin(self) -> None:
@@ -28,9 +29,12 @@ class MayaPlugin(Plugin):
         self._dashboard.shut_down()
 
     def save_settings(self, plugin_settings: Any, instance_settings: Any) -> None:
-        """Keep the language."""
+        """Keep the language, and that the window has a size that somebody has seen."""
+        instance_settings.set_value("sized", value=True)
         instance_settings.set_value("language", self._dashboard.spoken)
 
     def restore_settings(self, plugin_settings: Any, instance_settings: Any) -> None:
         """Speak the language that was kept."""
+        if not instance_settings.contains("sized"):
+            QTimer.singleShot(0, self._dashboard.widen_window)
         self._dashboard.speak(str(instance_settings.value("language", self._dashboard.spoken)))

@@ -56,7 +56,11 @@ class QueuePanel:
         self._desk.allow(ui.save, empty)
         self._desk.allow(ui.start, queue or empty)
         self._desk.allow(ui.stop_queue, reasons.why_not(Wish.STOP_QUEUE, self._desk.seen))
-        self._desk.explain(ui.queue_why, queue or empty)
+        self._desk.explain(ui.queue_why, queue or self._held() or empty)
+
+    def _held(self) -> str:
+        """Return the word for a queue that takes tasks and does not begin them, "" where it goes on."""
+        return "queue_waits" if self._desk.seen.queue.mode != "running" else ""
 
     def load(self, path: str) -> None:
         """Read the list from a job file."""
@@ -103,7 +107,10 @@ class QueuePanel:
 
     def _start(self) -> None:
         self._desk.robot.start_queue(list(self.tasks))
-        self._desk.say(self._desk.word("list_sent", count=len(self.tasks)), look.GOOD)
+        self._desk.say(
+            self._desk.word("list_waits" if self._held() else "list_sent", count=len(self.tasks)),
+            look.WARN if self._held() else look.GOOD,
+        )
 
     def _move(self, by: int) -> None:
         self._show(self.tasks.move(self._desk.ui.task_list.currentRow(), by))

@@ -79,6 +79,16 @@ def _queue(seen: Seen) -> Reason:
     return ""
 
 
+def _resume_queue(seen: Seen) -> Reason:
+    if seen.queue.job:
+        return "decide_first"
+    return _queue(seen) or ("" if seen.queue.mode != "running" else "queue_runs")
+
+
+def _recover_queue(seen: Seen) -> Reason:
+    return _queue(seen) or ("" if seen.queue.job else "no_interrupted_job")
+
+
 def _always(_: Seen) -> Reason:
     return ""
 
@@ -96,4 +106,6 @@ _RULES: dict[Wish, Callable[[Seen], Reason]] = {
     Wish.SEND: _queue,
     Wish.START_QUEUE: _queue,
     Wish.STOP_QUEUE: _queue,
+    Wish.RESUME_QUEUE: _resume_queue,
+    Wish.RECOVER_QUEUE: _recover_queue,
 }

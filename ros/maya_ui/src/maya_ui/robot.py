@@ -24,6 +24,8 @@ class Wish(Enum):
     SEND = "send"
     START_QUEUE = "start_queue"
     STOP_QUEUE = "stop_queue"
+    RESUME_QUEUE = "resume_queue"
+    RECOVER_QUEUE = "recover_queue"
 
 
 @dataclass(frozen=True)
@@ -105,7 +107,30 @@ class Cell:
     grasp_height: float
 
 
-Fact = Union[Happened, Position, Joints, Presence, Under, Ended, Cell]
+@dataclass(frozen=True)
+class Choice:
+    """What can become of an interrupted job; `holding` says whether the gripper holds a part: yes, no or ""."""
+
+    name: str
+    holding: str = ""
+
+
+@dataclass(frozen=True)
+class Queue:
+    """How the queue of the process floor is, as /queue_status says.
+
+    `reason` says why it is paused. `job` and `step` name an interrupted job that waits for a person, "" without one,
+    and `choices` are those that this person has.
+    """
+
+    mode: str = "running"
+    reason: str = ""
+    job: str = ""
+    step: str = ""
+    choices: tuple[Choice, ...] = ()
+
+
+Fact = Union[Happened, Position, Joints, Presence, Under, Ended, Cell, Queue]
 
 Heard = Callable[[Fact], None]
 """Told of every fact, in whatever thread."""
@@ -179,5 +204,13 @@ class Robot(Protocol):
         ...
 
     def stop_queue(self) -> None:
-        """Cancel what the process floor has under way."""
+        """Stop all motion and cancel everything in the queue of the process floor."""
+        ...
+
+    def resume_queue(self) -> None:
+        """Have the process floor go on with what waits in its queue."""
+        ...
+
+    def recover_queue(self, choice: Choice) -> None:
+        """Say what becomes of the interrupted job."""
         ...

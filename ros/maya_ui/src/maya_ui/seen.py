@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from maya_ui.robot import Cell, Fact, Happened, Joints, Position, Presence, Standing, Under
+from maya_ui.robot import Cell, Choice, Fact, Happened, Joints, Position, Presence, Queue, Standing, Under
 
 BUSY = frozenset({"homing", "moving", "stopping"})
 """The modes in which the controller floor does something."""
@@ -18,6 +18,7 @@ class Seen:
         self.presence = Presence()
         self.under: Under | None = None
         self.cell: Cell | None = None
+        self.queue = Queue()
         self._standing: Standing | None = None
         self._position: Position | None = None
         self._joints: Joints | None = None
@@ -36,12 +37,16 @@ class Seen:
             self.under = fact
         elif isinstance(fact, Cell):
             self.cell = fact
+        elif isinstance(fact, Queue):
+            self.queue = fact
         elif self.under is not None and self.under.wish is fact.wish:
             self.under = None
 
     def _meet(self, presence: Presence) -> None:
         if not presence.controller:
             self._standing = self._position = self._joints = None
+        if not presence.process:
+            self.queue = Queue()
         self.presence = presence
 
     @property
@@ -89,6 +94,24 @@ def event(text: str) -> Happened:
     code = str(data.get("code") or "")
     message = data.get("message") or detail.get("message") or ""
     return Happened(word, _standing(data), code, str(message), detail)
+
+
+def queue(text: str) -> Queue | None:
+    """Return what a text on /queue_status tells, None where it cannot be read."""
+    try:
+        data = json.loads(text)
+        job = data.get("interrupted")
+        if job is None:
+            return Queue(str(data["mode"]), str(data.get("reason", "")))
+        choices = tuple(
+            Choice(str(one["name"]), holding)
+            for one in job["choices"]
+            for holding in (("yes", "no") if one.get("needs_answer") else ("",))
+        )
+        name = f"{job['job']} ({job['name']})"
+        return Queue(str(data["mode"]), str(data.get("reason", "")), name, str(job.get("step", "")), choices)
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return None
 
 
 def _standing(data: dict[str, Any]) -> Standing | None:

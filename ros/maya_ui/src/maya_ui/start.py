@@ -58,7 +58,7 @@ def window(arguments: list[str]) -> int:
     awake = QTimer()  # Python looks at its signals only when it runs
     awake.timeout.connect(lambda: None)
     awake.start(200)
-    dashboard.resize(1240, 860)
+    dashboard.resize(dashboard.sizeHint())
     dashboard.show()
     code = app.exec_()
     dashboard.shut_down()

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from math import degrees
+from typing import Any
+
+from python_qt_binding.QtWidgets import QMenu
 
 from maya_ui import look, reasons
 from maya_ui.lengths import metres, millimetres
 from maya_ui.look import dress
 from maya_ui.panel import Desk
-from maya_ui.robot import Position, Wish
+from maya_ui.robot import Choice, Position, Wish
 from maya_ui.words import phrase, sentence
 
 SPEEDS = (100, 75, 50, 25, 10, 5)
@@ -31,10 +34,14 @@ class StatePanel:
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
+        self._choices: Any = None
         ui = desk.ui
         ui.stop.clicked.connect(lambda _: self.stop())
         ui.recover.clicked.connect(lambda _: desk.robot.recover())
         ui.pause.clicked.connect(self._pause)
+        ui.resume_queue.clicked.connect(lambda _: desk.robot.resume_queue())
+        ui.recover_queue.setMenu(QMenu(ui.recover_queue))
+        ui.recover_queue.menu().triggered.connect(lambda action: desk.robot.recover_queue(action.data()))
         for percent in SPEEDS:
             ui.speed_choice.addItem(f"{percent} %", percent / 100.0)
         ui.speed_choice.activated.connect(self._choose_speed)
@@ -49,9 +56,10 @@ class StatePanel:
     def refresh(self) -> None:
         """Show how everything stands now."""
         standing, ui = self._desk.seen.standing, self._desk.ui
-        ui.mode.setText(phrase(f"mode_{standing.mode}", self._desk.language))
+        held = standing.mode == "idle" and self._desk.seen.queue.mode != "running"
+        ui.mode.setText(phrase("mode_queue_paused" if held else f"mode_{standing.mode}", self._desk.language))
         ui.mode.setAccessibleName(ui.mode.text())
-        dress(ui.light, _KINDS.get(standing.mode, look.WARN))
+        dress(ui.light, look.WARN if held else _KINDS.get(standing.mode, look.WARN))
         self._chips()
         self._banner()
         self._pausing()
@@ -80,6 +88,26 @@ class StatePanel:
         dress(ui.banner, kind)
         ui.recover.setVisible(self._desk.seen.standing.mode == "fault")
         self._desk.allow(ui.recover, reasons.why_not(Wish.RECOVER, self._desk.seen))
+        self._queue_buttons()
+
+    def _queue_buttons(self) -> None:
+        ui, queue = self._desk.ui, self._desk.seen.queue
+        ui.resume_queue.setVisible(queue.mode != "running" and not queue.job)
+        self._desk.allow(ui.resume_queue, reasons.why_not(Wish.RESUME_QUEUE, self._desk.seen))
+        ui.recover_queue.setVisible(bool(queue.job))
+        self._desk.allow(ui.recover_queue, reasons.why_not(Wish.RECOVER_QUEUE, self._desk.seen))
+        menu = ui.recover_queue.menu()
+        shown = (queue.choices, self._desk.language)
+        if shown != self._choices:
+            self._choices = shown
+            menu.clear()
+            for choice in queue.choices:
+                menu.addAction(self._choice(choice)).setData(choice)
+
+    def _choice(self, choice: Choice) -> str:
+        """Return a choice in words."""
+        said = phrase(f"choice_{choice.name}", self._desk.language)
+        return f"{said}: {self._desk.word(f'holding_{choice.holding}')}" if choice.holding else said
 
     def _advice(self) -> tuple[str, str]:
         """Return what a person should know or do first, and how urgent it is."""
@@ -94,7 +122,20 @@ class StatePanel:
             return self._desk.word("resume_first"), look.WARN
         if not self._desk.seen.presence.master:
             return self._desk.word("master_gone"), look.WARN
-        return (self._desk.word("home_first"), look.WARN) if standing.mode == "not_homed" else ("", "")
+        said = [self._desk.word("home_first")] if standing.mode == "not_homed" else []
+        said += self._queue_advice()
+        return (" ".join(said), look.WARN) if said else ("", "")
+
+    def _queue_advice(self) -> list[str]:
+        """Return what a person should know of a queue that does not go on by itself."""
+        queue = self._desk.seen.queue
+        if queue.job:
+            step = queue.step or self._desk.word("between_steps")
+            return [self._desk.word("queue_interrupted", job=queue.job, step=step)]
+        if queue.mode == "running":
+            return []
+        reason = f"queue_reason_{queue.reason}"
+        return [self._desk.word("queue_paused", reason=phrase(reason, self._desk.language) if queue.reason else "—")]
 
     def _pausing(self) -> None:
         paused = self._desk.seen.standing.mode == "paused"

@@ -6,10 +6,13 @@ import threading
 from time import monotonic
 from typing import Any, Callable, Sequence
 
+import rosgraph
 import rospy
+from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import Point
 from maya_controller.msg import FollowAction, FollowGoal, HomeAction, HomeGoal
 from maya_process.msg import ProcessQueue
+from maya_process.srv import RecoverQueue
 from maya_robot.msg import MayaPrimitive, TaskAction, TaskGoal
 from maya_robot.srv import MayaCommand
 from sensor_msgs.msg import JointState
@@ -17,10 +20,31 @@ from std_msgs.msg import Empty, Float64, String
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from maya_ui.floors import Door, answer, ask, in_thread, master_answers
-from maya_ui.robot import Cell, Ended, Heard, Joints, Path, Position, Presence, Under, Wish
-from maya_ui.seen import event
+from maya_ui.floors import NO_ANSWER, Door, answer, ask, call, expect, in_thread, master, master_answers
+from maya_ui.robot import (
+    Cell,
+    Choice,
+    Ended,
+    Heard,
+    Joints,
+    Path,
+    Position,
+    Presence,
+    Standing,
+    Under,
+    Wish,
+)
+from maya_ui.seen import event, queue
 from maya_ui.tasks import AIMED, HOME, Task
+
+OF_THE_CONTROLLER = (
+    "/controller/stop",
+    "/controller/pause",
+    "/controller/resume",
+    "/controller/recover",
+    "/gripper",
+)
+"""The services of the controller floor that are called from here."""
 
 LOOK = 0.5
 """Time between two looks at who is there [s]."""
@@ -33,6 +57,10 @@ LEAVE = 1.0
 
 STOP_ANSWER = 2.0
 """A stop that is not confirmed within this is told to be unheard [s]."""
+
+
+_AT_REST = frozenset({"idle", "not_homed", "paused", "fault"})
+"""Modes in which nothing moves."""
 
 
 class UiController:
@@ -49,19 +77,20 @@ class UiController:
         self._ended = threading.Event()
 
     def open(self, heard: Heard) -> None:
-        """Take part in the graph, as soon as there is one."""
+        """Take part in the graph, as soon as there is one. rospy waits for a master, so this is done in a thread."""
         self._heard = heard
-        if self._prepare is None:
-            self._graph = _Part(heard)
         in_thread(self._live)
 
     def close(self) -> None:
         """Leave the graph; a jog of ours ends."""
         self.end_jog()
         self._ended.set()
-        if self._graph is not None:
-            self._graph.follow.wait(LEAVE)
-            self._graph.leave()
+        graph = self._graph
+        if graph is not None:
+            graph.follow.wait(LEAVE)
+            gone = threading.Event()
+            in_thread(graph.leave, gone)
+            gone.wait(LEAVE)
 
     def home(self) -> None:
         """Home, by the robot floor where it is there."""
@@ -91,7 +120,10 @@ class UiController:
             ask(Wish.GRIPPER, "/gripper", SetBool, self._heard, open_)
 
     def stop(self) -> None:
-        """Stop by all that stops: the queue and the controller floor, and where it does not answer, by its actions."""
+        """Stop by all that stops: the queue and the controller floor, and where it does not answer, by its actions.
+
+        Nobody confirmed it where the floor neither answers nor says afterwards that nothing moves.
+        """
         if self._graph is None:
             self._heard(Ended(Wish.STOP, done=False, message="stop_unheard"))
             return
@@ -147,6 +179,14 @@ class UiController:
             self._graph.stop_queue.publish(Empty())
             self._heard(Ended(Wish.STOP_QUEUE, done=True))
 
+    def resume_queue(self) -> None:
+        """Have the queue go on."""
+        ask(Wish.RESUME_QUEUE, "/resume_queue", Trigger, self._heard)
+
+    def recover_queue(self, choice: Choice) -> None:
+        """Say what becomes of the interrupted job."""
+        ask(Wish.RECOVER_QUEUE, "/recover_queue", RecoverQueue, self._heard, choice.name, choice.holding)
+
     def _begin(self, door: Door, wish: Wish, goal: Any) -> None:
         if not door.there:
             self._heard(Ended(wish, done=False, message="no_answer"))
@@ -159,7 +199,10 @@ class UiController:
         """Look again and again who is there."""
         if self._prepare is not None:
             self._prepare()
-            self._graph = _Part(self._heard)
+        self._graph = _Part(self._heard)
+        if self._ended.is_set():
+            self._graph.leave(threading.Event())
+            return
         in_thread(self._watch_master)
         while self._graph is not None and not self._ended.wait(LOOK):
             self._graph.look()
@@ -183,9 +226,9 @@ class UiController:
         if confirmed:
             self._heard(confirmed[0])
             return
-        for door in (graph.follow, graph.home, graph.task):
-            door.cancel_all()
-        self._heard(Ended(Wish.STOP, done=False, message="stop_unheard"))
+        graph.cancel_all()
+        rests = graph.rests(STOP_ANSWER)
+        self._heard(Ended(Wish.STOP, done=rests, message="" if rests else "stop_unheard"))
 
     def _see_it_end(self, graph: _Part) -> None:
         if not graph.follow.wait(STOP_ANSWER):
@@ -198,6 +241,9 @@ class _Part:
     def __init__(self, heard: Heard) -> None:
         self._heard = heard
         self._spoken: float | None = None
+        self._news = threading.Condition()
+        self._told = 0
+        self._standing = Standing()
         self.master = True
         self.presence = Presence()
         self.send_task = rospy.Publisher("/send_task", MayaPrimitive, queue_size=100)
@@ -207,11 +253,13 @@ class _Part:
         self.task = Door("/task", TaskAction, heard)
         self.home = Door("/home", HomeAction, heard)
         self.follow = Door("/controller/follow", FollowAction, heard)
-        self._events = rospy.Subscriber("/maya_event", String, lambda text: heard(event(text.data)), queue_size=100)
+        self._cancel_move = rospy.Publisher("/move/cancel", GoalID, queue_size=1)
+        self._events = rospy.Subscriber("/maya_event", String, self._event, queue_size=100)
         self._heard_of = [
             self._events,
             rospy.Subscriber("/maya_position", Point, lambda at: heard(Position(at.x, at.y, at.z)), queue_size=1),
             rospy.Subscriber("/joint_states", JointState, self._joints, queue_size=1),
+            rospy.Subscriber("/queue_status", String, self._queue, queue_size=1),
         ]
 
     def look(self) -> None:
@@ -223,20 +271,41 @@ class _Part:
             return
         if presence.controller and not self.presence.controller:
             self._ask_cell()
+            expect(*OF_THE_CONTROLLER)
+        if presence.robot and not self.presence.robot:
+            expect("/maya_command")
+        if presence.process and not self.presence.process:
+            expect("/resume_queue", "/recover_queue")
         self.presence = presence
         self._heard(presence)
 
-    def leave(self) -> None:
-        """Give everything back."""
+    def cancel_all(self) -> None:
+        """Cancel every goal of the controller floor and of the robot floor, whoever sent it; needs no master."""
+        for door in (self.follow, self.home, self.task):
+            door.cancel_all()
+        self._cancel_move.publish(GoalID())
+
+    def rests(self, within: float) -> bool:
+        """Tell whether the controller floor says from now on that nothing moves; wait for that so long at most [s]."""
+        with self._news:
+            told = self._told
+            return self._news.wait_for(lambda: self._told > told and self._standing.mode in _AT_REST, within)
+
+    def leave(self, gone: threading.Event) -> None:
+        """Give everything back, and say when that is done."""
         for door in (self.task, self.home, self.follow):
             door.close()
-        for topic in (*self._heard_of, self.send_task, self.start_queue, self.stop_queue, self.speed):
+        topics = (self.send_task, self.start_queue, self.stop_queue, self.speed, self._cancel_move)
+        for topic in (*self._heard_of, *topics):
             topic.unregister()
+        gone.set()
 
     def _now(self) -> Presence:
         controller = self._events.get_num_connections() > 0
         if not controller:
             self._spoken = None
+        elif not self.presence.controller:  # its topics are found one after the other
+            controller = self.home.there and self.follow.there
         return Presence(
             master=self.master,
             controller=controller,
@@ -245,16 +314,37 @@ class _Part:
             process=all(topic.get_num_connections() for topic in (self.send_task, self.start_queue, self.stop_queue)),
         )
 
+    def _event(self, text: Any) -> None:
+        happened = event(text.data)
+        self._tell(happened.standing)
+        self._heard(happened)
+
+    def _queue(self, text: Any) -> None:
+        found = queue(text.data)
+        if found is not None:
+            self._heard(found)
+
+    def _tell(self, standing: Standing | None = None) -> None:
+        """Take notice that the controller floor said something, and how it stands."""
+        with self._news:
+            self._told += 1
+            self._standing = standing or self._standing
+            if not self._standing.homed:
+                self._spoken = None  # before homing nobody knows where the joints are, and no joints are published
+            self._news.notify_all()
+
     def _joints(self, message: Any) -> None:
-        self._spoken = monotonic()
+        if self._standing.homed:
+            self._spoken = monotonic()
+        self._tell()
         places = dict(zip(message.name, message.position))
         if {"a", "b", "c"} <= places.keys():
             self._heard(Joints(places["a"], places["b"], places["c"]))
 
     def _ask_cell(self) -> None:
         try:
-            height = rospy.get_param("/maya/config/cell/grasp_height", None)
-        except (OSError, rospy.ROSException):
+            height = master(rospy.get_name()).getParam("/maya/config/cell/grasp_height")
+        except (*NO_ANSWER, rosgraph.MasterException):
             return
         if isinstance(height, (int, float)):
             self._heard(Cell(float(height)))
@@ -266,7 +356,7 @@ def _jog(graph: _Part, goal: Any) -> None:
     if graph.presence.robot:
         asked = MayaPrimitive(command=MayaPrimitive.CAN_TELEOP)
         try:
-            may = answer(Wish.JOG, rospy.ServiceProxy("/maya_command", MayaCommand)(asked))
+            may = answer(Wish.JOG, call("/maya_command", MayaCommand, asked))
         except (rospy.ServiceException, rospy.ROSException, OSError) as error:
             may = Ended(Wish.JOG, done=False, message=str(error))
     if may.done:
