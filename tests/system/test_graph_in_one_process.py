@@ -20,7 +20,7 @@ from maya_un.graph.doors.robot import RobotDoor
 from maya_un.graph.events import Told, read
 from maya_un.graph.primitives import to_message
 from maya_un.graph.protocol import Message, Outcome
-from maya_un.graph.queue import Queue, status_of
+from maya_un.graph.queue import Queue
 from maya_un.process.view import QueueMode
 from maya_un.robot.pick import Pick
 from maya_un.robot.place import Place
@@ -94,7 +94,7 @@ async def house(*, homed: bool = True) -> AsyncIterator[House]:
         bus = Bus()
         bridge = Bridge(asyncio.get_running_loop(), floors.service, gate=floors.gate)
         echo = await held.enter_async_context(echoed(bridge, 1.0))
-        queue = Queue(bridge.carry, lambda: status_of(echo.view, floors.controller))
+        queue = Queue(bridge.carry, lambda: echo.view, floors.controller)
         doors = (
             ("hw_simulator", ControllerDoor(NearController(floors, bridge, echo))),
             ("robot_controller", RobotDoor(NearRobot(floors, bridge, echo))),
