@@ -163,7 +163,7 @@ class Web:
             pass
         return found
 
-    async def answer(self, service: str, **args: Any) -> Any:
+    async def answer(self, service: str, /, **args: Any) -> Any:
         """Call a service and return its values; fails where it fails."""
         name = f"call:{service}"
         await self.say("call_service", id=name, service=service, args=args)

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import subprocess
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from time import monotonic
 from typing import Any
 
 from tests.ros.harness import Ros
@@ -85,6 +88,91 @@ def test_tools_of_ros_hear_clients_and_clients_hear_them(ros: Ros) -> None:
             await client.say("service_response", id=request["id"], service="/by_web", values=values, result=True)
             out, _ = await asked.communicate()
             assert b"from the web" in out
+
+    asyncio.run(story())
+
+
+SERVICES = """
+import rospy, std_srvs.srv, std_msgs.msg
+rospy.init_node("many")
+for number in range(40):
+    rospy.Service(f"/many/{number}", std_srvs.srv.SetBool, lambda request: (request.data, "set"))
+keep = rospy.Publisher("/many/text", std_msgs.msg.String, queue_size=1)
+rospy.spin()
+"""
+
+
+@asynccontextmanager
+async def beside_many_services(ros: Ros) -> AsyncIterator[Web]:
+    """Give a client of the node beside one with many services."""
+    ros.start("rosrun", "maya_process", "rosbridge.py")
+    ros.start("/usr/bin/python3", "-c", SERVICES)
+    ros.until(lambda: "/many/39" in ros.services() and "/rosbridge" in ros.nodes(), "services")
+    url = f"ws://127.0.0.1:{ros.rosbridge_port}"
+    while not await listens(url):
+        pass
+    async with web(url) as client:
+        yield client
+
+
+def test_rosapi_asks_the_master_and_one_server_at_a_time(ros: Ros) -> None:
+    async def story() -> None:
+        async with beside_many_services(ros) as client:
+            types = await client.answer("/rosapi/services_for_type", type="std_srvs/SetBool")
+            assert sorted(types["services"]) == sorted(f"/many/{number}" for number in range(40))
+            assert (await client.answer("/rosapi/service_type", service="/many/7"))["type"] == "std_srvs/SetBool"
+            assert (await client.answer("/rosapi/service_host", service="/many/7"))["host"] == "127.0.0.1"
+            quickest = min([await seconds(client, "/rosapi/services_for_type", type="a/B") for _ in range(3)])
+            assert quickest < 1.0  # a second is what a connection costs that its server had no place for
+
+    asyncio.run(story())
+
+
+async def seconds(client: Web, service: str, **args: Any) -> float:
+    """Return how long a question takes [s]."""
+    before = monotonic()
+    await client.answer(service, **args)
+    return monotonic() - before
+
+
+def test_two_clients_that_advertise_one_service_at_once_are_told_which_of_them_has_it(ros: Ros) -> None:
+    async def story() -> None:
+        async with beside_many_services(ros) as one, web(f"ws://127.0.0.1:{ros.rosbridge_port}") as two:
+            for client in (one, two):
+                await client.say("set_level", level="info")
+            for op, what, kind in (
+                ("advertise_service", "service", "std_srvs/Trigger"),
+                ("advertise_action", "action", "maya_controller/Move"),
+            ):
+                for client in (one, two):
+                    await client.say(op, type=kind, **{what: f"/{what}"})
+                told = [await client.hear() for client in (one, two)]
+                assert sorted(status.get("code", 0) for status in told) == [0, 4005]
+
+    asyncio.run(story())
+
+
+def test_clients_of_the_node_speak_as_to_the_original(ros: Ros) -> None:
+    async def story() -> None:
+        async with beside_many_services(ros) as client:
+            for args in ([True], {"data": True}):
+                await client.say("call_service", id="c", service="/many/1", args=args)
+                assert (await client.hear())["values"] == {"success": True, "message": "set"}
+            for op in ("subscribe", "advertise"):
+                await client.say(op, topic="/many/text", type="std_msgs/Int32")
+                assert (await client.hear())["code"] == 4005
+            await client.say("subscribe", topic="/times", type="std_msgs/Header")
+            await client.say("advertise", topic="/times", type="std_msgs/Header")
+            await client.say("publish", topic="/times", msg={"stamp": "now"})
+            assert (await client.hear())["msg"]["stamp"]["secs"] > 1_700_000_000
+            await client.say("subscribe", topic="/joints", type="sensor_msgs/JointState")
+            await client.say("advertise", topic="/joints", type="sensor_msgs/JointState")
+            await client.say("publish", topic="/joints", msg={"position": [float("nan")]})
+            found = (await client.hear())["msg"]
+            assert found["header"]["stamp"]["secs"] > 1_700_000_000
+            assert found["position"] == [None]
+            await client.say("subscribe", topic="/client_count")
+            assert (await client.hear())["msg"] == {"data": 1}
 
     asyncio.run(story())
 

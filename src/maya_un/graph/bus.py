@@ -11,12 +11,13 @@ like one that calls `do`. Messages that are heard are shared by all: nobody may 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from maya_un.cancellation import cancel_once, is_caller_cancelled, run_to_rest
 from maya_un.errors import InvalidMessage, MayaError, NodeGone, ServiceFailed, UnknownInterface
 from maya_un.graph import types
+from maya_un.graph.arguments import by_name
 from maya_un.graph.goals import GoalServer, Voices
 from maya_un.graph.parameters import BusParameters
 from maya_un.graph.principals import Who, acting_for
@@ -33,6 +34,7 @@ from maya_un.graph.protocol import (
     Outcome,
     Publisher,
     Quick,
+    Request,
     Subscription,
 )
 from maya_un.graph.stamps import Stamp, stamp
@@ -43,6 +45,7 @@ UNBOUNDED = 0
 
 _STATUS = "actionlib_msgs/GoalStatusArray"
 _CANCEL = "actionlib_msgs/GoalID"
+_HERE = "127.0.0.1"
 
 
 def named(name: str) -> str:
@@ -88,12 +91,14 @@ class BusService:
         self._request, self._response = types.halves(kind)
         self._tasks: set[asyncio.Task[Message]] = set()
 
-    async def call(self, request: Message) -> Message:
+    async def call(self, request: Request) -> Message:
         """Return the answer; raises `InvalidMessage` for what is asked, `ServiceFailed`."""
-        asked = types.conform(self._request, request)
+        named_values = by_name(self._request, types.fields(self._request), request)
+        asked = types.conform(self._request, named_values, stamp=self.node.bus.now())
         try:
             answer = None if self._quick is None else self._quick(asked)
-            return types.conform(self._response, answer if answer is not None else await self._answered(asked))
+            said = answer if answer is not None else await self._answered(asked)
+            return types.conform(self._response, said, stamp=self.node.bus.now())
         except MayaError as error:
             raise ServiceFailed(service=self._name, reason=str(error)) from error
 
@@ -208,7 +213,7 @@ class BusNode:
         self.keep(held)
         return held
 
-    async def call(self, service: str, request: Message, kind: str = "") -> Message:
+    async def call(self, service: str, request: Request, kind: str = "") -> Message:
         """Return the answer of a service; raises `UnknownInterface` where nobody serves it, and as the protocol says.
 
         Being cancelled cancels what is being answered, and ends when that is over.
@@ -310,9 +315,26 @@ class BusDirectory:
         """Return the type of every topic that somebody publishes or subscribes."""
         return self._bus.topics.kinds
 
+    def topic_type(self, topic: str) -> str:
+        """Return the type of a topic, "" of one that nobody uses."""
+        return self._bus.topics.kinds.get(named(topic), "")
+
     async def services(self) -> Mapping[str, str]:
         """Return the type of every service."""
         return {name: service.kind for name, service in self._bus.services.items()}
+
+    async def service_names(self) -> Sequence[str]:
+        """Return the names of all services."""
+        return tuple(self._bus.services)
+
+    async def service_type(self, service: str) -> str:
+        """Return the type of one service, "" where nobody serves it."""
+        found = self._bus.services.get(named(service))
+        return "" if found is None else found.kind
+
+    async def service_host(self, service: str) -> str:
+        """Return the loopback's address for every service, "" where nobody serves it."""
+        return _HERE if named(service) in self._bus.services else ""
 
     async def nodes(self) -> Mapping[str, Node]:
         """Return what every node publishes, subscribes and serves; those that share a name together."""

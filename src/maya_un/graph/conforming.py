@@ -5,11 +5,13 @@ from __future__ import annotations
 import base64
 import binascii
 from collections.abc import Callable, Mapping
+from contextvars import ContextVar
 from functools import cache
 from math import inf, isinf, nan
 from reprlib import repr
 from typing import Any
 
+from maya_un.errors import UnknownInterface
 from maya_un.graph.catalogue import ANY, SCALAR, Field, is_base, spec
 from maya_un.graph.protocol import Message
 
@@ -30,6 +32,11 @@ BYTES = frozenset({"uint8", "char"})
 _GREATEST_SINGLE = 3.4028235677973366e38
 _SECOND = 1_000_000_000
 _STAMPS = {"time": "uint32", "duration": "int32"}
+_NEWER = {"sec": "secs", "nanosec": "nsecs"}
+
+NOW: ContextVar[Mapping[str, int] | None] = ContextVar("now", default=None)
+"""The time {"secs", "nsecs"} that the word "now" stands for while a message is converted; None where nobody says it."""
+
 _NOTHING: dict[str, Callable[[], Any]] = {
     "string": str,
     "bool": bool,
@@ -136,7 +143,10 @@ def _bytes(data: str | bytes | bytearray) -> list[int]:
 
 def _base(kind: str) -> Converter:
     if kind in _STAMPS:
-        return _stamp(*INTEGERS[_STAMPS[kind]])
+        stamp = _stamp(*INTEGERS[_STAMPS[kind]])
+        return _time(stamp) if kind == "time" else stamp
+    if kind not in _NOTHING:
+        raise UnknownInterface(form="type", name=kind)
     return _integer(*INTEGERS[kind]) if kind in INTEGERS else _SCALARS[kind]
 
 
@@ -190,11 +200,26 @@ def _single(value: Any) -> float:
     return number
 
 
+def _time(stamp: Converter) -> Converter:
+    """Return the converter of a time, which may be the word "now" where somebody says when that is."""
+
+    def convert(data: Any) -> dict[str, int]:
+        now = NOW.get() if data == "now" else None
+        return stamp(data) if now is None else dict(now)
+
+    return convert
+
+
 def _stamp(least: int, greatest: int) -> Converter:
-    """Return the converter of {"secs", "nsecs"}; nanoseconds beyond a second are carried over."""
+    """Return the converter of {"secs", "nsecs"}; nanoseconds beyond a second are carried over.
+
+    ROS 2's names of the two, {"sec", "nanosec"}, are understood too.
+    """
     whole, names = _integer(-(2**63), 2**63), {"secs", "nsecs"}
 
     def convert(data: Any) -> dict[str, int]:
+        if isinstance(data, Mapping) and data and _NEWER.keys() >= data.keys():
+            data = {_NEWER[name]: value for name, value in data.items()}
         if not isinstance(data, Mapping) or not names.issuperset(data):
             raise Misfit(f'it must be {{"secs", "nsecs"}}, not {repr(data)}')
         carried, nsecs = divmod(whole(data.get("nsecs", 0)), _SECOND)

@@ -14,6 +14,9 @@ from typing import Any, Protocol
 Message = dict[str, Any]
 """A message, request, response, goal, result or feedback as plain data."""
 
+Request = Message | list[Any]
+"""A request of a service; a list holds the values of its first fields, in their order."""
+
 Heard = Callable[[Message], None]
 """Told of every message on a topic, in order."""
 
@@ -102,8 +105,24 @@ class Directory(Protocol):
         """Return the type of every topic that somebody publishes or subscribes."""
         ...
 
+    def topic_type(self, topic: str) -> str | None:
+        """Return the type of a topic, "" of one that nobody uses, None where the graph has to be asked (`topics`)."""
+        ...
+
     async def services(self) -> Mapping[str, str]:
-        """Return the type of every service, "" where nobody knows."""
+        """Return the type of every service, "" where nobody knows. In a real graph this asks every server."""
+        ...
+
+    async def service_names(self) -> Sequence[str]:
+        """Return the names of all services, without asking their servers."""
+        ...
+
+    async def service_type(self, service: str) -> str:
+        """Return the type of one service, "" where nobody serves it."""
+        ...
+
+    async def service_host(self, service: str) -> str:
+        """Return the machine that serves a service, "" where nobody serves it."""
         ...
 
     async def nodes(self) -> Mapping[str, Node]:
@@ -165,7 +184,7 @@ class Graph(Protocol):
         """Answer a service."""
         ...
 
-    async def call(self, service: str, request: Message, kind: str = "") -> Message:
+    async def call(self, service: str, request: Request, kind: str = "") -> Message:
         """Return the answer of a service; raises `ServiceFailed` where it fails, or nobody answers any more."""
         ...
 

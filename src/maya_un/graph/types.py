@@ -13,7 +13,7 @@ from typing import Any
 
 from maya_un.errors import InvalidMessage, UnknownInterface
 from maya_un.graph.catalogue import SCALAR, Field, Spec, halves, is_base, kinds, services, spec
-from maya_un.graph.conforming import Misfit, converter
+from maya_un.graph.conforming import NOW, Misfit, converter
 from maya_un.graph.protocol import Message
 from maya_un.graph.wire import writer
 
@@ -24,7 +24,7 @@ __all__ = [
 
 _HEADER = Field("header", "std_msgs/Header")
 _RULE = "=" * 80
-_STAMP_FIELDS = ("secs", "nsecs")
+_STAMPS = {base: Spec(base, (), (Field("secs", "int32"), Field("nsecs", "int32"))) for base in ("time", "duration")}
 
 
 def known(kind: str) -> bool:
@@ -44,16 +44,19 @@ def default(kind: str) -> Message:
 def conform(kind: str, data: object, *, stamp: Mapping[str, int] | None = None) -> Message:
     """Return a message of a type made of `data`, which is left as it is; what it leaves out gets its default.
 
-    With a `stamp` {"secs", "nsecs"} the header of a message that says no time gets that one, as rosbridge does. Null is
-    NaN, and arrays of bytes may be base64. Raises `InvalidMessage` with the field that does not fit, and
-    `UnknownInterface`.
+    With a `stamp` {"secs", "nsecs"} the header of a message that says no time gets that one, and so does a time that
+    is the word "now", as in rosbridge. Null is NaN, and arrays of bytes may be base64. Raises `InvalidMessage` with the
+    field that does not fit, and `UnknownInterface`.
     """
+    before = NOW.set(stamp)
     try:
         message: Message = converter(_message(kind))(data)
     except Misfit as misfit:
         name = f"{misfit.path} of {kind}" if misfit.path else kind
         raise InvalidMessage(name=name, reason=misfit.reason) from None
-    if stamp is not None and _stamped(kind) and not _says_when(data):
+    finally:
+        NOW.reset(before)
+    if stamp is not None and stamped(kind) and not says_when(data):
         message["header"]["stamp"] = dict(stamp)
     return message
 
@@ -103,11 +106,17 @@ def service_text(service: str) -> str:
 
 @cache
 def details(kind: str) -> tuple[Message, ...]:
-    """Return a type and all types in it as rosapi/TypeDef tells them; raises `UnknownInterface`."""
+    """Return a type and all types in it as rosapi/TypeDef tells them; raises `UnknownInterface`.
+
+    Of ROS' own types only times and durations are made of something.
+    """
+    if is_base(kind):
+        converter(kind)
+        return (_details(_STAMPS[kind]),) if kind in _STAMPS else ()
     found: list[Message] = [_details(one) for one in _within(kind)]
-    for base in ("time", "duration"):
+    for base, stamp in _STAMPS.items():
         if any(field.type == base for one in _within(kind) for field in one.fields):
-            found.append(_details(Spec(base, (), tuple(Field(name, "int32") for name in _STAMP_FIELDS))))
+            found.append(_details(stamp))
     return tuple(found)
 
 
@@ -118,11 +127,13 @@ def _message(kind: str) -> str:
 
 
 @cache
-def _stamped(kind: str) -> bool:
+def stamped(kind: str) -> bool:
+    """Tell whether messages of a type begin with a header; raises `UnknownInterface`."""
     return _HEADER in spec(kind).fields
 
 
-def _says_when(data: object) -> bool:
+def says_when(data: object) -> bool:
+    """Tell whether the header of a message says a time."""
     header = data.get("header") if isinstance(data, Mapping) else None
     return isinstance(header, Mapping) and "stamp" in header
 

@@ -25,6 +25,8 @@ class RosAction:
     """
 
     def __init__(self, registrar: Registrar, post: Post, action: str, kind: str, act: Act, speed: float) -> None:
+        self.name = action
+        self.open = True
         self.ended: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self._clients: set[str] = set()
         status = RosPublisher(
@@ -53,6 +55,7 @@ class RosAction:
 
     def close(self) -> None:
         """Take no more goals; those under way are cancelled, and their results told once all is at rest."""
+        self.open = False
         for ear in self._ears:
             ear.close()
         self._server.close()

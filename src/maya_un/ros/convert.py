@@ -13,6 +13,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import genpy
+import rospy
 
 from maya_un.errors import InvalidMessage
 from maya_un.graph.catalogue import is_base
@@ -146,6 +147,9 @@ def _of_time(name: str) -> Ways:
     kind, checked = _TIMES[name], converter(name)
 
     def made(value: Any) -> genpy.Time | genpy.Duration:
+        if value == "now" and name == "time":
+            now = rospy.Time.now()
+            return kind(now.secs, now.nsecs)
         found = checked(value)
         return kind(found["secs"], found["nsecs"])
 

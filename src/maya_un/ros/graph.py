@@ -6,7 +6,7 @@ import asyncio
 
 import rospy
 
-from maya_un.errors import NodeGone, ServiceFailed, UnknownInterface
+from maya_un.errors import InvalidRequest, NodeGone, UnknownInterface
 from maya_un.graph.protocol import (
     Act,
     Answer,
@@ -17,6 +17,7 @@ from maya_un.graph.protocol import (
     Message,
     Publisher,
     Quick,
+    Request,
     Subscription,
 )
 from maya_un.ros.actions import RosAction
@@ -74,15 +75,15 @@ class RosGraph:
     def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> Held:
         """Answer a service; `quick` is asked in a thread of rospy's. Who hangs up has his answer cancelled.
 
-        Raises `ServiceFailed` where this node serves one of that name already.
+        Raises `InvalidRequest` where this node serves one of that name already.
         """
         name = rospy.resolve_name(service)
         if name in self._served and self._served[name].open:
-            raise ServiceFailed(service=name, reason="this node serves it already")
+            raise InvalidRequest(key="service", reason=f"{name} is served already")
         held = self._served[name] = RosService(self._registrar, self._loop, service, kind, answer, quick)
         return held
 
-    async def call(self, service: str, request: Message, kind: str = "") -> Message:
+    async def call(self, service: str, request: Request, kind: str = "") -> Message:
         """Return the answer of a service; raises `ServiceFailed` where it fails, or nobody answers any more."""
         if not kind:
             await self._registrar.settled(REACH)  # it may be one of ours, begun a moment ago
@@ -93,8 +94,11 @@ class RosGraph:
         self._calls.expect(*services)
 
     def act(self, action: str, kind: str, act: Act) -> Held:
-        """Be the server of an action."""
-        self._actions.append(RosAction(self._registrar, self._post, rospy.resolve_name(action), kind, act, self._speed))
+        """Be the server of an action; raises `InvalidRequest` where this node is that already."""
+        name = rospy.resolve_name(action)
+        if any(one.name == name and one.open for one in self._actions):
+            raise InvalidRequest(key="action", reason=f"{name} is served already")
+        self._actions.append(RosAction(self._registrar, self._post, name, kind, act, self._speed))
         return self._actions[-1]
 
     async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> Ended:

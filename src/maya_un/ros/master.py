@@ -8,6 +8,7 @@ from collections.abc import Awaitable, Callable, Mapping, Sequence
 from contextlib import suppress
 from http.client import HTTPConnection, HTTPException
 from typing import Any, TypeVar
+from urllib.parse import urlsplit
 from xml.parsers.expat import ExpatError
 from xmlrpc.client import Error as XmlRpcError
 from xmlrpc.client import ServerProxy, Transport
@@ -15,6 +16,7 @@ from xmlrpc.client import ServerProxy, Transport
 import rosgraph
 import rospy
 import rosservice
+from rosgraph.network import ROSHandshakeException
 
 from maya_un.errors import MasterGone
 from maya_un.graph.protocol import Node
@@ -70,12 +72,38 @@ def published() -> frozenset[str]:
     return frozenset(name for name, _ in publishers)
 
 
+def service_uri(service: str) -> str:
+    """Return where the master says that a service is, "" where nobody serves it."""
+    try:
+        return told(lambda at: at.lookupService(rospy.resolve_name(service)))
+    except rosgraph.MasterError:
+        return ""
+
+
 def service_type(service: str) -> str:
     """Return the type of a service, "" where nobody serves it, or its server does not answer."""
+    uri = service_uri(service)
+    return (_kind(service, uri) or "") if uri else ""
+
+
+def _kinds(services: Sequence[str], uri: str) -> Mapping[str, str]:
+    """Return the types of services of one process; one that once did not answer is not asked again."""
+    found = dict.fromkeys(services, "")
+    for service in services if uri else ():
+        kind = _kind(service, uri)
+        if kind is None:
+            break
+        found[service] = kind
+    return found
+
+
+def _kind(service: str, uri: str) -> str | None:
+    """Return the type of a service as its server says it, "" where it serves it no more, None where it is silent."""
     try:
-        uri = told(lambda at: at.lookupService(rospy.resolve_name(service)))
         return rosservice.get_service_headers(service, uri).get("type", "")
-    except (rosgraph.MasterError, rosservice.ROSServiceException, OSError):
+    except (rosservice.ROSServiceIOException, OSError):
+        return None
+    except (rosservice.ROSServiceException, ROSHandshakeException):
         return ""
 
 
@@ -94,13 +122,39 @@ class RosDirectory:
         found = await in_thread(lambda: told(lambda at: at.getTopicTypes()))
         return {name: "" if kind == "*" else kind for name, kind in found}
 
+    def topic_type(self, topic: str) -> None:
+        """Return None: the master has to be asked."""
+
     async def services(self) -> Mapping[str, str]:
-        """Return the type of every service, as its server says it; "" of one that does not answer."""
+        """Return the type of every service, as its server says it; "" of one that does not answer.
+
+        A process is asked for its services one after another: rospy takes few connections at once, and one that it
+        cannot take is tried again only after a second. Processes are asked side by side.
+        """
+        names = await self.service_names()
+        places = await in_thread(lambda: {name: service_uri(name) for name in names})
+        processes: defaultdict[str, list[str]] = defaultdict(list)
+        for name, uri in places.items():
+            processes[uri].append(name)
+        asked = (in_thread(lambda uri=uri, own=own: _kinds(own, uri)) for uri, own in processes.items())
+        found = {name: kind for kinds in await asyncio.gather(*asked) for name, kind in kinds.items()}
+        return {name: found[name] for name in names}
+
+    async def service_names(self) -> Sequence[str]:
+        """Return the names of all services, as the master knows them."""
         await self._settled(REACH)
         _, _, served = await in_thread(lambda: told(lambda at: at.getSystemState()))
-        names = [name for name, _ in served]
-        kinds = await asyncio.gather(*(in_thread(lambda name=name: service_type(name)) for name in names))
-        return dict(zip(names, kinds, strict=True))
+        return [name for name, _ in served]
+
+    async def service_type(self, service: str) -> str:
+        """Return the type of one service, "" where nobody serves it, or its server does not answer."""
+        await self._settled(REACH)
+        return await in_thread(lambda: service_type(service))
+
+    async def service_host(self, service: str) -> str:
+        """Return the machine that serves a service, "" where nobody serves it."""
+        await self._settled(REACH)
+        return urlsplit(await in_thread(lambda: service_uri(service))).hostname or ""
 
     async def nodes(self) -> Mapping[str, Node]:
         """Return what every node publishes, subscribes and serves."""

@@ -19,7 +19,8 @@ import rosgraph
 import rospy
 
 from maya_un.errors import MasterGone, MayaError, ServiceFailed, UnknownInterface
-from maya_un.graph.protocol import Answer, Message, Quick
+from maya_un.graph.arguments import by_name
+from maya_un.graph.protocol import Answer, Message, Quick, Request
 from maya_un.graph.table import ABORT, PAUSE, STOP
 from maya_un.ros.classes import MessageClass, ServiceClass, service_class
 from maya_un.ros.convert import converter_of
@@ -165,7 +166,7 @@ class Calls:
 
         threading.Thread(target=look, name="maya-expect", daemon=True).start()
 
-    async def call(self, service: str, request: Message, kind: str) -> Message:
+    async def call(self, service: str, request: Request, kind: str) -> Message:
         """Return the answer of a service; raises `ServiceFailed`, `UnknownInterface`, `InvalidMessage`.
 
         Being cancelled, it hangs up, by which the server knows.
@@ -174,7 +175,7 @@ class Calls:
         if not kind:
             raise UnknownInterface(form="service", name=service)
         found = service_class(kind)
-        made = converter_of(found.request).made(request)
+        made = converter_of(found.request).made(by_name(kind, tuple(found.request.__slots__), request))
         key = (service, kind)
         proxy = self._taken(key, found)
         try:

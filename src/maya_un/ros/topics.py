@@ -10,10 +10,12 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
+from typing import Any
 
 import rospy
 
 from maya_un.graph.protocol import Message
+from maya_un.graph.types import says_when
 from maya_un.ros.classes import MessageClass, message_class
 from maya_un.ros.convert import converter_of
 from maya_un.ros.registering import Registrar
@@ -46,6 +48,7 @@ class RosPublisher:
         size = max(1, queue_size)
         self._registrar = registrar
         self._converter = converter_of(found)
+        self._stamped = ("header", "std_msgs/Header") in zip(found.__slots__, found._slot_types, strict=True)
         self._changed = changed
         self._open = True
         self._held: rospy.Publisher | None = None
@@ -56,8 +59,13 @@ class RosPublisher:
         )
 
     def publish(self, message: Message) -> None:
-        """Put a message on the topic; raises `InvalidMessage`. After the end there is nobody to be told."""
-        made = self._converter.made(message)
+        """Put a message on the topic; raises `InvalidMessage`. After the end there is nobody to be told.
+
+        A header without a time gets that of now, as on the bus (`graph.topics`).
+        """
+        made: Any = self._converter.made(message)
+        if self._stamped and not says_when(message):
+            made.header.stamp = rospy.Time.now()
         if not self._open or rospy.is_shutdown():
             return
         with self._turn:

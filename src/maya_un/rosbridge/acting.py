@@ -11,6 +11,7 @@ from maya_un.cancellation import wait_for_end
 from maya_un.errors import Cancelled, InvalidRequest, ServiceFailed
 from maya_un.graph import types
 from maya_un.graph.protocol import Feedback, Held, Message
+from maya_un.graph.stamps import stamp
 from maya_un.rosbridge import forms
 from maya_un.rosbridge.client import ROWS, Client, Level
 from maya_un.rosbridge.fields import Fields
@@ -71,7 +72,8 @@ class _Action:
         elif status == CANCELED:
             ended.set_exception(Cancelled())
         else:
-            ended.set_result(types.conform(f"{self._kind}Result", fields.record("values")))
+            now = stamp(self._client.press.now())
+            ended.set_result(types.conform(f"{self._kind}Result", fields.record("values"), stamp=now))
 
     def close(self, reason: str) -> None:
         """Carry out nothing any more; whoever waits is told why."""

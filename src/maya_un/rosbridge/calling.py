@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
 from math import isfinite
 from typing import Any
 
 from maya_un.errors import InvalidRequest, MayaError, ServiceFailed
-from maya_un.graph.protocol import Message
+from maya_un.graph.protocol import Message, Request
 from maya_un.rosbridge.client import Client
 from maya_un.rosbridge.fields import Fields
 from maya_un.rosbridge.limits import LONGEST_MESSAGE, SMALLEST_FRAGMENT, UNDER_WAY
+from maya_un.rosbridge.outgoing import COMPRESSIONS
 from maya_un.rosbridge.rosapi import Rosapi
 from maya_un.server.crash import written_down
 
@@ -26,63 +26,83 @@ class Calling:
         self.ops = {"call_service": self.call_service}
 
     def call_service(self, fields: Fields) -> None:
-        """Carry out `call_service`; its answer comes when it is there."""
-        said, service = fields.name("service")
-        compression = fields.one_of("compression", ("none", "png"), "none")
-        fragment = fields.whole("fragment_size", 0, SMALLEST_FRAGMENT, LONGEST_MESSAGE)
-        name, patience, arguments = fields.id, _patience(fields), fields.get("args")
+        """Carry out `call_service`; its answer comes when it is there.
 
-        def answer(values: Any, *, done: bool) -> None:
-            message = {"op": "service_response", **({} if name is None else {"id": name})}
-            self._client.say(
-                {**message, "service": said, "values": values, "result": done}, compression, fragment, name
-            )
-
-        def failed(error: MayaError) -> None:
-            answer(self._client.words(error), done=False)
-
-        if self._under_way >= UNDER_WAY:
-            failed(InvalidRequest(key="service", reason=f"at most {UNDER_WAY} calls of a client may be under way"))
+        A call that names a service and is refused is answered as well: its caller waits for nothing else.
+        """
+        call = _Call(self._client, fields)
+        try:
+            _, service = fields.name("service")
+            patience, arguments = call.read(fields), fields.get("args")
+            if self._under_way >= UNDER_WAY:
+                raise InvalidRequest(key="service", reason=f"at most {UNDER_WAY} calls of a client may be under way")
+        except MayaError as error:
+            call.fail(error)
             return
         self._under_way += 1
-        self._client.spawn(self._call(service, arguments, patience, answer, failed), f"call {service}")
+        self._client.spawn(self._carry_out(call, service, arguments, patience), f"call {service}")
 
-    async def _call(
-        self,
-        service: str,
-        arguments: Any,
-        patience: float | None,
-        answer: Callable[..., None],
-        failed: Callable[[MayaError], None],
-    ) -> None:
+    async def _carry_out(self, call: _Call, service: str, arguments: Any, patience: float | None) -> None:
         try:
             async with asyncio.timeout(patience):
-                answer(await self._answered(service, arguments), done=True)
+                call.answer(await self._answered(service, arguments), done=True)
         except TimeoutError:
-            failed(ServiceFailed(service=service, reason=f"it did not answer within {patience:g} s"))
+            call.fail(ServiceFailed(service=service, reason=f"it did not answer within {patience:g} s"))
         except MayaError as error:
-            failed(error)
+            call.fail(error)
         except Exception as defect:  # noqa: BLE001 - a client gets one sentence, the log the rest
-            failed(written_down(defect))
+            call.fail(written_down(defect))
         finally:
             self._under_way -= 1
 
     async def _answered(self, service: str, arguments: Any) -> Message:
+        request = request_of(arguments)
         question = self._rosapi.question(service)
         if question is not None:
-            return await question(arguments)
-        return await self._client.graph.call(service, _request(arguments))
+            return await question(request)
+        return await self._client.graph.call(service, request)
 
 
-def _request(arguments: Any) -> Message:
-    """Return a request of what stands under `args`: an object, nothing, or as older clients send it, in a list."""
-    if arguments is None or arguments == []:
+class _Call:
+    """What a client called, and the way back to it."""
+
+    def __init__(self, client: Client, fields: Fields) -> None:
+        """Take a message that names a service and says what it is called; raises `InvalidRequest` for another."""
+        self._client = client
+        self._said = fields.text("service")
+        self._name = fields.id
+        self._compression = "none"
+        self._fragment = 0
+
+    def read(self, fields: Fields) -> float | None:
+        """Read how it is to be answered, and return how long its caller waits [s]; raises `InvalidRequest`.
+
+        An answer comes as JSON, or that as a picture: an answer in CBOR is none that clients of rosbridge read.
+        """
+        self._compression = "png" if fields.one_of("compression", COMPRESSIONS, "none") == "png" else "none"
+        self._fragment = fields.whole("fragment_size", 0, SMALLEST_FRAGMENT, LONGEST_MESSAGE)
+        return _patience(fields)
+
+    def answer(self, values: Any, *, done: bool) -> None:
+        """Answer it."""
+        message = {"op": "service_response", **({} if self._name is None else {"id": self._name})}
+        self._client.say(
+            {**message, "service": self._said, "values": values, "result": done},
+            self._compression, self._fragment, self._name,
+        )  # fmt: skip
+
+    def fail(self, error: MayaError) -> None:
+        """Answer that it failed."""
+        self.answer(self._client.words(error), done=False)
+
+
+def request_of(arguments: Any) -> Request:
+    """Return a request of what stands under `args`: an object, a list, or nothing; raises `InvalidRequest`."""
+    if arguments is None:
         return {}
-    if isinstance(arguments, list) and len(arguments) == 1:
-        return _request(arguments[0])
-    if isinstance(arguments, dict):
+    if isinstance(arguments, dict | list):
         return arguments
-    raise InvalidRequest(key="args", reason="it is an object")
+    raise InvalidRequest(key="args", reason="it is an object, or a list of the values of its fields")
 
 
 def _patience(fields: Fields) -> float | None:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Coroutine, Mapping
+from collections.abc import Awaitable, Coroutine, Mapping
 from enum import IntEnum
 from typing import Any
 
-from maya_un.errors import MayaError, UnknownInterface
+from maya_un.errors import InvalidRequest, MayaError, UnknownInterface
 from maya_un.graph.protocol import Graph
 from maya_un.graph.table import TABLE, Form, Row
 from maya_un.rosbridge import forms
@@ -15,7 +15,7 @@ from maya_un.rosbridge.outgoing import Press, shaped
 from maya_un.rosbridge.sending import Sender
 from maya_un.server.crash import written_down
 
-Id = str | int | None
+Id = str | float | None
 
 ROWS: Mapping[str, Row] = {row.name: row for row in TABLE}
 
@@ -79,10 +79,38 @@ class Client:
 
     async def type_of(self, topic: str) -> str:
         """Return the type that a topic has; raises `UnknownInterface` where nobody knows."""
-        row = ROWS.get(topic)
-        if row is not None and row.form is Form.TOPIC:
-            return row.type
-        found = (await self.graph.directory.topics()).get(topic)
+        found = await self._asked(topic)
         if not found:
             raise UnknownInterface(form="topic", name=topic)
         return found
+
+    def require(self, topic: str, kind: str) -> Awaitable[None] | None:
+        """Raise `InvalidRequest` where a topic has another type than `kind`, or return what does; a new one has any."""
+        found = self._known(topic)
+        if found is None:
+            return self._require(topic, kind)
+        _check(topic, kind, found)
+        return None
+
+    async def _require(self, topic: str, kind: str) -> None:
+        _check(topic, kind, await self._asked(topic))
+
+    async def _asked(self, topic: str) -> str:
+        found = self._known(topic)
+        return (await self.graph.directory.topics()).get(topic, "") if found is None else found
+
+    def _known(self, topic: str) -> str | None:
+        row = ROWS.get(topic)
+        if row is not None and row.form is Form.TOPIC:
+            return row.type
+        return self.graph.directory.topic_type(topic)
+
+
+def _check(topic: str, kind: str, found: str) -> None:
+    if found not in ("", kind):
+        raise other_type(topic, found)
+
+
+def other_type(topic: str, kind: str) -> InvalidRequest:
+    """Return the refusal of a type that is not the topic's."""
+    return InvalidRequest(key="type", reason=f"{topic} is a {kind}")

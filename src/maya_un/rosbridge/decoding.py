@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import Any, NoReturn
+from typing import Any
 
 from maya_un.errors import InvalidRequest
 
@@ -12,20 +12,33 @@ def decoded(text: str | bytes) -> dict[str, Any]:
     """Return the object that a client sent; raises `InvalidRequest` for whatever is none.
 
     Half a character is refused here: nobody behind this could send it on. So are bytes that are no text: what a client
-    says is JSON, though it may be told CBOR.
+    says is JSON, though it may be told CBOR. NaN and Infinity, which Python and some JavaScript write, are understood.
     """
     try:
-        value = json.loads(text, parse_constant=_refused)
+        value = parsed(text)
+    except ValueError as error:
+        raise not_json(error) from error
+    return as_object(value)
+
+
+def parsed(text: str | bytes) -> Any:
+    """Return the value that a text says in JSON; raises `ValueError`, and `InvalidRequest` if it nests too deeply."""
+    try:
+        value = json.loads(text)
         if "\\u" in (text if isinstance(text, str) else text.decode()):
             json.dumps(value, ensure_ascii=False).encode()
     except RecursionError as error:
         raise InvalidRequest(key="message", reason="it is nested too deeply") from error
-    except ValueError as error:
-        raise InvalidRequest(key="message", reason=f"it is not JSON ({error})") from error
-    if not isinstance(value, dict):
-        raise InvalidRequest(key="message", reason="it is not a JSON object")
     return value
 
 
-def _refused(name: str) -> NoReturn:
-    raise ValueError(f"{name} is not a number in JSON")
+def not_json(error: ValueError) -> InvalidRequest:
+    """Return the refusal of a text that is no JSON."""
+    return InvalidRequest(key="message", reason=f"it is not JSON ({error})")
+
+
+def as_object(value: Any) -> dict[str, Any]:
+    """Return a value that is an object; raises `InvalidRequest` for another."""
+    if not isinstance(value, dict):
+        raise InvalidRequest(key="message", reason="it is not a JSON object")
+    return value

@@ -14,7 +14,7 @@ from starlette.datastructures import Headers
 from maya_un.api.access import tokens
 from maya_un.api.access.caller import ROS, Caller
 from maya_un.errors import InvalidRequest, MayaError, NotSignedIn
-from maya_un.graph.protocol import Graph
+from maya_un.graph.protocol import Graph, Publisher
 from maya_un.listening import Listener, Shares
 from maya_un.rosbridge.client import Client
 from maya_un.rosbridge.guest import Admission, Guest
@@ -36,6 +36,9 @@ PORT = 9090
 
 NODE = "rosbridge"
 """The name under which clients take part in the graph."""
+
+CLIENT_COUNT = "/client_count"
+"""The topic that tells how many clients there are."""
 
 Seat = Callable[[Guest], AbstractContextManager[Graph]]
 """Gives a client its place in a graph, for as long as the client is there."""
@@ -84,6 +87,7 @@ class Endpoint:
         self._turns = Turns()
         self._sessions: dict[Wire, tuple[Session, ExitStack]] = {}
         self._ending: set[asyncio.Task[None]] = set()
+        self._count: Publisher | None = None
 
     @property
     def clients(self) -> int:
@@ -93,15 +97,19 @@ class Endpoint:
     @asynccontextmanager
     async def serving(self, door: socket.socket) -> AsyncIterator[None]:
         """Serve at `door` while the block runs; whoever is there at its end is told that the service ends."""
-        server = Listener([door], lambda: Wire(self), Shares.now().far)
-        try:
-            yield
-        finally:
-            server.close()
-            for wire in tuple(self._sessions):
-                wire.end(GOING, "the service ends")
-                self.leave(wire)
-            await asyncio.gather(*self._ending)
+        with self._seat(Guest()) as graph:
+            self._count = graph.advertise(CLIENT_COUNT, "std_msgs/Int32", latch=True)
+            self._tell_count()
+            server = Listener([door], lambda: Wire(self), Shares.now().far)
+            try:
+                yield
+            finally:
+                server.close()
+                for wire in tuple(self._sessions):
+                    wire.end(GOING, "the service ends")
+                    self.leave(wire)
+                await asyncio.gather(*self._ending)
+                self._count.close()
 
     def refusal(self, headers: Headers, *, local: bool) -> MayaError | None:
         """Return why a client is not let in."""
@@ -122,15 +130,21 @@ class Endpoint:
             session = Session(client, Rosapi(graph, self._press.now), self._turns, entry)
             self._sessions[wire] = (session, stack.pop_all())
         session.begin(tokens.of_header(headers.get("authorization")))
+        self._tell_count()
         return session
 
     def leave(self, wire: Wire) -> None:
         """End a session: what it began is ended."""
         found = self._sessions.pop(wire, None)
         if found is not None:
+            self._tell_count()
             task = asyncio.get_running_loop().create_task(_ended(*found), name="end of a rosbridge session")
             self._ending.add(task)
             task.add_done_callback(self._ending.discard)
+
+    def _tell_count(self) -> None:
+        if self._count is not None:
+            self._count.publish({"data": len(self._sessions)})
 
 
 def _look(wire: Wire, guest: Guest, now: Caller | MayaError) -> None:

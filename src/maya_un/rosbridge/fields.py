@@ -21,12 +21,12 @@ class Fields:
         self._message = message
 
     @property
-    def id(self) -> str | int | None:
+    def id(self) -> str | float | None:
         """What the client calls this message, None where it does not say."""
         found = self._message.get("id")
         if found is None or (isinstance(found, str) and len(found) <= LONGEST_ID):
             return found
-        if isinstance(found, int) and not isinstance(found, bool) and abs(found) < 2**63:
+        if isinstance(found, int | float) and not isinstance(found, bool) and abs(found) < 2**63:
             return found
         raise InvalidRequest(key="id", reason=f"it is a text of at most {LONGEST_ID} characters")
 

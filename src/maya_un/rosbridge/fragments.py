@@ -13,7 +13,7 @@ from maya_un.rosbridge.limits import FRAGMENT_PATIENCE, GATHERED, LONGEST_MESSAG
 _numbers = itertools.count(1)
 
 
-def cut(text: str, size: int, name: str | int | None = None) -> list[str]:
+def cut(text: str, size: int, name: str | float | None = None) -> list[str]:
     """Return `text`, or where it has more than `size` characters fragments of it, as texts to send.
 
     `name` is the id under which they belong together; without one they get a new one.
@@ -40,7 +40,7 @@ class Gathering:
     """The incomplete messages of one client."""
 
     def __init__(self) -> None:
-        self._open: dict[str | int, _Gathered] = {}
+        self._open: dict[str | float, _Gathered] = {}
 
     def add(self, fields: Fields, form: str, now: float) -> str | None:
         """Add a piece that came at `now` [s] and return the whole text where it was the last one missing.
@@ -57,7 +57,7 @@ class Gathering:
             self._open.pop(name, None)
             raise
 
-    def _added(self, name: str | int, fields: Fields, form: str, now: float) -> str | None:
+    def _added(self, name: str | float, fields: Fields, form: str, now: float) -> str | None:
         data = fields.text("data")
         total = fields.whole("total", 0, 1, MOST_FRAGMENTS + 1)
         number = fields.whole("num", -1, 0, MOST_FRAGMENTS)

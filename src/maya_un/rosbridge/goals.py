@@ -14,6 +14,7 @@ from maya_un.rosbridge import forms
 from maya_un.rosbridge.client import ROWS, Client, Id
 from maya_un.rosbridge.fields import Fields
 from maya_un.rosbridge.limits import LONGEST_MESSAGE, SMALLEST_FRAGMENT, UNDER_WAY
+from maya_un.rosbridge.outgoing import COMPRESSIONS
 from maya_un.server.crash import written_down
 
 UNKNOWN, SUCCEEDED, CANCELED, ABORTED = 0, 4, 5, 6
@@ -31,16 +32,26 @@ class _Sent:
     """One goal of a client: what it said, and the last result that was heard of its action."""
 
     def __init__(self, client: Client, fields: Fields) -> None:
+        """Take a message that names an action and says what it is called; raises `InvalidRequest` for another."""
         self._client = client
-        self.said, self.action = fields.name("action")
+        self.said = fields.text("action")
+        self.name = fields.id
+        self.action = self.kind = ""
+        self.goal: Message = {}
+        self._feedback = False
+        self._compression = "none"
+        self._fragment = 0
+        self._last: Ended | None = None
+
+    def read(self, fields: Fields) -> None:
+        """Read the rest of it; raises `InvalidRequest`. Results come as JSON, or that as a picture, as of services."""
+        _, self.action = fields.name("action")
         row = ROWS.get(self.action)
         self.kind = fields.kind("action_type", needed=row is None) or (row.type if row else "")
         self.goal = fields.record("args")
-        self.name = fields.id
         self._feedback = fields.flag("feedback", default=False)
-        self._compression = fields.one_of("compression", ("none", "png"), "none")
+        self._compression = "png" if fields.one_of("compression", COMPRESSIONS, "none") == "png" else "none"
         self._fragment = fields.whole("fragment_size", 0, SMALLEST_FRAGMENT, LONGEST_MESSAGE)
-        self._last: Ended | None = None
 
     async def ended(self) -> Ended:
         """Have it carried out; one that is cancelled is told as it ended.
@@ -95,16 +106,19 @@ class SendingGoals:
         self.ops = {"send_action_goal": self.send_action_goal, "cancel_action_goal": self.cancel_action_goal}
 
     def send_action_goal(self, fields: Fields) -> None:
-        """Carry out `send_action_goal`; feedback and result come when they are there."""
+        """Carry out `send_action_goal`; feedback and result come when they are there.
+
+        A goal that names an action and is refused has a result as well: its client waits for nothing else.
+        """
         goal = _Sent(self._client, fields)
         if goal.name in self._tasks:
             raise InvalidRequest(key="id", reason="a goal of this name is under way")
-        if self._goals >= UNDER_WAY:
-            goal.tell_failure(
-                self._client.words(
-                    InvalidRequest(key="action", reason=f"at most {UNDER_WAY} goals of a client may be under way")
-                )
-            )
+        try:
+            goal.read(fields)
+            if self._goals >= UNDER_WAY:
+                raise InvalidRequest(key="action", reason=f"at most {UNDER_WAY} goals of a client may be under way")
+        except MayaError as error:
+            goal.tell_failure(self._client.words(error))
             return
         self._goals += 1
         task = self._client.spawn(self._carry_out(goal), f"goal {goal.action}")

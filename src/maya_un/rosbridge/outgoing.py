@@ -57,7 +57,7 @@ class Outgoing:
         return framed(cbor.encoded({"op": "publish", "topic": name, "msg": content}), BINARY)
 
 
-def shaped(text: str, compression: str, fragment: int, name: str | int | None = None) -> bytes:
+def shaped(text: str, compression: str, fragment: int, name: str | float | None = None) -> bytes:
     """Return a message in JSON as frames, as a picture and in pieces where that is wanted."""
     if compression == "png":
         text = json.dumps({"op": "png", "data": png.encoded(text)})

@@ -5,13 +5,14 @@ from __future__ import annotations
 import asyncio
 import itertools
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import Any
 
 from maya_un.errors import InvalidRequest, MayaError
 from maya_un.graph import types
 from maya_un.graph.protocol import Message, Publisher
-from maya_un.rosbridge.client import ROWS, Client, Id, Level
+from maya_un.graph.stamps import stamp
+from maya_un.rosbridge.client import Client, Id, Level, other_type
 from maya_un.rosbridge.fields import Fields
 from maya_un.rosbridge.limits import TOPICS, UNDER_WAY, WAITING
 
@@ -47,7 +48,8 @@ class _Writing:
         if not self._waiting and (self._publisher.readers or self._loop.time() >= self._until):
             self._publisher.publish(message)
             return
-        self._waiting.append(types.conform(self.kind, message) if types.known(self.kind) else message)
+        now = stamp(self._client.press.now())
+        self._waiting.append(types.conform(self.kind, message, stamp=now) if types.known(self.kind) else message)
         if self._timer is None:
             self._timer = self._loop.call_later(_LOOK, self._look)
 
@@ -82,19 +84,28 @@ class Publishing:
         self._writings: dict[str, _Writing] = {}
         self.ops = {"advertise": self.advertise, "unadvertise": self.unadvertise, "publish": self.publish}
 
-    def advertise(self, fields: Fields) -> None:
-        """Carry out `advertise`."""
-        said, topic = fields.name("topic")
+    def advertise(self, fields: Fields) -> Awaitable[None] | None:
+        """Carry out `advertise`, at once unless the graph has to be asked for the type that the topic has."""
+        _, topic = fields.name("topic")
         kind, latch = fields.kind(), fields.flag("latch", default=False)
-        queue_size, name = fields.whole("queue_size", 100, 0, 1000) or 1, fields.id
-        writing, row = self._writings.get(topic), ROWS.get(topic)
-        known = writing.kind if writing is not None else kind if row is None else row.type
-        if known != kind:
-            raise InvalidRequest(key="type", reason=f"{said} is a {known}")
-        if writing is None:
-            writing = self._begin(topic, kind, latch=latch, queue_size=queue_size)
-        writing.names.add(name)
-        self._client.tell(Level.info, f"advertised {said}", name)
+        queue_size = fields.whole("queue_size", 100, 0, 1000) or 1
+        writing = self._writings.get(topic)
+        if writing is not None:
+            self._join(writing, kind, fields)
+            return None
+
+        def begin() -> None:
+            self._join(self._begin(topic, kind, latch=latch, queue_size=queue_size), kind, fields)
+
+        asked = self._client.require(topic, kind)
+        return begin() if asked is None else _after(asked, begin)
+
+    def _join(self, writing: _Writing, kind: str, fields: Fields) -> None:
+        said, _ = fields.name("topic")
+        if writing.kind != kind:
+            raise other_type(said, writing.kind)
+        writing.names.add(fields.id)
+        self._client.tell(Level.info, f"advertised {said}", fields.id)
 
     def unadvertise(self, fields: Fields) -> None:
         """Carry out `unadvertise`."""
@@ -155,6 +166,11 @@ class Publishing:
         for goal in goals:
             canceller.publish({"stamp": {"secs": 0, "nsecs": 0}, "id": goal})
         canceller.close()
+
+
+async def _after(asked: Awaitable[None], begin: Callable[[], None]) -> None:
+    await asked
+    begin()
 
 
 def _named(goal: Message) -> Message:

@@ -19,6 +19,7 @@ from maya_un.graph.protocol import (
     Parameters,
     Publisher,
     Quick,
+    Request,
     Subscription,
 )
 from maya_un.graph.table import MAYA_COMMAND, Form, asked_by_call, asked_by_topic
@@ -70,7 +71,7 @@ class Restricted:
         self._guest.require(Operation.GRAPH)
         return self._graph.serve(service, kind, answer, quick)
 
-    async def call(self, service: str, request: Message, kind: str = "") -> Message:
+    async def call(self, service: str, request: Request, kind: str = "") -> Message:
         """Return the answer of a service."""
         self._guest.require(_asked_by(_whole(service), request))
         return await self._graph.call(service, request, kind)
@@ -136,9 +137,10 @@ class _RestrictedParameters:
         return await self._all.names()
 
 
-def _asked_by(service: str, request: Message) -> Operation:
+def _asked_by(service: str, request: Request) -> Operation:
     """Return the operation that a call asks for; whether the robot can take a wish is a question."""
-    task = request.get("task")
+    first = request[0] if isinstance(request, list) and request else None
+    task = request.get("task") if isinstance(request, dict) else first
     question = isinstance(task, dict) and task.get("command") == CanTeleop.command
     return Operation.READ if question and service == MAYA_COMMAND.name else asked_by_call(service, Form.SERVICE)
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Awaitable, Callable, Mapping
-from typing import Any
 
 from maya_un.errors import InvalidMessage, InvalidRequest, UnknownInterface
 from maya_un.graph import types
-from maya_un.graph.protocol import Graph, Message, Node
+from maya_un.graph.arguments import by_name
+from maya_un.graph.catalogue import is_base
+from maya_un.graph.protocol import Graph, Message, Node, Request
 from maya_un.graph.stamps import stamp
 from maya_un.rosbridge import forms
 from maya_un.rosbridge.names import resolved, type_of
@@ -17,7 +18,12 @@ PREFIX = "/rosapi/"
 NODE = "/rosapi"
 """Under this name the endpoint answers these services."""
 
-Question = Callable[[Any], Awaitable[Message]]
+HOST = "127.0.0.1"
+"""The machine that answers them: the endpoint listens on the loopback only."""
+
+Question = Callable[[Request], Awaitable[Message]]
+
+Answer = Callable[[Message], Awaitable[Message]]
 
 _ACTION = ("/goal", "/cancel", "/status", "/feedback", "/result")
 
@@ -28,7 +34,7 @@ class Rosapi:
     def __init__(self, graph: Graph, now: Callable[[], float]) -> None:
         self._graph = graph
         self._now = now
-        asked: dict[str, tuple[str, Question]] = {
+        asked: dict[str, tuple[str, Answer]] = {
             "topics": ("Topics", self._topics),
             "topic_type": ("TopicType", self._topic_type),
             "topics_for_type": ("TopicsForType", self._topics_for_type),
@@ -37,6 +43,7 @@ class Rosapi:
             "service_type": ("ServiceType", self._service_type),
             "services_for_type": ("ServicesForType", self._services_for_type),
             "service_node": ("ServiceNode", self._service_node),
+            "service_host": ("ServiceHost", self._service_host),
             "service_providers": ("ServiceProviders", self._service_providers),
             "service_request_details": ("ServiceRequestDetails", self._request_details),
             "service_response_details": ("ServiceResponseDetails", self._response_details),
@@ -64,8 +71,9 @@ class Rosapi:
         kind, answer = found
         request, _ = types.halves(kind)
 
-        async def asked(arguments: Any) -> Message:
-            return await answer(types.conform(request, {} if arguments in (None, []) else arguments))
+        async def asked(arguments: Request) -> Message:
+            named = by_name(request, types.fields(request), arguments)
+            return await answer(types.conform(request, named, stamp=stamp(self._now())))
 
         return asked
 
@@ -92,10 +100,12 @@ class Rosapi:
         return {**await self._graph.directory.services(), **ours}
 
     async def _services(self, _: Message) -> Message:
-        return {"services": list(await self._all_services())}
+        return {"services": [*await self._graph.directory.service_names(), *self._asked]}
 
     async def _service_type(self, request: Message) -> Message:
-        return {"type": (await self._all_services()).get(_whole(request["service"]), "")}
+        service = _whole(request["service"])
+        ours = self._asked.get(service)
+        return {"type": await self._graph.directory.service_type(service) if ours is None else ours[0]}
 
     async def _services_for_type(self, request: Message) -> Message:
         kind, found = _kind(request["type"]), await self._all_services()
@@ -109,8 +119,19 @@ class Rosapi:
         providers = await self._serving(request["service"])
         return {"node": providers[0] if providers else ""}
 
+    async def _service_host(self, request: Message) -> Message:
+        service = _whole(request["service"])
+        return {"host": HOST if service in self._asked else await self._graph.directory.service_host(service)}
+
     async def _service_providers(self, request: Message) -> Message:
-        return {"providers": await self._serving(request["service"])}
+        """Return the nodes that serve a type, which the field "service" holds; a service is understood as well."""
+        service = request["service"]
+        providers = await self._serving(service)
+        if not providers and not service.startswith("/"):
+            kind = _kind(service)
+            names = {name for name, one in (await self._all_services()).items() if one == kind}
+            providers = [node for node, one in (await self._all_nodes()).items() if names.intersection(one.serves)]
+        return {"providers": providers}
 
     async def _serving(self, service: str) -> list[str]:
         name = _whole(service)
@@ -123,7 +144,8 @@ class Rosapi:
         return {"typedefs": _details(types.halves(_kind(request["type"]))[1])}
 
     async def _message_details(self, request: Message) -> Message:
-        return {"typedefs": _details(_kind(request["type"]))}
+        kind = request["type"]
+        return {"typedefs": _details(kind if is_base(kind) else _kind(kind))}
 
     async def _nodes(self, _: Message) -> Message:
         return {"nodes": list(await self._all_nodes())}
@@ -155,9 +177,7 @@ class Rosapi:
     async def _get_param(self, request: Message) -> Message:
         missing = object()
         value = await self._graph.parameters.get(_whole(request["name"]), missing)
-        if value is missing:
-            return {"value": request["default"] or "null"}
-        return {"value": forms.text_of(value)}
+        return {"value": forms.text_of(_default(request["default"]) if value is missing else value)}
 
     async def _set_param(self, request: Message) -> Message:
         try:
@@ -202,3 +222,11 @@ def _kind(text: str) -> str:
 
 def _details(kind: str) -> list[Message]:
     return list(types.details(kind))
+
+
+def _default(text: str) -> object:
+    """Return what a default says as JSON; a text that is no JSON is that text."""
+    try:
+        return json.loads(text) if text else None
+    except (ValueError, RecursionError):
+        return text

@@ -79,7 +79,7 @@ class Serving:
         ours = self._services.pop(service, None)
         if ours is not None:
             ours.close("it was advertised anew")
-        if service in ROWS or service in await self._client.graph.directory.services():
+        if service in ROWS or service in await self._client.graph.directory.service_names():
             raise InvalidRequest(key="service", reason=f"{service} is served already")
         one = _Service(self._client, said, service, kind)
         one.held = self._client.graph.serve(service, kind, one.answer)

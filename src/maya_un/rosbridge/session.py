@@ -13,11 +13,12 @@ from maya_un.rosbridge import png
 from maya_un.rosbridge.acting import Acting
 from maya_un.rosbridge.calling import Calling
 from maya_un.rosbridge.client import Client, Id, Level
-from maya_un.rosbridge.decoding import decoded
+from maya_un.rosbridge.decoding import as_object, decoded, not_json, parsed
 from maya_un.rosbridge.fields import Fields
 from maya_un.rosbridge.fragments import Gathering
 from maya_un.rosbridge.goals import SendingGoals
 from maya_un.rosbridge.limits import LONGEST_MESSAGE, NESTED, WAITING
+from maya_un.rosbridge.objects import Objects
 from maya_un.rosbridge.publishing import Publishing
 from maya_un.rosbridge.rosapi import Rosapi
 from maya_un.rosbridge.serving import Serving
@@ -54,6 +55,7 @@ class Session:
         self._goals = SendingGoals(client)
         self._acting = Acting(client)
         self._gathering = Gathering()
+        self._objects = Objects()
         self._inbox: deque[str | bytes] = deque()
         self._loop = asyncio.get_running_loop()
         self._closed = False
@@ -134,7 +136,8 @@ class Session:
         """Carry out a message; return what is to be awaited for that."""
         name: Id = None
         try:
-            message = self._unwrapped(text)
+            whole = self._next_object(text)
+            message = None if whole is None else self._unwrapped(whole)
             if message is None:
                 return None
             fields = Fields(message)
@@ -161,10 +164,35 @@ class Session:
             raise InvalidRequest(key="op", reason=f"it is one of {', '.join(sorted([*self._ops, 'fragment', 'png']))}")
         return found
 
-    def _unwrapped(self, text: str | bytes) -> dict[str, Any] | None:
-        """Return the message in a text, in its fragments or in a picture; None where more fragments are to come."""
+    def _next_object(self, text: str | bytes) -> dict[str, Any] | None:
+        """Return the object that a text says, or the first of several; None where the text says a part of one."""
+        try:
+            text = text if isinstance(text, str) else text.decode()
+            value = parsed(text)
+        except UnicodeDecodeError as error:
+            raise not_json(error) from error
+        except ValueError as error:
+            return self._next_of_several(str(text), error)
+        if not self._objects.incomplete:
+            return as_object(value)
+        if not isinstance(value, dict) or "op" not in value:
+            return self._next_of_several(text)
+        self._objects.forget()
+        self._client.refuse(InvalidRequest(key="message", reason="it is incomplete, and the next one has begun"))
+        return value
+
+    def _next_of_several(self, text: str, error: ValueError | None = None) -> dict[str, Any] | None:
+        found = self._objects.add(text)
+        self._inbox.extendleft(found[:0:-1])
+        if found:
+            return decoded(found[0])
+        if error is not None and not self._objects.incomplete:
+            raise not_json(error) from error
+        return None
+
+    def _unwrapped(self, message: dict[str, Any]) -> dict[str, Any] | None:
+        """Return the message itself, that in its fragments or in a picture; None where more fragments are to come."""
         for _ in range(NESTED):
-            message = decoded(text)
             op = message.get("op")
             if op is None:
                 raise InvalidRequest(key="op", reason="every message has one")
@@ -175,7 +203,7 @@ class Session:
             found = self._gathering.add(fields, op, self._loop.time()) if pieces else fields.text("data")
             if found is None:
                 return None
-            text = png.decoded(found, LONGEST_MESSAGE) if op == "png" else found
+            message = decoded(png.decoded(found, LONGEST_MESSAGE) if op == "png" else found)
         raise InvalidRequest(key="op", reason=f"a message is wrapped at most {NESTED} times")
 
     def _set_level(self, fields: Fields) -> None:

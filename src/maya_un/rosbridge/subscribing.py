@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from maya_un.errors import InvalidRequest
 from maya_un.graph.protocol import Message, Subscription
-from maya_un.rosbridge.client import ROWS, Client, Id, Level
+from maya_un.rosbridge.client import ROWS, Client, Id, Level, other_type
 from maya_un.rosbridge.fields import Fields
 from maya_un.rosbridge.limits import LONGEST_MESSAGE, LONGEST_QUEUE, REQUESTS, SMALLEST_FRAGMENT, TOPICS, WAITING
 from maya_un.rosbridge.outgoing import COMPRESSIONS, Form, Outgoing
@@ -149,20 +149,24 @@ class Subscribing:
         return any(name in self._readings for name in (topic, topic.removeprefix("/")))
 
     def subscribe(self, fields: Fields) -> Awaitable[None] | None:
-        """Carry out `subscribe`, at once unless the graph has to be asked for the type."""
+        """Carry out `subscribe`, at once unless the graph has to be asked for the type that the topic has."""
         said, topic = fields.name("topic")
         request, kind, name = Request.of(fields), fields.kind(needed=False), fields.id
         reading = self._readings.get(said)
-        if reading is None and not kind:
-            return self._find_out(said, topic, request, name)
-        if reading is None:
-            self._begin(said, topic, kind, request, name)
-        else:
+        if reading is not None:
             self._join(reading, said, kind, request, name)
+            return None
+        asked = self._client.require(topic, kind) if kind else self._client.type_of(topic)
+        if asked is not None:
+            return self._find_out(said, topic, kind, request, name, asked)
+        self._begin(said, topic, kind, request, name)
         return None
 
-    async def _find_out(self, said: str, topic: str, request: Request, name: Id) -> None:
-        self._begin(said, topic, await self._client.type_of(topic), request, name)
+    async def _find_out(
+        self, said: str, topic: str, kind: str, request: Request, name: Id, asked: Awaitable[str | None]
+    ) -> None:
+        found = await asked
+        self._begin(said, topic, kind or found or "", request, name)
 
     def _begin(self, said: str, topic: str, kind: str, request: Request, name: Id) -> None:
         if len(self._readings) >= TOPICS:
@@ -175,7 +179,7 @@ class Subscribing:
 
     def _join(self, reading: Reading, said: str, kind: str, request: Request, name: Id) -> None:
         if kind and kind != reading.kind:
-            raise InvalidRequest(key="type", reason=f"{said} is a {reading.kind}")
+            raise other_type(said, reading.kind)
         if len(reading.requests) >= REQUESTS:
             raise InvalidRequest(key="id", reason=f"at most {REQUESTS} subscriptions stand on a topic")
         reading.add(name, request)

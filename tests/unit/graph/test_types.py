@@ -100,6 +100,20 @@ def test_a_header_that_says_no_time_gets_one_where_there_is_one() -> None:
     assert types.conform(POINT, {}, stamp=now) == {"x": 0.0, "y": 0.0, "z": 0.0}
 
 
+def test_the_word_now_is_a_time_only_where_somebody_says_when_that_is() -> None:
+    now = {"secs": 5, "nsecs": 6}
+    assert types.conform("std_msgs/Time", {"data": "now"}, stamp=now) == {"data": now}
+    for kind, said in (("std_msgs/Time", None), ("std_msgs/Duration", now)):
+        with pytest.raises(InvalidMessage):
+            types.conform(kind, {"data": "now"}, stamp=said)
+
+
+def test_ros_2_names_of_a_time_are_understood_but_not_mixed() -> None:
+    assert types.conform("std_msgs/Duration", {"data": {"sec": -1, "nanosec": 2}}) == {"data": {"secs": -1, "nsecs": 2}}
+    with pytest.raises(InvalidMessage):
+        types.conform("std_msgs/Time", {"data": {"secs": 1, "nanosec": 2}})
+
+
 @pytest.mark.parametrize(
     ("kind", "data", "path"),
     [
@@ -121,7 +135,7 @@ def test_a_header_that_says_no_time_gets_one_where_there_is_one() -> None:
         ("std_msgs/Float32", {"data": 1e39}, "data of std_msgs/Float32"),
         ("std_msgs/Time", {"data": 1.5}, "data of std_msgs/Time"),
         ("std_msgs/Time", {"data": {"secs": -1}}, "data of std_msgs/Time"),
-        ("std_msgs/Time", {"data": {"sec": 1}}, "data of std_msgs/Time"),
+        ("std_msgs/Time", {"data": {"sec": 1, "nsecs": 2}}, "data of std_msgs/Time"),
         (RAW, {"position": [1, 2]}, f"position of {RAW}"),
         (RAW, {"moving": [True, False, 1]}, f"moving[2] of {RAW}"),
         (RAW, {"stop_code": "not base64!"}, f"stop_code of {RAW}"),

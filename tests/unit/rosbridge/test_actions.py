@@ -123,8 +123,8 @@ async def test_a_goal_that_nobody_carries_out_is_told() -> None:
 @pytest.mark.parametrize(
     ("op", "message", "kind"),
     [
-        ("send_action_goal", {"action": "/unknown"}, "status"),
-        ("send_action_goal", {"action": "/task", "args": 5}, "status"),
+        ("send_action_goal", {"action": "/unknown"}, "action_result"),
+        ("send_action_goal", {"action": "/task", "args": 5}, "action_result"),
         ("send_action_goal", {"action": "/task", "args": {"nothing": 1}}, "action_result"),
         ("send_action_goal", {"action": "/task", "action_type": "maya_robot/Nothing"}, "action_result"),
         ("cancel_action_goal", {"action": "/task", "id": "unknown"}, "status"),

@@ -161,9 +161,24 @@ def test_more_clients_than_there_are_places_are_not_let_in() -> None:
 
 
 async def gone(one: Served) -> None:
-    """Return when nobody is there any more."""
-    while one.endpoint.clients or one.bus.nodes != [one.robot]:
+    """Return when nobody is there any more but the robot and the endpoint itself."""
+    while one.endpoint.clients or len(one.bus.nodes) > 2:
         await turn()
+
+
+def test_client_count_tells_how_many_clients_there_are() -> None:
+    async def story(one: Served) -> None:
+        counts: list[int] = []
+        one.robot.subscribe("/client_count", "std_msgs/Int32", lambda message: counts.append(message["data"]))
+        async with web(one.url) as first, web(one.url):
+            await first.say("subscribe", topic="/client_count")
+            assert (await first.hear())["msg"] == {"data": 2}
+        await gone(one)
+        while counts[-1] != 0:
+            await turn()
+        assert counts == [0, 1, 2, 1, 0]
+
+    told(story)
 
 
 def test_what_is_no_websocket_is_answered_and_harms_nobody() -> None:

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import json
+import math
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from maya_un.errors import InvalidRequest
 from maya_un.rosbridge import fragments
 from maya_un.rosbridge.decoding import decoded
 from maya_un.rosbridge.fields import Fields
 from maya_un.rosbridge.fragments import Gathering
-from maya_un.rosbridge.limits import FRAGMENT_PATIENCE, GATHERED, LONGEST_MESSAGE, MOST_FRAGMENTS
+from maya_un.rosbridge.limits import FRAGMENT_PATIENCE, GATHERED, LONGEST_MESSAGE, LONGEST_SPLIT, MOST_FRAGMENTS
 from maya_un.rosbridge.names import resolved, type_of
+from maya_un.rosbridge.objects import Objects
+from tests.rosbridging import Said
 
 
 @pytest.mark.parametrize(
@@ -82,12 +87,39 @@ def test_fields_that_are_not_as_they_should_be_are_refused(wrong: Any) -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["", "{", "[]", "3", '"x"', "NaN", '{"a": NaN}', '{"a": Infinity}', "[" * 100_000, '{"a": "\\ud800"}', b"\xff{}"],
+    ["", "{", "[]", "3", '"x"', "NaN", "[" * 100_000, '{"a": "\\ud800"}', b"\xff{}"],
 )
 def test_what_is_no_object_in_json_is_refused(text: str | bytes) -> None:
     with pytest.raises(InvalidRequest) as refused:
         decoded(text)
     assert refused.value.details["key"] == "message"
+
+
+@pytest.mark.parametrize(("text", "value"), [("NaN", math.nan), ("Infinity", math.inf), ("-Infinity", -math.inf)])
+def test_words_for_what_is_no_number_are_understood(text: str, value: float) -> None:
+    assert decoded(f'{{"a": {text}}}') == {"a": pytest.approx(value, nan_ok=True)}
+
+
+@given(
+    messages=st.lists(st.dictionaries(st.text(), st.text() | st.dictionaries(st.text(), st.integers())), max_size=4),
+    between=st.text(alphabet=' \n"\\}]x'),
+    size=st.integers(1, 40),
+)
+def test_objects_are_found_however_texts_cut_them(messages: list[Said], between: str, size: int) -> None:
+    text = between.join(map(json.dumps, messages))
+    objects = Objects()
+    found = [one for begin in range(0, len(text), size) for one in objects.add(text[begin : begin + size])]
+    assert [json.loads(one) for one in found] == messages
+    assert not objects.incomplete
+
+
+def test_objects_give_up_what_grows_beyond_a_message() -> None:
+    objects = Objects()
+    assert objects.add('{"a": "') == []
+    with pytest.raises(InvalidRequest):
+        for _ in range(LONGEST_MESSAGE // LONGEST_SPLIT + 1):
+            objects.add("x" * LONGEST_SPLIT)
+    assert not objects.incomplete
 
 
 def test_a_whole_character_in_two_halves_is_understood() -> None:

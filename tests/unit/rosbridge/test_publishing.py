@@ -6,7 +6,7 @@ import pytest
 
 from maya_un.graph.protocol import Feedback, Message, Outcome
 from maya_un.rosbridge.limits import TOPICS
-from tests.rosbridging import Room, Said, room, settled
+from tests.rosbridging import DATE, Room, Said, room, settled
 from tests.virtual_time import elapse
 
 STRING = "std_msgs/String"
@@ -75,6 +75,26 @@ async def test_bytes_may_come_as_base64() -> None:
         assert found[0]["stop_code"] == [1, 2, 255]
 
 
+async def test_what_is_said_before_anybody_listens_has_the_time_when_it_was_said() -> None:
+    async with room() as one:
+        talker = one.talker()
+        await talker.ask("advertise", topic="/t", type="sensor_msgs/JointState")
+        await talker.ask("publish", topic="/t", msg={})
+        await elapse(0.5)
+        found = heard(one, kind="sensor_msgs/JointState")
+        await elapse(0.5)
+        assert [message["header"]["stamp"]["secs"] for message in found] == [DATE]
+
+
+@pytest.mark.parametrize("time", ["now", {"sec": int(DATE), "nanosec": 0}, {"secs": int(DATE)}])
+async def test_a_time_is_the_word_now_or_the_names_of_either_ros(time: object) -> None:
+    async with room() as one:
+        talker, found = one.talker(), heard(one, kind="std_msgs/Time")
+        await talker.ask("advertise", topic="/t", type="std_msgs/Time")
+        await talker.ask("publish", topic="/t", msg={"data": time})
+        assert found == [{"data": one.bus.now() if time == "now" else {"secs": int(DATE), "nsecs": 0}}]
+
+
 async def test_a_header_without_a_time_is_stamped() -> None:
     async with room() as one:
         talker, found = one.talker(), heard(one, kind="sensor_msgs/JointState")
@@ -138,7 +158,7 @@ async def test_a_topic_is_given_back_when_every_advertisement_of_it_is() -> None
         ({"topic": "/t", "type": "std_msgs/Nothing"}, 4019),
         ({"topic": "/t", "type": "nothing"}, 4005),
         ({"topic": "/t", "type": STRING, "latch": "yes"}, 4005),
-        ({"topic": "/known", "type": STRING}, 4018),
+        ({"topic": "/known", "type": STRING}, 4005),
     ],
 )
 async def test_an_advertisement_that_cannot_be_is_told(message: Said, code: int) -> None:

@@ -69,6 +69,20 @@ async def test_services_and_their_types() -> None:
         assert await asked(one, "services_for_type", type="std_srvs/SetBool") == {"services": ["/gripper"]}
         assert await asked(one, "service_node", service="/gripper") == {"node": "/robot"}
         assert await asked(one, "service_providers", service="/nothing") == {"providers": []}
+        for one_of_it in ("/gripper", "std_srvs/SetBool"):
+            assert await asked(one, "service_providers", service=one_of_it) == {"providers": ["/robot"]}
+        for service, host in (("/gripper", "127.0.0.1"), ("/rosapi/topics", "127.0.0.1"), ("/nothing", "")):
+            assert await asked(one, "service_host", service=service) == {"host": host}
+
+
+async def test_questions_take_the_values_of_their_fields_as_a_list() -> None:
+    async with room() as one:
+        furnished(one)
+        (told,) = await one.talker().ask("call_service", service="/rosapi/topic_type", args=["/t"])
+        assert told["values"] == {"type": STRING}
+        (told,) = await one.talker().ask("call_service", service="/rosapi/set_param", args=["/p", "5"])
+        assert told["result"] is True
+        assert await asked(one, "get_param", name="/p") == {"value": "5"}
 
 
 async def test_nodes_and_what_they_do() -> None:
@@ -103,6 +117,9 @@ async def test_details_of_types() -> None:
         assert request[0]["fieldtypes"] == ["maya_robot/MayaPrimitive"]
         response = (await asked(one, "service_response_details", type="std_srvs/SetBool"))["typedefs"]
         assert response[0]["fieldnames"] == ["success", "message"]
+        assert await asked(one, "message_details", type="string") == {"typedefs": []}
+        (time,) = (await asked(one, "message_details", type="time"))["typedefs"]
+        assert (time["type"], time["fieldnames"]) == ("time", ["secs", "nsecs"])
         assert (await asked(one, "message_details", type="maya_robot/Nothing")).startswith("4019: ")
         assert (await asked(one, "service_request_details", type="nothing")).startswith("4019: ")
 
@@ -123,6 +140,7 @@ async def test_a_parameter_that_is_not_there_is_its_default_or_null() -> None:
     async with room() as one:
         assert await asked(one, "get_param", name="/x") == {"value": "null"}
         assert await asked(one, "get_param", name="/x", default='"y"') == {"value": '"y"'}
+        assert await asked(one, "get_param", name="/x", default="y") == {"value": '"y"'}
         assert (await asked(one, "delete_param", name="/x")).startswith("4019: ")
         assert (await asked(one, "set_param", name="/x", value="{")).startswith("4018: ")
 

@@ -47,7 +47,7 @@ async def test_a_service_is_called_under_the_name_and_id_that_the_client_used() 
         assert await talker.told() == [response]
 
 
-@pytest.mark.parametrize("args", [None, [], {}, [{}], [{"data": False}]])
+@pytest.mark.parametrize("args", [None, [], {}, [{}], [{"data": False}], [False]])
 async def test_arguments_may_be_left_out_or_stand_in_a_list(args: Any) -> None:
     async with room() as one:
         service, talker = Service(one), one.talker()
@@ -74,7 +74,13 @@ async def test_a_client_goes_on_talking_while_its_calls_are_under_way_and_answer
         ({"service": "/nobody"}, "4019"),
         ({"service": "/s", "args": {"data": 3}}, "4018"),
         ({"service": "/s", "args": {"date": True}}, "4018"),
-        ({"service": "/s", "args": [1, 2]}, "4005"),
+        ({"service": "/s", "args": [True, 2]}, "4018"),
+        ({"service": "/s", "args": [2]}, "4018"),
+        ({"service": "/s", "args": "true"}, "4005"),
+        ({"service": "/s", "timeout": "soon"}, "4005"),
+        ({"service": "/s", "compression": "gzip"}, "4005"),
+        ({"service": "/s", "fragment_size": 1}, "4005"),
+        ({"service": "/a b"}, "4005"),
     ],
 )
 async def test_a_call_that_fails_is_answered_so(message: Said, code: str) -> None:
@@ -87,7 +93,7 @@ async def test_a_call_that_fails_is_answered_so(message: Said, code: str) -> Non
         assert told["values"].startswith(f"{code}: ")
 
 
-@pytest.mark.parametrize("message", [{}, {"service": 5}, {"service": "/s", "timeout": "soon"}])
+@pytest.mark.parametrize("message", [{}, {"service": 5}, {"service": "/s", "id": ["x"]}])
 async def test_a_call_that_is_none_is_told_as_a_status(message: Said) -> None:
     async with room() as one:
         assert [status["code"] for status in await one.talker().ask("call_service", **message)] == [4005]
@@ -143,6 +149,15 @@ async def test_an_answer_may_come_as_a_picture_or_in_fragments() -> None:
         pieces = await talker.ask("call_service", service="/s", id="f", fragment_size=20)
         assert {(piece["op"], piece["id"]) for piece in pieces} == {("fragment", "f")}
         assert json.loads("".join(piece["data"] for piece in pieces))["values"]["message"] == "done"
+
+
+@pytest.mark.parametrize("compression", ["cbor", "cbor-raw"])
+async def test_call_service_that_asks_for_cbor_is_answered_in_json(compression: str) -> None:
+    async with room() as one:
+        service, talker = Service(one), one.talker()
+        service.answers.set()
+        (told,) = await talker.ask("call_service", service="/s", args={"data": True}, compression=compression)
+        assert told["values"] == {"success": True, "message": "done"}
 
 
 async def served_by_a_client(one: Room) -> Any:

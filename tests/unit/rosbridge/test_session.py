@@ -98,6 +98,38 @@ async def test_what_is_not_understood_is_told_and_the_session_goes_on(text: str)
         assert (await talker.ask("call_service", service="/rosapi/get_time"))[0]["result"] is True
 
 
+def asked(name: str) -> str:
+    return json.dumps({"op": "call_service", "service": "/rosapi/get_time", "id": name})
+
+
+@pytest.mark.parametrize(
+    "texts",
+    [
+        [asked("a") + asked("b")],
+        [asked("a") + "\n" + asked("b")],
+        [asked("a")[:20], asked("a")[20:], asked("b")],
+        [asked("a") + asked("b")[:30], asked("b")[30:]],
+        [asked("a")[:5], asked("a")[5:50], asked("a")[50:] + asked("b")],
+        ["rubbish " + asked("a"), asked("b")],
+        [asked("a").encode() + asked("b").encode()],
+    ],
+)
+async def test_several_messages_in_a_text_and_one_over_several_are_carried_out(texts: list[str | bytes]) -> None:
+    async with room() as one:
+        talker = one.talker()
+        talker.session.take(*texts)
+        assert [message.get("id") for message in await talker.told()] == ["a", "b"]
+
+
+async def test_an_incomplete_message_is_given_up_when_the_next_one_begins() -> None:
+    async with room() as one:
+        talker = one.talker()
+        talker.session.take(asked("lost")[:20], asked("b"))
+        refused, answered = await talker.told()
+        assert (refused["op"], refused["code"]) == ("status", 4005)
+        assert answered["id"] == "b"
+
+
 async def test_auth_while_no_users_are_kept_changes_nothing() -> None:
     async with room() as one:
         talker = one.talker()

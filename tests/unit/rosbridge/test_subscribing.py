@@ -83,8 +83,8 @@ async def test_who_goes_is_told_nothing_and_listens_no_more() -> None:
     ("message", "code"),
     [
         ({"topic": "/unknown"}, 4019),
-        ({"topic": "/t", "type": "std_msgs/Float64"}, 4018),
-        ({"topic": "/t", "type": "no_msgs/Thing"}, 4018),
+        ({"topic": "/t", "type": "std_msgs/Float64"}, 4005),
+        ({"topic": "/t", "type": "no_msgs/Thing"}, 4005),
         ({"topic": "/new", "type": "no_msgs/Thing"}, 4019),
         ({"topic": "no name"}, 4005),
         ({}, 4005),
