@@ -86,7 +86,7 @@ def test_questions_about_the_machine(maya: Client) -> None:
     assert maya.fk(*joints) == pytest.approx(Point(0.5, 1.2, 0.5), abs=1e-9)
     assert maya.reach(0.5, 1.2, 0.5).reachable
     assert not maya.reach(0.5, 1.2, 2.2).reachable
-    with pytest.raises(Unreachable, match="above the anchors"):
+    with pytest.raises(Unreachable, match="above their anchors"):
         maya.ik(0.5, 1.2, 2.2)
     assert maya.config().geometry.height == 2.35
     assert maya.state().mode is Mode.IDLE

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from math import degrees
 
 from maya_un.api.messages import Distance, Reach, to_data
 from maya_un.cli import output
+from maya_un.cli.client import Client
 from maya_un.cli.configure import configuration
 from maya_un.cli.report import table
 from maya_un.cli.settings import Settings
 from maya_un.cli.words import word
+from maya_un.config import Config
+from maya_un.errors import MayaError
 from maya_un.kinematics.workspace import Workspace
 from maya_un.values import Joints, Point
+
+_PATIENCE = 1.0
+"""How long the running robot may take to tell its configuration [s]."""
 
 
 def joints_text(joints: Joints) -> str:
@@ -32,21 +39,33 @@ def fk(joints: Joints, settings: Settings) -> int:
 
 def ik(point: Point, settings: Settings) -> int:
     """Print the joints (rad, m, m) that hold the gripper at `point` [m]; raises `Unreachable`."""
-    joints = Workspace.of(configuration(settings)).require(point)
+    joints = Workspace.of(_in_force(settings)).require(point)
     return output.answer(joints._asdict(), joints_text(joints), settings)
 
 
 def reach(point: Point, settings: Settings) -> int:
     """Print whether `point` [m] can be reached and how far from every limit, else all that is broken and the nearest.
 
-    The zones are those of the configuration. Exit code 0 where it can, 1 where not: both are answers.
+    The zones are those of the running robot, else of the configuration. Exit code 0 where it can, 1 where not: both are
+    answers.
     """
-    found = Reach.of(Workspace.of(configuration(settings)), point)
+    found = Reach.of(Workspace.of(_in_force(settings)), point)
     joints = None if found.joints is None else found.joints._asdict()
     nearest = None if found.nearest is None else found.nearest._asdict()
     value = {**to_data(found), "joints": joints, "nearest": nearest}
     output.answer(value, _reach_text(found, settings.language), settings)
     return output.DONE if found.reachable else output.FAILED
+
+
+def _in_force(settings: Settings) -> Config:
+    """Return the configuration of the running robot, which has the zones of its run; without one, the file's.
+
+    A file that is named counts, and so does the usual one where the robot does not tell.
+    """
+    if settings.config is None:
+        with suppress(MayaError):
+            return Config.model_validate(Client.find(_PATIENCE).get("/v1/config"))
+    return configuration(settings)
 
 
 def _reach_text(found: Reach, language: str) -> str:

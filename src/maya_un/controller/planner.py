@@ -182,7 +182,7 @@ class Planner:
         if path.space is not Space.JOINT:
             workspace.require(path.end(self._mechanism))
             if not np.isfinite(knots.exact).all():
-                raise PathRefused(target=_text(path), reason="it leads above the anchors of the lines")
+                raise PathRefused(target=_text(path), reason="its lines would have to meet above their anchors")
         boom = joints[:, 0]
         if path.space is Space.CARTESIAN and (np.abs(boom[1:] - boom[:-1]) > pi).any():
             raise PathRefused(target=_text(path), reason="it leads across where the boom would have to turn back round")

@@ -16,6 +16,7 @@ from typing import Generic, NamedTuple, TypeVar, cast
 
 from maya_un.errors import (
     CommandRejected,
+    ConnectFailed,
     InternalError,
     InvalidValue,
     LinkLost,
@@ -105,6 +106,7 @@ class Driver:
         self._since = 0.0
         self._watchdog: asyncio.TimerHandle | None = None
         self._closing = False
+        self._heard = False
         self._reader: asyncio.Task[None] | None = None
         self.lost: asyncio.Future[MachineError] = self._loop.create_future()
         self.tap: Callable[[str, bytes], None] | None = None
@@ -302,6 +304,7 @@ class Driver:
     async def _read(self) -> None:
         try:
             while data := await self._transport.read():
+                self._heard = True
                 if self.tap is not None:
                     self.tap("rx", data)
                 for received in self._splitter.feed(data):
@@ -377,6 +380,8 @@ class Driver:
     def _lose(self, reason: MachineError) -> None:
         if self.lost.done() or (self._closing and not self._sent):
             return
+        if isinstance(reason, LinkLost) and not self._heard:
+            reason = ConnectFailed(**reason.details)  # nobody was there, and no axis moves because of us
         self.lost.set_result(reason)
         if self._reader is not None and self._reader is not asyncio.current_task(self._loop):
             self._reader.cancel()

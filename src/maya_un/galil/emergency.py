@@ -10,7 +10,7 @@ import socket
 import struct
 from typing import NamedTuple
 
-from maya_un.errors import ConnectFailed, LinkLost, LinkTimeout, UnexpectedReply
+from maya_un.errors import ConnectFailed, LinkLost, LinkTimeout, MachineError, UnexpectedReply
 from maya_un.galil.hardware import LETTERS
 
 _FIRST_AXIS, _AXIS_BYTES = 82, 36
@@ -54,6 +54,7 @@ class _Conversation:
         self._address = address
         self._timeout = timeout
         self._command = ""
+        self._heard = False
 
     def stop(self) -> StopOutcome:
         self._say("ST S")
@@ -108,14 +109,19 @@ class _Conversation:
             except OSError as error:
                 raise self._failure(error) from error
             if not piece:
-                raise LinkLost(address=self._address, reason="the controller ended the connection")
+                raise self._ended("the controller ended the connection")
             data += piece
+            self._heard = True
         return data
 
-    def _failure(self, error: OSError) -> LinkLost | LinkTimeout:
+    def _failure(self, error: OSError) -> MachineError:
         if isinstance(error, TimeoutError):
             return LinkTimeout(address=self._address, command=self._command, seconds=f"{self._timeout:g}")
-        return LinkLost(address=self._address, reason=error.strerror or str(error))
+        return self._ended(error.strerror or str(error))
+
+    def _ended(self, reason: str) -> LinkLost | ConnectFailed:
+        """Return the loss of a link; of one over which nothing was heard nobody was there."""
+        return (LinkLost if self._heard else ConnectFailed)(address=self._address, reason=reason)
 
 
 def _motion(record: bytes) -> tuple[str, str]:

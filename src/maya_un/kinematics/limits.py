@@ -136,7 +136,7 @@ def no_number() -> Reason:
 
 
 def above_anchors(height: float) -> Reason:
-    """Return the reason for a place so far [m] above the anchors."""
+    """Return the reason for a place whose lines would have to meet so far [m] above the anchors."""
     return Reason(Limit.ANCHORS, height, "m", _WORDS[Limit.ANCHORS].format(_mm(height)))
 
 
@@ -152,7 +152,7 @@ def in_zone(name: str, margin: float, clearance: float) -> Reason:
 
 _WORDS = {
     Limit.COUPLING: "lines b and c together are {} too short to meet",
-    Limit.ANCHORS: "it lies {} above the anchors of the lines",
+    Limit.ANCHORS: "its lines would have to meet {} above their anchors",
     Limit.INNER: "it lies {} inside the inner anchor, where line c would hang slack",
     Limit.OUTER: "it lies {} outside the outer anchor, where line b would hang slack",
     Limit.FLOOR: "it lies {} below the table top",

@@ -86,7 +86,7 @@ class Mechanism:
     def ik(self, point: Point) -> Joints:
         """Return the joints that hold the gripper at `point`.
 
-        Raises `Unreachable` above the anchors, where no line can hold anything, and for numbers that are
+        Raises `Unreachable` where the lines would have to meet above their anchors, and for numbers that are
         not finite. Strokes and tension are the workspace's affair.
         """
         x, y, z = point
@@ -209,6 +209,8 @@ def _no_lines(point: Point, h: float) -> Unreachable:
     finite = isfinite(h) and isfinite(point.x) and isfinite(point.y)
     return Unreachable(
         target=f"({point.x:.4f}, {point.y:.4f}, {point.z:.4f}) m",
-        reason=f"it lies {-h * 1e3:.3g} mm above the anchors" if finite else "it is not a place: not finite",
+        reason=f"its lines would have to meet {-h * 1e3:.3g} mm above their anchors"
+        if finite
+        else "it is not a place: not finite",
         nearest="none",
     )

@@ -20,7 +20,8 @@ SENTENCES: dict[int, str] = {
     1010: "There is no connection to the controller. Wait for it, or check power and cable.",
     1011: "{node} is not there any more. What it did has been stopped on its path; start it again, and look where "
     "the robot stands before you go on.",
-    1020: "Nothing is running here. Start `maya up`, then say it again.",
+    1020: "Nothing is running here. Start `maya up`, then say it again. `maya stop --address real` (or HOST:PORT) "
+    "stops a robot without it.",
     1021: "The running `maya up` does not answer ({reason}). Use `maya stop` to stop the robot, then restart it.",
     1022: "It is not clear which virtual controller is meant: {reason}. Start `maya dmc serve`, or name with `--twin` one "
     "that runs (now: {running}).",

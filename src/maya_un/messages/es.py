@@ -20,7 +20,8 @@ SENTENCES: dict[int, str] = {
     1010: "No hay conexión con el controlador. Espere, o revise alimentación y cable.",
     1011: "{node} ya no está. Lo que hacía se detuvo sobre su trayectoria; inícielo de nuevo y mire dónde está el robot "
     "antes de seguir.",
-    1020: "Aquí no hay nada en marcha. Inicie `maya up` y repita la orden.",
+    1020: "Aquí no hay nada en marcha. Inicie `maya up` y repita la orden. `maya stop --address real` (o HOST:PORT) "
+    "detiene un robot sin él.",
     1021: "El `maya up` en marcha no responde ({reason}). Detenga el robot con `maya stop` y reinícielo.",
     1022: "No está claro de qué controlador virtual se trata: {reason}. Inicie `maya dmc serve`, o nombre con `--twin` uno "
     "que esté en marcha (ahora: {running}).",

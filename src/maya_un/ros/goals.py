@@ -16,7 +16,7 @@ import rospy
 from maya_un.cancellation import run_to_rest
 from maya_un.errors import NodeGone
 from maya_un.graph.protocol import Ended, Feedback, Message, Outcome
-from maya_un.ros.master import published
+from maya_un.ros.master import REACH, published
 from maya_un.ros.registering import Registrar
 from maya_un.ros.threads import Post, in_thread
 from maya_un.ros.topics import RosPublisher, RosSubscription
@@ -104,7 +104,11 @@ class ActionClient:
         raise NodeGone(node=self._action)
 
     async def _known(self) -> bool:
-        """Tell whether the master knows of a server; it also knows one for a while that was killed."""
+        """Tell whether the master knows of a server; it also knows one for a while that was killed.
+
+        The server may be one of this node's own, begun a moment ago.
+        """
+        await self._registrar.settled(REACH)
         return f"{self._action}/result" in await in_thread(published)
 
     async def _watch(self, run: _Goal) -> None:

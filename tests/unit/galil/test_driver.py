@@ -6,6 +6,7 @@ import pytest
 
 from maya_un.errors import (
     CommandRejected,
+    ConnectFailed,
     InternalError,
     InvalidValue,
     LinkLost,
@@ -187,6 +188,7 @@ async def test_urgent_is_on_the_wire_before_anybody_waits() -> None:
 
 async def test_an_urgent_reply_may_be_left_alone() -> None:
     async with conversation(Box()) as (driver, peer):
+        await driver.send("MG 1")
         driver.urgent("bad22")
         peer.held = True
         driver.urgent("ST S")
@@ -263,11 +265,19 @@ async def test_a_cut_in_a_reply_fails_everything_under_way(part: bytes) -> None:
         peer.end.write(part)
         await elapse(0.1)
         peer.end.cut()
-        with pytest.raises(LinkLost):
-            await reading
-        with pytest.raises(LinkLost):
-            await waiting
-        assert isinstance(driver.lost.result(), LinkLost)
+        loss = LinkLost if part else ConnectFailed
+        for task in (reading, waiting):
+            with pytest.raises(loss):
+                await task
+        assert isinstance(driver.lost.result(), loss)
+
+
+async def test_driver_whose_peer_never_answered_says_that_nobody_is_there() -> None:
+    async with conversation(silent) as (driver, peer):
+        peer.end.cut()
+        lost = await driver.lost
+        assert lost.code == ConnectFailed.code
+        assert "finish" not in str(lost)
 
 
 async def test_a_rejection_whose_code_is_lost_ends_with_the_link() -> None:
@@ -334,9 +344,9 @@ async def test_writing_on_a_transport_that_ended_loses_the_link() -> None:
     ours, _ = loopback_pair("box")
     driver = await Driver.open(ours, timeout=TIMEOUT)
     await ours.close()
-    with pytest.raises(LinkLost):
+    with pytest.raises(ConnectFailed):
         await driver.send("TP")
-    assert isinstance(driver.lost.result(), LinkLost)
+    assert isinstance(driver.lost.result(), ConnectFailed)
     await driver.close()
     await driver.close()
 

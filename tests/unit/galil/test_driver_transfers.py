@@ -195,6 +195,7 @@ async def test_a_refused_line_behind_those_to_keep_leaves_them() -> None:
 
 async def test_a_link_lost_in_a_download_is_told_and_ends_messages() -> None:
     async with twin() as (driver, controller):
+        await driver.send("MG 1")
         download = asyncio.create_task(driver.download(PROGRAM))
         controller.cut()
         with pytest.raises(LinkLost):

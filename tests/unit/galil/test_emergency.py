@@ -93,6 +93,11 @@ def test_an_answer_nobody_understands_is_named(answers: Mapping[str, bytes]) -> 
         emergency.stop("127.0.0.1", port, 5.0)
 
 
+def test_controller_that_hangs_up_before_any_answer_is_none() -> None:
+    with controller({}) as (port, _), pytest.raises(ConnectFailed):
+        emergency.stop("127.0.0.1", port, 5.0)
+
+
 def test_a_controller_that_hangs_up_is_a_lost_link() -> None:
     with controller({"ST S": b":"}) as (port, _), pytest.raises(LinkLost):
         emergency.stop("127.0.0.1", port, 5.0)

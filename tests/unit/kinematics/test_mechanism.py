@@ -53,7 +53,7 @@ def test_lines_that_cannot_meet_have_no_place(joints: Joints) -> None:
 
 
 def test_above_the_anchors_nothing_holds_the_gripper() -> None:
-    with pytest.raises(Unreachable, match="50 mm above the anchors"):
+    with pytest.raises(Unreachable, match="meet 50 mm above their anchors"):
         MAYA.ik(Point(0.5, 1.2, 2.20))
 
 

@@ -21,7 +21,7 @@ async def test_what_cannot_be_reached_is_answered_by_reach_and_refused_by_ik() -
     async with door() as (_, client):
         answer = (await client.get("/v1/reach?x=0.5&y=1.2&z=2.2")).json()
         assert (answer["reachable"], answer["joints"]) == (False, None)
-        assert "50 mm above the anchors" in answer["reason"]
+        assert "meet 50 mm above their anchors" in answer["reason"]
         refused = await client.get("/v1/ik?x=0.5&y=1.2&z=2.2")
         assert (refused.status_code, refused.json()["code"]) == (422, 2101)
         assert (await client.get("/v1/fk?a=0&b=0.6&c=0.6")).json()["code"] == 2101

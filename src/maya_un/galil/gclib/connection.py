@@ -29,6 +29,7 @@ class Commands:
         self._splitter = ReplySplitter()
         self.timeout = options.timeout / 1000.0
         self.said: list[str] = []
+        self._heard = False
         try:
             self._socket = socket.create_connection((options.host, options.port), max(self.timeout, _HELLO))
         except (OSError, UnicodeError) as error:
@@ -42,7 +43,7 @@ class Commands:
         try:
             self._socket.sendall(data)
         except OSError as error:
-            raise LinkLost(address=self._address, reason=str(error)) from error
+            raise self._ended(str(error)) from error
         while True:
             answer = self._sort(self._receive(self.timeout, command), command)
             if answer is not None:
@@ -64,10 +65,15 @@ class Commands:
         except TimeoutError as error:
             raise LinkTimeout(address=self._address, command=command, seconds=f"{timeout:g}") from error
         except OSError as error:
-            raise LinkLost(address=self._address, reason=str(error)) from error
+            raise self._ended(str(error)) from error
         if not data:
-            raise LinkLost(address=self._address, reason="the controller ended the connection")
+            raise self._ended("the controller ended the connection")
+        self._heard = True
         return data
+
+    def _ended(self, reason: str) -> LinkLost | ConnectFailed:
+        """Return the loss of a link; of one over which nothing was heard nobody was there."""
+        return (LinkLost if self._heard else ConnectFailed)(address=self._address, reason=reason)
 
     def _sort(self, data: bytes, command: str) -> Reply | Record | None:
         """Keep messages; return the answer, which is one at most, since nothing is asked before the last is in."""
