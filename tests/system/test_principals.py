@@ -407,5 +407,14 @@ def test_token_is_written_to_no_log(robot: SharedRobot, caplog: pytest.LogCaptur
     for way in (HEADER, AUTH):
         run(visited(robot, "operator", way, story))
     http(robot, "operator", "GET", "/v1/status")
+
+    async def greeted(headers: dict[str, str], message: dict[str, Any]) -> None:
+        url = robot.url.replace("http", "ws") + "/v1/stream"
+        async with connect(url, additional_headers=headers) as connection:
+            await connection.send(json.dumps(message))
+            assert json.loads(await connection.recv())["type"] == "hello"
+
+    run(greeted(robot.headers("operator"), {"type": "ping"}))
+    run(greeted({}, {"type": "hello", "token": token}))
     ours = [record for record in caplog.records if "client" not in record.name]
     assert token.split("_")[2] not in "\n".join(record.getMessage() for record in ours)

@@ -8,7 +8,6 @@ state for each connection, and what is sent is small.
 from __future__ import annotations
 
 import asyncio
-import logging
 import socket
 from collections.abc import Callable
 from http import HTTPStatus
@@ -24,17 +23,21 @@ from websockets.server import ServerProtocol
 from maya_un.errors import MayaError
 from maya_un.rosbridge.limits import LONGEST_MESSAGE, READ_AT_ONCE
 from maya_un.server.language import language_of
-from maya_un.server.stream_wire import HIGH_WATER, KERNEL_BUFFER, LINGER, LOW_WATER, PING_INTERVAL, PING_TIMEOUT
+from maya_un.server.stream_wire import (
+    HIGH_WATER,
+    KERNEL_BUFFER,
+    LINGER,
+    LOW_WATER,
+    PING_INTERVAL,
+    PING_TIMEOUT,
+    SILENT,
+)
 
 HANDSHAKE = 10.0
 """How long a client may take to ask for a websocket [s]."""
 
 GOING = 1012
 """Closing code: the service ends (IANA's register of codes, "service restart")."""
-
-_SILENT = logging.getLogger("maya_un.rosbridge.library")
-"""The library logs whole requests, tokens too, where somebody has debugging logged; this logger never does."""
-_SILENT.disabled = True
 
 _FORWARDED = ("forwarded", "x-forwarded-for", "x-real-ip")
 
@@ -76,7 +79,7 @@ class Wire(asyncio.BufferedProtocol):
     def __init__(self, host: Host) -> None:
         self._host = host
         self._loop = asyncio.get_running_loop()
-        self._conn = ServerProtocol(max_size=LONGEST_MESSAGE, logger=_SILENT)
+        self._conn = ServerProtocol(max_size=LONGEST_MESSAGE, logger=SILENT)
         self._conversation: Conversation | None = None
         self._parts: list[bytes] = []
         self._read = bytearray(READ_AT_ONCE)

@@ -6,6 +6,7 @@ since every layer above the transport would cost as much again for each of a hun
 
 from __future__ import annotations
 
+import logging
 import socket
 from asyncio.transports import BaseTransport
 from collections.abc import Callable
@@ -36,6 +37,11 @@ LINGER = 2.0
 """How long a connection that ends may take to say so, before it is cut [s]."""
 
 
+SILENT = logging.getLogger("maya_un.server.silent")
+"""The library logs whole handshakes and messages, tokens too, where debugging is on; by this logger it never does."""
+SILENT.disabled = True
+
+
 class Wire(WebSocketsSansIOProtocol):
     """One websocket connection. `on_room` is called when a reader that was behind takes more again."""
 
@@ -46,7 +52,7 @@ class Wire(WebSocketsSansIOProtocol):
         app_state: dict[str, object],
     ) -> None:
         super().__init__(config, server_state, app_state)
-        self.conn = ServerProtocol(max_size=LONGEST_MESSAGE, logger=self.logger)
+        self.conn = ServerProtocol(max_size=LONGEST_MESSAGE, logger=SILENT)
         self.ping_interval, self.ping_timeout = PING_INTERVAL, PING_TIMEOUT
         self.on_room: Callable[[], None] | None = None
         self.full = False
