@@ -88,8 +88,18 @@ MODULES = """
 import asyncio
 from maya_controller.simulation.virtual_maya import virtual_maya
 from maya_robot.inv_kin_calculator import joints, place
+from maya_robot.model import model
+from maya_un.errors import Unreachable
 there = place(*joints(0.5, 1.2, 0.4))
 assert max(abs(one - other) for one, other in zip(there, (0.5, 1.2, 0.4))) < 1e-12, there
+def refused(call, *values):
+    try:
+        return "" if call(*values) else ""
+    except Unreachable as refusal:
+        return refusal.details["reason"]
+for call, *values in (joints, 0.5, 1.2, 2.2), (joints, 0.1, 0.3, 0.4), (joints, -0.2, 1.1, 0.4), (place, 0.4, 3.0, 3.0):
+    assert refused(call, *values), values
+assert model().mechanism.height == 2.35
 async def parts():
     return virtual_maya(parts={"block": there}).mechanics.parts
 assert asyncio.run(parts()) == {"block": there}

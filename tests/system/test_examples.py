@@ -43,6 +43,18 @@ async def test_a_job_leaves_its_parts_where_it_was_told(path: Path) -> None:
 
 
 @pytest.mark.system
+async def test_the_job_of_the_how_to_page_is_done_each_time_it_is_run(tmp_path: Path) -> None:
+    page = EXAMPLES.parent / "docs" / "how-to" / "run-a-job.md"
+    path = tmp_path / "job.yaml"
+    path.write_text(page.read_text(encoding="utf-8").partition("```yaml\n")[2].partition("```")[0], encoding="utf-8")
+    job, config = load_job(path), Config()
+    async with stack(config, live=False) as maya:
+        for _ in range(2):
+            report = await maya.service.wait((await maya.service.submit(job)).id)
+            assert report.state == "done", report.message
+
+
+@pytest.mark.system
 def test_the_python_example_ends_with_the_cube_on_the_tray(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

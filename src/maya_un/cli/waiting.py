@@ -52,20 +52,23 @@ def because(view: Mapping[str, Any], language: str) -> str:
 
 def reason(client: Client, report: Mapping[str, Any], language: str) -> str:
     """Return why a job does not go on by itself, "" where it does; `report` is a JobReport as JSON has it."""
-    if report["state"] in {"queued", "paused", "interrupted", "held"}:
-        return _reason(client, client.get("/v1/queue"), report, language)
-    return ""
+    if report["state"] not in {"queued", "paused", "interrupted", "held"}:
+        return ""
+    view = client.get("/v1/queue")
+    begun = report["state"] == "queued" and all(line["id"] != report["id"] for line in view["waiting"])
+    return "" if begun else _reason(client, view, report, language)
 
 
 def _reason(client: Client, view: Mapping[str, Any], report: Mapping[str, Any], language: str) -> str:
     number = report["id"]
     line = next((line for line in view["waiting"] if line["id"] == number), None)
+    direct = line is not None and line["direct"]
     if report["state"] == "held":
         proposed = line is not None and line["proposal"]
         return _word("waits_proposal" if proposed else "waits_held", language, id=number)
-    if view["recovery"] is not None:
+    if view["recovery"] is not None and not direct:
         return _word("waits_interrupted", language, id=number, other=view["recovery"]["job"])
-    if view["mode"] == "paused" and not (line is not None and line["direct"]):
+    if view["mode"] == "paused" and not direct:
         return _word("waits_paused", language, id=number, reason=because(view, language))
     lease = client.get("/v1/lease")
     if lease["holder"] and not lease["implicit"] and not lease["yours"]:

@@ -10,7 +10,7 @@ from maya_un.cli.client import Client
 from maya_un.cli.display import Display, Lines
 from maya_un.cli.follow import follow
 from maya_un.cli.settings import Settings
-from tests.unit.cli.queueing.answers import LINE, VIEW, Service, Several, running
+from tests.unit.cli.queueing.answers import LINE, OFFER, VIEW, Service, Several, running
 
 PAUSED: dict[str, object] = {**VIEW, "mode": "paused", "reason": "asked", "by": "ana", "waiting": [LINE]}
 REPORT = {"id": 7, "name": "two cubes", "code": 0, "message": "", "steps": []}
@@ -40,9 +40,20 @@ def test_what_it_waits_for_is_said_once_and_never_among_the_results(
     assert not (out if json else err)
 
 
+@pytest.mark.parametrize("recovery", [None, OFFER])
 def test_one_that_begins_at_once_is_not_said_to_wait(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], recovery: object
+) -> None:
+    monkeypatch.setitem(PAUSED, "recovery", recovery)
+    monkeypatch.setitem(PAUSED, "waiting", [{**LINE, "direct": True}])
+    assert followed(["queued", "queued", "running", "done"], Lines(), monkeypatch) == "done"
+    assert "waits" not in "".join(capsys.readouterr())
+
+
+def test_job_that_has_begun_meanwhile_is_not_said_to_wait(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setitem(PAUSED, "waiting", [{**LINE, "direct": True}])
+    monkeypatch.setitem(PAUSED, "recovery", OFFER)
+    monkeypatch.setitem(PAUSED, "waiting", [])
     assert followed(["queued", "queued", "running", "done"], Lines(), monkeypatch) == "done"
     assert "waits" not in "".join(capsys.readouterr())

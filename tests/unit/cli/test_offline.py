@@ -8,7 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from maya_un import runtime
 from maya_un.cli.main import main
+from maya_un.config import Config
+from maya_un.runtime import Running
+from tests.unit.cli.servers import http_service
 
 
 def answered(line: str, capsys: pytest.CaptureFixture[str], code: int = 0) -> dict[str, object]:
@@ -41,6 +45,27 @@ def test_reach_names_reason_and_nearest(capsys: pytest.CaptureFixture[str]) -> N
     assert isinstance(nearest, dict)
     there = answered(f"reach {nearest['x']} {nearest['y']} {nearest['z']}", capsys)
     assert (there["reachable"], there["reason"]) == (True, None)
+
+
+def test_reach_says_where_the_lines_would_meet(capsys: pytest.CaptureFixture[str]) -> None:
+    reason = answered("reach 0.5 1.2 2.2", capsys, code=1)["reason"]
+    assert reason == "its lines would have to meet 50 mm above their anchors"
+
+
+def test_reach_and_ik_keep_out_of_the_zones_of_the_running_robot(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    rack = {"name": "rack", "kind": "box", "low": [0.4, 1.1, 0.0], "high": [0.6, 1.3, 0.6]}
+    config = Config.model_validate({"zones": [rack]}).model_dump(mode="json")
+    with http_service(lambda *_: (200, config)) as url:
+        monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, None))
+        assert "rack" in str(answered("reach 0.5 1.2 0.4", capsys, code=1)["reason"])
+        assert main(["ik", "0.5", "1.2", "0.4"]) == 1
+        assert "rack" in capsys.readouterr().err
+        (tmp_path / "maya.toml").write_text("")
+        assert answered(f"reach 0.5 1.2 0.4 --config {tmp_path / 'maya.toml'}", capsys)["reachable"] is True
+    monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, None))
+    assert answered("reach 0.5 1.2 0.4", capsys)["reachable"] is True
 
 
 def test_people_get_degrees_and_millimetres(capsys: pytest.CaptureFixture[str]) -> None:

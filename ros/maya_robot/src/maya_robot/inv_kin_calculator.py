@@ -1,4 +1,4 @@
-"""Where the joints are for a place of the gripper, and the other way round."""
+"""Joints for a place of the gripper, and the other way round, both checked against every limit and zone."""
 
 from maya_robot.model import model
 from maya_un.values import Joints, Point

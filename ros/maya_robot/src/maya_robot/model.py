@@ -1,9 +1,12 @@
 """The model of Maya for programs that run under the Python of the nodes."""
 
 from maya_un.config import load
-from maya_un.kinematics.mechanism import Mechanism
+from maya_un.kinematics.workspace import Workspace
 
 
-def model() -> Mechanism:
-    """Return the mechanism with the lengths of the configuration; its methods are in m and rad."""
-    return Mechanism.of(load())
+def model() -> Workspace:
+    """Return what the gripper can reach by the configuration, in m and rad; its lengths are those of `mechanism`.
+
+    The zones are those of the configuration, the strokes those before homing.
+    """
+    return Workspace.of(load())

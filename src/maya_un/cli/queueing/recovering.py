@@ -40,7 +40,10 @@ def recover(choice: str | None, holding: bool | None, settings: Settings, *, pau
     if holding is not None:
         body["holding"] = holding
     view = client.post("/v1/queue/recovery", body, timeout=120.0)
-    return output.answer(view, text.mode(view, settings.language), settings)
+    said = text.mode(view, settings.language)
+    if view["recovery"] is not None:  # there is another one
+        said = f"{said}\n\n{text.recovery(view['recovery'], settings.language)}"
+    return output.answer(view, said, settings)
 
 
 def _needs_answer(offer: Mapping[str, Any], choice: str) -> bool:

@@ -159,6 +159,14 @@ def at_terminal(monkeypatch: pytest.MonkeyPatch, said: str) -> None:
 OFFERED = {"/v1/queue": {**VIEW, "recovery": OFFER}, "/v1/queue/recovery": VIEW}
 
 
+def test_recover_tells_of_the_next_interrupted_job(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+    left = {**VIEW, "mode": "paused", "reason": "restart", "recovery": {**OFFER, "job": 8, "name": "the other"}}
+    serve(**{**OFFERED, "/v1/queue/recovery": left})
+    said = printed(["queue", "recover", "abort"], capsys)
+    assert "Job 8, the other, was interrupted" in said
+    assert "redo    do the interrupted step again" in said
+
+
 def test_what_becomes_of_it_is_said_whole_on_the_command_line(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     service = serve(**OFFERED)
     printed(["queue", "recover", "redo", "--holding", "no", "--pause"], capsys)
