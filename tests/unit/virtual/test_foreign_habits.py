@@ -218,3 +218,11 @@ def test_tc1_prints_the_manufacturers_words(command: str, words: str) -> None:
     bench = Bench(servo=False)
     assert bench.say(command) == "?"
     assert bench.say("TC1") == f"{words}\r\n:"
+
+
+@pytest.mark.parametrize(("source", "operand"), [("_DEA", "_DEA"), ("_SHA", "_RPA"), ("_TP", "_TPA")])
+def test_recording_takes_the_second_encoder_and_both_names_of_the_reference(source: str, operand: str) -> None:
+    """G, RD; the commissioning tool of ISIS records `_TPA` and `_DEA`."""
+    bench = Bench()
+    bench.do("DM a[2];RA a[];DP 7;DE 9", f"RD {source}", "RC 1")
+    assert bench.at(0.1).value("a[1]") == bench.value(operand) != 0.0

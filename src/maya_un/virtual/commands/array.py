@@ -30,8 +30,8 @@ _WHOLE = re.compile(r"([A-Za-z][A-Za-z0-9_]*|\^[a-h])\[\]")
 _ANY = re.compile(r"([A-Za-z][A-Za-z0-9_]*)\[.*\]")
 _SOURCE = re.compile(r"_([A-Z]{2})([A-Z0-9]{0,2}|~[a-h])|TIME")
 _NO_ARRAY = {"": ErrorCode.NOT_ENOUGH_FIELDS, QUERY: ErrorCode.QUESTION_MARK_INVALID}
-_RECORDED = frozenset({"NO", "OP", "RL", "RP", "SC", "TD", "TE", "TI", "TP", "TS", "TT", "TV"})
-"""Operands that can be recorded, besides TIME; the manual names most of them."""
+_RECORDED = frozenset({"DE", "NO", "OP", "RL", "RP", "SC", "SH", "TD", "TE", "TI", "TP", "TS", "TT", "TV"})
+"""Operands that can be recorded, besides TIME; the manual names most of them. SH is another name of RP there."""
 
 
 def _dimension(context: Context, text: str) -> Answer:
@@ -196,7 +196,7 @@ def _source(context: Context, text: str) -> Source:
     if not found[1]:
         return lambda: context.names.operand("TIME")
     which = axis_letter(context.names, found[2]) if found[2][:1] == "~" else found[2]
-    name = found[1] + which
+    name = f"{'RP' if found[1] == 'SH' else found[1]}{which}"
     context.names.operand(name)
     if found[1] not in ("TV", "TT"):
         return lambda: context.names.operand(name)
