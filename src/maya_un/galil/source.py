@@ -7,8 +7,9 @@
 | a tab | a blank | M2FS's programmer does the same; Galil's tools leave it open |
 | blanks at the end of a line | nothing | gclib's compression |
 | a remark (`'`) that makes a line longer than 80 characters, or is not ASCII | nothing | gclib's compression |
+| an empty line | `'`, an empty remark | Galil's terminal does so (PyGalil); code 10 is an empty line |
 
-Other lines stay as they are, empty ones too: a jump may count lines.
+Other lines stay as they are.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ class Source:
     remarks: int = 0
     tabs: int = 0
     comments: int = 0
+    empty: int = 0
 
     @property
     def text(self) -> str:
@@ -46,6 +48,7 @@ class Source:
             (self.remarks, "left out {} of remarks for the host"),
             (self.tabs, "turned tabs into blanks in {}"),
             (self.comments, "cut the comment off {}"),
+            (self.empty, "marked {} that held nothing as comments"),
         )
         return tuple(text.format(f"{count} line{'s' * (count != 1)}") for count, text in found if count)
 
@@ -55,7 +58,7 @@ def prepared(text: str) -> Source:
     lines = split(text)
     marked = len(lines) > 1 and all(_HASHES.match(line) for line in lines[:2])
     kept: list[str] = []
-    remarks = tabs = comments = 0
+    remarks = tabs = comments = empty = 0
     for line in lines:
         if _REM.match(line) or (marked and _HASHES.match(line)):
             remarks += 1
@@ -65,8 +68,9 @@ def prepared(text: str) -> Source:
         fits = len(plain) <= LINE_LIMIT and plain.isascii()
         short = plain if fits else _code(plain, "'").rstrip(" ;") or "'"
         comments += short != plain
-        kept.append(short)
-    return Source(tuple(kept), remarks, tabs, comments)
+        empty += not short
+        kept.append(short or "'")
+    return Source(tuple(kept), remarks, tabs, comments, empty)
 
 
 def _code(line: str, mark: str) -> str:

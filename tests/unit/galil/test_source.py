@@ -11,7 +11,7 @@ from maya_un.galil.source import prepared
 
 LONG = "x" * LINE_LIMIT
 PLAIN = st.text(st.characters(codec="ascii", exclude_categories=("Cc",)), max_size=LINE_LIMIT).filter(
-    lambda line: not line.lstrip().startswith(("REM", "##")) and line == line.rstrip()
+    lambda line: line and not line.lstrip().startswith(("REM", "##")) and line == line.rstrip()
 )
 
 
@@ -19,7 +19,8 @@ PLAIN = st.text(st.characters(codec="ascii", exclude_categories=("Cc",)), max_si
     ("line", "kept"),
     [
         ("MG 1", "MG 1"),
-        ("", ""),
+        ("", "'"),
+        ("  ", "'"),
         ("'a remark", "'a remark"),
         ("\tMG\t1", " MG 1"),
         ("MG 1  \t", "MG 1"),
@@ -37,7 +38,10 @@ PLAIN = st.text(st.characters(codec="ascii", exclude_categories=("Cc",)), max_si
     ],
 )
 def test_line_is_made_ready(line: str, kept: str) -> None:
-    """REM and the length of a line are of Galil's command reference, tabs as M2FS's programmer has them."""
+    """REM and the length of a line are of Galil's command reference, tabs as M2FS's programmer has them.
+
+    PyGalil tells that Galil's terminal marks empty lines.
+    """
     assert prepared(f"{line}\nEN\n").lines == (kept, "EN")
 
 
@@ -56,13 +60,14 @@ def test_double_hashes_and_slashes_are_for_the_host_where_the_program_says_so() 
 
 
 def test_changes_are_told_by_the_number_of_lines() -> None:
-    found = prepared(f"REM a\nREM b\n\tMG 1\nMG 2;'{LONG}\n")
+    found = prepared(f"REM a\nREM b\n\tMG 1\nMG 2;'{LONG}\n\nEN\n")
     assert found.changes == (
         "left out 2 lines of remarks for the host",
         "turned tabs into blanks in 1 line",
         "cut the comment off 1 line",
+        "marked 1 line that held nothing as comments",
     )
-    assert found.text == " MG 1\nMG 2\n"
+    assert found.text == " MG 1\nMG 2\n'\nEN\n"
 
 
 @given(st.lists(PLAIN, max_size=8))
