@@ -226,3 +226,19 @@ def test_recording_takes_the_second_encoder_and_both_names_of_the_reference(sour
     bench = Bench()
     bench.do("DM a[2];RA a[];DP 7;DE 9", f"RD {source}", "RC 1")
     assert bench.at(0.1).value("a[1]") == bench.value(operand) != 0.0
+
+
+def test_error_without_a_subroutine_for_it_ends_every_thread() -> None:
+    """G, #CMDERR: without it the program and all threads stop, a guard on another thread too."""
+    bench = ProgramBench("WT 100\nMG nothing\nEN\n#B\nWT 20\nJP #B\n")
+    bench.do("XQ", "XQ #B,7")
+    assert bench.at(0.05).value("_NO") == 129.0
+    assert bench.at(0.5).value("_NO") == 0.0
+    assert bench.said() == ["?1 MG nothing"]
+
+
+def test_error_with_a_subroutine_for_it_ends_its_thread_only() -> None:
+    """G, #CMDERR: the thread that erred is halted, others go on."""
+    bench = ProgramBench("WT 100\nMG nothing\nEN\n#B\nWT 20\nJP #B\n#CMDERR\nEN\n")
+    bench.do("XQ #B,7", "XQ 0,1")
+    assert bench.at(0.5).value("_NO") == 128.0

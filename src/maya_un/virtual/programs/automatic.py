@@ -2,7 +2,7 @@
 
 They run on thread 0, also where nothing runs there, and need no more than their label in the program (Galil DMC-41x3).
 One that is due while another runs waits for its turn, unless it is of a higher rank; each answers an event, not a
-state, so that none begins again by itself. Where Galil's manual is silent: an input interrupt needs the change of an
+state, so that none begins again by itself. Without #CMDERR an error ends every thread (#CMDERR). Where Galil's manual is silent: an input interrupt needs the change of an
 input; with #CMDERR in the program an erring thread stops, and goes on behind its error after EN 1 only.
 """
 
@@ -67,7 +67,7 @@ class Automatic:
                 self._threads.due_routines.append(label)
 
     def failed(self, thread: Thread, statement: Statement, refused: Refused) -> None:
-        """See to a statement that was refused: #CMDERR, or else the thread ends and the port of CF is told."""
+        """See to a statement that was refused: #CMDERR, or else all threads end and the port of CF is told."""
         threads = self._threads
         self._unit.error_code = int(refused.code)
         threads.error_line, threads.error_thread = statement.line, thread.number
@@ -75,7 +75,7 @@ class Automatic:
         if _ERROR in self._unit.program.labels and first.routine != _ERROR:
             self._interrupt(_ERROR, thread)
             return
-        thread.halt()
+        threads.halt_all()
         self._unit.outlet.say(f"?{statement.line} {statement.text}\r\n".encode("ascii", "replace"))
 
     def reset(self) -> None:
