@@ -13,7 +13,7 @@ import pytest
 
 from maya_un.assembly import Twin
 from maya_un.config import Config
-from maya_un.errors import ControllerOwned
+from maya_un.errors import ControllerMoves, ControllerOwned, OwnershipLost
 from tests.system.processes import Wire, done, running
 from tests.system.test_guard import mark, served, wait_for
 
@@ -95,6 +95,77 @@ def test_a_refused_maya_run_leaves_the_running_job_and_its_guard_alone(tmp_path:
                 code, said = run.end()
                 assert code == 0, said
             assert names(wire.say("LV")) >= names(before)
+
+
+@pytest.mark.parametrize("tool", ["conform {address}", "download {address} {file}", "replay {log} {address}"])
+def test_a_tool_that_writes_is_refused_beside_a_living_owner(tool: str, tmp_path: Path) -> None:
+    file, log = tmp_path / "x.dmc", tmp_path / "x.log"
+    file.write_text("#X\nEN\n")
+    log.write_text(json.dumps({"format": "maya-dmc-capture", "version": 1, "controller": "sim"}) + "\n")
+    with served(seed=5) as (_, address), Wire(address) as wire, running(f"up --port 0 --address {address}") as up:
+        up.until("maya home")
+        before = written(wire)
+        code, said = done(f"dmc {tool.format(address=address, file=file, log=log)}")
+        assert (code, str(ControllerOwned.code) in said) == (1, True), said
+        assert written(wire) == before
+
+
+@pytest.mark.parametrize(
+    "tool", ["dmc watch {address} _TPA --for 0.5", "dmc upload {address}", "doctor --address {address}"]
+)
+def test_who_only_asks_is_never_refused_and_writes_nothing(tool: str, tmp_path: Path) -> None:
+    with served(seed=5) as (_, address), Wire(address) as wire, running(f"up --port 0 --address {address}") as up:
+        up.until("maya home")
+        before = written(wire)
+        code, said = done(tool.format(address=address), env=places(tmp_path / "two"))
+        assert str(ControllerOwned.code) not in said
+        assert code == 0 or tool.startswith("doctor"), said
+        assert f"process {up.number}" in said or not tool.startswith("doctor")
+        assert written(wire) == before
+
+
+def test_a_person_takes_the_controller_over_and_back(tmp_path: Path) -> None:
+    with served(seed=5) as (twin, address), Wire(address) as wire:
+        mark(twin, wire)
+        first, second = places(tmp_path / "one"), places(tmp_path / "two")
+        with running(f"up --port 0 --skip-home --address {address}", first) as one:
+            one.until("maya home")
+            with running("jog r -0.3", first) as jog:
+                wait_for(wire, "_BGS", 1.0)
+                code, said = done(f"up --port 0 --address {address} --take-over", env=second)
+                assert (code, str(ControllerMoves.code) in said) == (1, True), said
+                assert jog.end()[0] == 0
+            with running(f"up --port 0 --skip-home --address {address} --take-over", second) as two:
+                two.until("maya home")
+                assert wire.numbers("mayapid") == [float(two.number)]
+                told(first, OwnershipLost.code)
+                code, said = done("recover", env=first)
+                assert (code, str(ControllerOwned.code) in said) == (1, True), said
+                assert done("jog r 0.05", env=first)[0] == 1
+                assert done("jog r 0.05", env=second)[0] == 0
+                code, said = done("recover --take-over", env=first)
+                assert code == 0, said
+                assert wire.numbers("mayapid") == [float(one.number)]
+                told(second, OwnershipLost.code)
+                two.send(signal.SIGTERM)
+                assert two.end()[0] == 0
+            assert wire.numbers("_XQ7")[0] >= 0.0
+            assert done("jog r 0.05", env=first)[0] == 0
+
+
+def told(host: dict[str, str], code: int) -> None:
+    """Wait until the status of a host names a fault."""
+    for _ in range(100):
+        said = done("status --json", env=host)[1]
+        if json.loads(said)["state"]["fault"] is not None and json.loads(said)["state"]["fault"]["code"] == code:
+            return
+    raise AssertionError(said)
+
+
+def written(wire: Wire) -> list[bytes]:
+    """Return what a client could have written: the names of the variables, the program, registers, outputs."""
+    asked = ("UL", "MG _SPA,_ERA,_OEB,_CN0,_LDA,_TLA", "MG _OP0,_MOA,_MOB,_MOC", "MG _ZAA,_ZAB")
+    return [b" ".join(sorted(names(wire.say("LV")))), *(wire.say(question) for question in asked)]
 
 
 def names(listing: bytes) -> set[bytes]:

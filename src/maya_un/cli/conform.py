@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import socket
 import time
 from collections.abc import Iterator
@@ -13,10 +14,13 @@ from maya_un.cli.configure import configuration
 from maya_un.cli.quantities import host_and_port
 from maya_un.cli.settings import Settings
 from maya_un.cli.words import word
-from maya_un.errors import ConnectFailed, LinkTimeout, WrongController
+from maya_un.controller.ownership import living_owner
+from maya_un.errors import ConnectFailed, ControllerOwned, LinkTimeout, MachineError, WrongController
 from maya_un.galil.conformance import Demand, Difference, Vector, load, run
 from maya_un.galil.conformance.fresh import freshen, restart
 from maya_un.galil.conformance.vectors import sources
+from maya_un.galil.driver import Driver
+from maya_un.galil.transport import TcpTransport
 
 PATIENCE = 1.0
 """Longest wait for an answer [s]."""
@@ -103,7 +107,7 @@ def conform(address: str, moves: bool, bench: bool, settings: Settings) -> int:
     """Hold a controller to the table and print what differs; return 0 where nothing does, else 1.
 
     Motors stay as they are unless `moves`; `bench` says that everything may be done to it. Raises `ConnectFailed`,
-    `LinkTimeout`, `WrongController`.
+    `LinkTimeout`, `WrongController`, `ControllerOwned`.
     """
     host, port = host_and_port(meant(address, configuration(settings).controller.address), "HOST")
     allowed = set(Demand) if bench else {Demand.MOVES} if moves else set[Demand]()
@@ -118,6 +122,7 @@ def held(host: str, port: int, allowed: set[Demand]) -> Outcome:
     One that may be `Demand.FRESH` is brought to that state before each of them, by a reset before each group.
     """
     axes = axes_of(host, port)
+    asyncio.run(_require_free(host, port))
     fitting = [vector for vector in load() if vector.fits(axes)]
     chosen = [vector for vector in fitting if vector.demands <= allowed]
 
@@ -137,6 +142,18 @@ def held(host: str, port: int, allowed: set[Demand]) -> Outcome:
     differences = [difference for difference in found if difference is not None]
     left_out = [vector for vector in fitting if not vector.demands <= allowed]
     return Outcome(axes, len(chosen) - len(differences), differences, left_out)
+
+
+async def _require_free(host: str, port: int) -> None:
+    driver = await Driver.open(await TcpTransport.connect(host, port, PATIENCE), timeout=PATIENCE)
+    try:
+        holder = await living_owner(driver)
+    except MachineError:
+        return  # it is held to the table whatever it answers
+    finally:
+        await driver.close()
+    if holder:
+        raise ControllerOwned(address=f"{host}:{port}", holder=holder)
 
 
 def axes_of(host: str, port: int) -> int:

@@ -104,7 +104,7 @@ class Ownership:
         while True:
             held = await self.look(driver)
             if held.token not in (0, self.token) and not take_over:
-                held = await self._silent(driver, held, address)
+                held = await self.silent(driver, held, address)
                 if held is None:
                     continue
             alive = held.token not in (0, self.token) and held.age <= self._patience
@@ -175,7 +175,7 @@ class Ownership:
         """Return the command that gives a variable a value while the token is ours, and else its own."""
         return f"{variable}={self.ours}*{value}+({self.theirs}*{variable})"
 
-    async def _silent(self, driver: Driver, held: Held, address: str) -> Held | None:
+    async def silent(self, driver: Driver, held: Held, address: str) -> Held | None:
         """Return what is held once its owner is silent, None where it has changed hands meanwhile.
 
         Raises `ControllerOwned` as soon as the owner beats.
@@ -217,11 +217,28 @@ class Ownership:
             await driver.send(f"IH{letter}=>-3")
 
 
+async def living_owner(driver: Driver) -> str:
+    """Return whose the controller is, "" where it is nobody's that lives; asks only, for whoever wants to know."""
+    observer = Ownership(SILENT)
+    try:
+        (token,) = await _numbers(driver, "_ZAB")
+        if token:
+            await observer.silent(driver, await observer.look(driver), driver.address)
+    except ControllerOwned as owned:
+        return str(owned.details["holder"])
+    except (CommandRejected, UnexpectedReply):
+        pass  # it knows nothing of owners
+    return ""
+
+
 async def _numbers(driver: Driver, *operands: str) -> list[int]:
     """Return whole numbers, printed so that no format somebody set (VF) can cut them."""
     command = f"MG {','.join(f'{operand}{{F10.0}}' for operand in operands)}"
     reply = await driver.send(command)
-    return [round(_number(word, command)) for word in reply.split()]
+    words = reply.split()
+    if len(words) != len(operands):
+        raise UnexpectedReply(command=command, reply=reply)
+    return [round(_number(word, command)) for word in words]
 
 
 def _number(word: str, command: str) -> float:

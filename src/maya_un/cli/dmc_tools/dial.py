@@ -15,6 +15,8 @@ from maya_un.cli.dmc import TIMEOUT
 from maya_un.cli.quantities import target_address
 from maya_un.cli.settings import Settings
 from maya_un.cli.signals import on_end
+from maya_un.controller.ownership import living_owner
+from maya_un.errors import ControllerOwned
 from maya_un.galil.driver import Driver
 from maya_un.galil.transport import TcpTransport, Transport
 
@@ -56,6 +58,13 @@ async def opened(address: str) -> AsyncIterator[Driver]:
             yield driver
         finally:
             await driver.close()
+
+
+async def require_free(driver: Driver, address: str) -> None:
+    """Raise `ControllerOwned` where the controller belongs to a program that lives."""
+    holder = await living_owner(driver)
+    if holder:
+        raise ControllerOwned(address=address, holder=holder)
 
 
 async def until_asked(work: Coroutine[None, None, T]) -> T | None:

@@ -52,7 +52,7 @@ async def _upload(place: str) -> str:
 def download(address: str, file: str, source: Source, label: str | None, settings: Settings) -> int:
     """Replace the controller's program by `source` of `file`, and run it from `label` (`` is line 0; None: not).
 
-    Raises `InvalidValue`, and as `load`.
+    Raises `InvalidValue`, `ControllerOwned`, and as `load`.
     """
     start = None if label is None else _start(label)
     asyncio.run(_download(dial.meant(address, settings), source.text, start))
@@ -77,6 +77,7 @@ def _start(label: str) -> str:
 
 async def _download(place: str, text: str, start: str | None) -> None:
     async with dial.opened(place) as driver:
+        await dial.require_free(driver, place)
         await load(driver, text)
         if start is not None:
             await driver.send(start)

@@ -15,6 +15,7 @@ from maya_un.cli.dmc_tools.dial import Dial
 from maya_un.cli.settings import Settings
 from maya_un.cli.words import word
 from maya_un.errors import FileUnreadable, InvalidValue, MachineError
+from maya_un.galil.driver import Driver
 from maya_un.galil.transcript import Conversation, Piece, conversations, difference, read
 from maya_un.galil.transport import Transport
 from maya_un.loops import run, run_virtual
@@ -39,7 +40,8 @@ class Outcome(NamedTuple):
 def replay(file: str, address: str, tolerance: float, settings: Settings) -> int:
     """Replay a recording and print what differs; return 0 where nothing does, else 1.
 
-    The client speaks at its own pace, on a twin in virtual time. Raises `FileUnreadable` and `ConnectFailed`.
+    The client speaks at its own pace, on a twin in virtual time. Raises `FileUnreadable`, `ConnectFailed`,
+    `ControllerOwned`.
     """
     if not tolerance >= 0.0:
         raise InvalidValue(key="--tolerance", value=tolerance, reason="it is 0 or more")
@@ -69,7 +71,16 @@ def _pieces(path: Path) -> list[Piece]:
 
 async def _replay(place: str, pieces: Sequence[Piece], tolerance: float) -> Outcome:
     async with dial.reached(place) as way:
+        await _require_free(way, place)
         return await compared(way, pieces, tolerance)
+
+
+async def _require_free(way: Dial, place: str) -> None:
+    driver = await Driver.open(await way(), timeout=TIMEOUT)
+    try:
+        await dial.require_free(driver, place)
+    finally:
+        await driver.close()
 
 
 async def compared(way: Dial, pieces: Sequence[Piece], tolerance: float) -> Outcome:

@@ -11,6 +11,7 @@ from maya_un.cli.doctor.finding import Finding, fail, ok, warn
 from maya_un.cli.doctor.service import limits
 from maya_un.config import Config
 from maya_un.controller import faults
+from maya_un.controller.ownership import living_owner
 from maya_un.controller.registers import identify
 from maya_un.errors import CommandRejected, MayaError
 from maya_un.galil.driver import Driver
@@ -57,7 +58,7 @@ async def _asked(driver: Driver, address: str, config: Config, language: str, be
     except MayaError as error:
         yield fail("controller", "controller_wrong", error=error.text(language))
         return
-    for look in (_handles, _record, _level, _program, _memory, _clock):
+    for look in (_owner, _handles, _record, _level, _program, _memory, _clock):
         try:
             async for finding in look(driver, config, language):
                 yield finding
@@ -66,6 +67,12 @@ async def _asked(driver: Driver, address: str, config: Config, language: str, be
         except MayaError as error:
             yield fail("controller", "controller_wrong", error=error.text(language))
             return
+
+
+async def _owner(driver: Driver, _: Config, __: str) -> AsyncIterator[Finding]:
+    """Tell which program owns it (decision 37)."""
+    holder = await living_owner(driver)
+    yield ok("owner", "owned", holder=holder) if holder else ok("owner", "owned_by_nobody")
 
 
 async def _handles(driver: Driver, _: Config, __: str) -> AsyncIterator[Finding]:

@@ -194,6 +194,8 @@ _WORDS: dict[str, tuple[str, str, str, str]] = {
         "Su reloj cuenta {counts:.0f} muestras por segundo con TM {period:.0f}; lo correcto son 1024 con TM 1000.",
         "Alguien cambió TM; `maya up` lo ajusta. Si TM es 1000, este ordenador se retrasó: mire otra vez.",
     ),
+    "owned": ("It belongs to {holder}.", "", "Pertenece a {holder}.", ""),
+    "owned_by_nobody": ("No program owns it.", "", "Ningún programa lo posee.", ""),
     "program_none": ("No program runs in it.", "", "No se ejecuta ningún programa en él.", ""),
     "program_runs": (
         "A program runs in it (threads {threads}).",
@@ -337,6 +339,7 @@ _CHECKS: dict[str, str] = {
     "lease": "conducción",
     "queue": "cola",
     "controller": "controlador",
+    "owner": "dueño",
     "firmware": "firmware",
     "handles": "canales",
     "limits": "finales de carrera",
