@@ -44,7 +44,6 @@ async def _race(address: str, rng: Random, pipe: Connection) -> None:
         except MayaError as error:
             pipe.send(f"error {error.code}")
         await controller.close()
-        await asyncio.sleep(rng.uniform(0.0, 0.1))
 
 
 async def _work(controller: GalilController, rng: Random, pipe: Connection) -> None:

@@ -155,6 +155,7 @@ def test_a_person_takes_the_controller_over_and_back(tmp_path: Path) -> None:
 
 def told(host: dict[str, str], code: int) -> None:
     """Wait until the status of a host names a fault."""
+    said = ""
     for _ in range(100):
         said = done("status --json", env=host)[1]
         if json.loads(said)["state"]["fault"] is not None and json.loads(said)["state"]["fault"]["code"] == code:

@@ -113,12 +113,11 @@ class Judge:
         machine = self.virtual.machine
         return machine.unit.core.planes["S"].running or any(axis.motion is not None for axis in machine.unit.axes)
 
-    async def rested(self) -> float:
-        """Wait until the axes rest, and return since when [s, of the controller]."""
-        while True:
-            if not self.moving:
-                return max(line.pieces[-1].t for line in self.mechanics.timelines if line.pieces)
-            await asyncio.sleep(0.005)
+    async def rest(self) -> float | None:
+        """Return since when the axes rest [s, of the controller], None while they move."""
+        if self.moving:
+            return None
+        return max(line.pieces[-1].t for line in self.mechanics.timelines if line.pieces)
 
     async def now(self) -> tuple[float, int]:
         """Return the time of the controller [s], and the process that owns it, 0 where none does."""
@@ -146,6 +145,12 @@ class Box:
     def ask(self, work: Coroutine[None, None, T]) -> T:
         """Have something done in the twin's thread, and return its result."""
         return asyncio.run_coroutine_threadsafe(work, self._loop).result(PATIENCE)
+
+    def rested(self) -> float:
+        """Wait until the axes rest, and return since when [s, of the controller]."""
+        while (since := self.ask(self.judge.rest())) is None:
+            pass_time(0.005)
+        return since
 
     def close(self) -> None:
         """End the twin and its thread."""
@@ -243,7 +248,7 @@ def test_two_hosts_that_are_killed_at_random_never_own_the_controller_together(c
         finally:
             for racer in racers:
                 racer.kill()
-        box.ask(box.judge.rested())
+        box.rested()
         record = box.judge.mechanics.record
         assert box.judge.complaints == []
         assert box.judge.changes >= kills // 2
@@ -268,7 +273,7 @@ def _round(rng: Random, box: Box, racers: list[Racer]) -> float:
     died, owner = box.ask(box.judge.now())
     number = victim.process.pid
     victim.again()
-    return max(0.0, box.ask(box.judge.rested()) - died) if owner == number else 0.0
+    return max(0.0, box.rested() - died) if owner == number else 0.0
 
 
 def _sleep(rng: Random, racers: list[Racer], victim: Racer) -> None:
