@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -21,6 +22,9 @@ from tests.conventions.source import ROOT
 
 ROS = ROOT / "ros"
 CONFIG = ROS / "maya_controller" / "src" / "maya_controller" / "config"
+BARE = str(Path(sys.base_prefix, "bin", "python3"))
+"""A Python without the packages of this project's environment."""
+
 OURS = {"address": "$(eval 'sim' if arg('sim_mode') else 'real')", "speed": "1"}
 COMMON = {"core_debug": "false", "sim_mode": "true", "skip_home": "false"}
 ARGUMENTS = {
@@ -160,3 +164,36 @@ def test_the_stack_holds_the_other_packages() -> None:
     stack = Xml.parse(ROS / "maya_ros_un" / "package.xml").getroot()
     others = {path.parent.name for path in ROS.glob("*/package.xml")} - {"maya_ros_un"}
     assert {depend.text for depend in stack.findall("exec_depend")} == others
+
+
+def test_the_constants_of_an_unconfigured_machine_are_those_of_the_project() -> None:
+    assert ast.literal_eval(assigned("defaults.py")["VALUES"]) == constants(parse({}))
+
+
+@pytest.mark.parametrize("python", [None, "/no/such/python", BARE])
+def test_constants_without_maya_beside_the_packages_are_the_defaults_with_a_warning(
+    python: str | None, tmp_path: Path
+) -> None:
+    """As on a computer that has the messages alone: no workspace, no such Python, or one without maya_un."""
+    package = tmp_path / "maya_controller"
+    shutil.copytree(CONFIG.parent, package)
+    if python is not None:
+        (package / "nodes_python.py").write_text(f"PATH = {python!r}\n")
+    program = "from maya_controller.config import constants; print(constants.MAYA_HEIGHT)"
+    said = subprocess.run(
+        [BARE, "-c", program],
+        env={"PYTHONPATH": str(tmp_path), "PATH": os.environ["PATH"]},
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert float(said.stdout) == constants(parse({}))["MAYA_HEIGHT"]
+    assert "Maya is not installed here" in said.stderr
+
+
+def test_the_metapackage_is_written_as_every_catkin_asks() -> None:
+    """catkin 0.8.0 (Ubuntu) compares it with the template of catkin_pkg word for word, later ones by a pattern."""
+    assert (ROS / "maya_ros_un" / "CMakeLists.txt").read_text(encoding="utf-8").splitlines() == [
+        "cmake_minimum_required(VERSION 2.8.3)",
+        "project(maya_ros_un)",
+        "find_package(catkin REQUIRED)",
+        "catkin_metapackage()",
+    ]

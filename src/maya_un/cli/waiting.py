@@ -11,6 +11,8 @@ _WORDS: dict[str, tuple[str, str]] = {
     "because_asked": ("{by} asked for it", "lo pidió {by}"),
     "because_step": ("step mode", "modo paso a paso"),
     "because_stop": ("somebody said stop: {by}", "alguien dijo parar: {by}"),
+    "because_asked_unknown": ("somebody asked for it", "alguien lo pidió"),
+    "because_stop_unknown": ("somebody said stop", "alguien dijo parar"),
     "because_fault": ("a fault", "un fallo"),
     "because_restart": ("this program was started anew", "el programa se inició de nuevo"),
     "because_driver": ("the driver was heard of no more", "no se supo más del conductor"),
@@ -47,7 +49,9 @@ _WORDS: dict[str, tuple[str, str]] = {
 def because(view: Mapping[str, Any], language: str) -> str:
     """Return why the queue is paused; `view` is a QueueView as JSON has it."""
     key = f"because_{view['reason']}"
-    return _word(key, language, by=view["by"] or "?") if key in _WORDS else str(view["reason"])
+    if not view["by"] and f"{key}_unknown" in _WORDS:
+        return _word(f"{key}_unknown", language)
+    return _word(key, language, by=view["by"]) if key in _WORDS else str(view["reason"])
 
 
 def reason(client: Client, report: Mapping[str, Any], language: str) -> str:

@@ -120,9 +120,18 @@ class UnknownInterface(RequestError):
 
 
 class ServiceFailed(RequestError):
-    """A service of the graph failed, or went away before it answered."""
+    """A service of the graph failed, or went away before it answered.
+
+    A reason that another edge has said as this error already is said once, without the code that it ended with.
+    """
 
     code = 4020
+
+    def __init__(self, *, service: str, reason: str) -> None:
+        before = f"The service {service} failed: "
+        while reason.startswith(before):
+            reason = reason.removeprefix(before).removesuffix(f" [{self.code}]")
+        super().__init__(service=service, reason=reason.rstrip("."))
 
 
 class JobChanged(RequestError):

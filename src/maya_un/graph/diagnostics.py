@@ -81,6 +81,8 @@ def axes(state: State) -> Status:
         "stop codes": " ".join(map(str, state.stop_code)),
         "counts": " ".join(map(str, state.counts)),
     }
+    if state.joints is None and state.mode is not Mode.DISCONNECTED:
+        values["joints"] = "not known before homing: /joint_states is silent, and tf has no frames of what moves"
     if state.joints is not None:
         a, b, c = state.joints
         values["joints"] = f"a {degrees(a):.2f} deg, b {b:.4f} m, c {c:.4f} m"

@@ -100,3 +100,8 @@ def test_the_message_is_one_that_ros_takes() -> None:
     values = {pair["key"]: pair["value"] for pair in first["values"]}
     assert values["homed"] == "true"
     assert values["speed override"] == "100%"
+
+
+def test_axes_before_homing_say_that_joints_and_frames_are_not_published() -> None:
+    assert "not known before homing: /joint_states is silent" in str(axes(state_of(None)).values["joints"])
+    assert "a " in str(axes(state_of(Joints(0.5, 1.6, 1.6))).values["joints"])

@@ -1,12 +1,17 @@
-"""The constants of the configuration that this machine has, for programs under any Python."""
+"""The constants of the configuration that this machine has, for programs under any Python.
+
+Where there is no Maya beside these packages (a computer that has the messages alone), they are those of a machine that
+nobody has configured otherwise, and a warning says so.
+"""
 
 from __future__ import annotations
 
 import json
 import subprocess
+import warnings
 from typing import Any
 
-from maya_controller import nodes_python
+from maya_controller.config import defaults
 
 _MODULE = "maya_un.ros.constants"
 
@@ -15,12 +20,25 @@ def constants() -> dict[str, Any]:
     """Return the constants by the manual's names, as the configuration has them now.
 
     maya_un may need a newer Python than the caller's, or one with other packages; so its own is asked. Raises
-    ImportError where that Python, or the configuration, is no good.
+    ImportError where the configuration is no good.
     """
     try:
-        told = subprocess.run([nodes_python.PATH, "-m", _MODULE], capture_output=True, text=True, check=True)
-    except subprocess.CalledProcessError as error:
-        raise ImportError(f"the constants cannot be read: {error.stderr.strip()}") from error
-    except OSError as error:
-        raise ImportError(f"the Python of Maya's nodes does not run: {error}") from error
+        from maya_controller import nodes_python  # noqa: PLC0415 - only a built workspace has it
+
+        told = subprocess.run([nodes_python.PATH, "-m", _MODULE], capture_output=True, text=True, check=False)
+    except (ImportError, OSError) as error:
+        return _unconfigured(str(error))
+    if told.returncode != 0 and "No module named 'maya_un'" in told.stderr:
+        return _unconfigured("its Python has no module maya_un")
+    if told.returncode != 0:
+        raise ImportError(f"the constants cannot be read: {told.stderr.strip()}")
     return json.loads(told.stdout)
+
+
+def _unconfigured(reason: str) -> dict[str, Any]:
+    """Return the constants of a machine that nobody configured, and warn of it."""
+    warnings.warn(
+        f"Maya is not installed here ({reason}). The constants are defaults, not those of the robot's configuration",
+        stacklevel=4,
+    )
+    return dict(defaults.VALUES)

@@ -1,0 +1,27 @@
+"""The constants of a machine that nobody has configured otherwise; a test keeps them as maya_un has them."""
+
+VALUES = {
+    "MAYA_ADDRESS": "192.168.1.156",
+    "COMS_SERVER_ADDRESS": "http://localhost:3000",
+    "PULSES_PER_M": 1000000.0,
+    "PULSES_PER_DEG": 371.06,
+    "MAYA_HEIGHT": 2.35,
+    "MAYA_LENGTH": 2.3,
+    "DELTA": 0.3,
+    "SIGMA": 0.2,
+    "A_0": 0.0,
+    "B_0": 0.575,
+    "C_0": 0.565,
+    "A_MAX": 2.0943951023931953,
+    "B_MAX": 2.26,
+    "C_MAX": 2.3,
+    "ACCEL_A": 1024,
+    "ACCEL_B": 5120,
+    "ACCEL_C": 5120,
+    "DCEL_A": 1024,
+    "DCEL_B": 5120,
+    "DCEL_C": 5120,
+    "SP_A": 1000,
+    "SP_B": 45000,
+    "SP_C": 45000,
+}
