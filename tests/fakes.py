@@ -61,6 +61,7 @@ class FakeController:
         self.calls: list[tuple[str, object]] = []
         self.fail_at: dict[int, MayaError] = {}
         self.previews = 0
+        self.stops = 0
         self._planner = Planner(self.config, self.mechanism)
         self._stop: asyncio.Future[None] | None = None
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import asynccontextmanager
 from functools import partial
 
@@ -18,6 +18,7 @@ from maya_un.controller.lookout import Lookout
 from maya_un.controller.monitor import Monitor
 from maya_un.controller.pacing import Pacing
 from maya_un.controller.planner import Plan, Planner
+from maya_un.controller.planning import Planning
 from maya_un.controller.protocol import Jogged, Preview
 from maya_un.controller.registers import configure
 from maya_un.controller.run import OnVia
@@ -41,8 +42,12 @@ from maya_un.galil.record import DataRecord
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
-from maya_un.motion.path import Path, Route
+from maya_un.motion.path import Route
 from maya_un.values import Joints, Progress, State, StopReport
+from maya_un.workers import Workers
+
+_Way = Callable[[Wish, Joints], Awaitable[Route]]
+"""Tells which way a wish goes from where the robot is."""
 
 
 class GalilController:
@@ -50,20 +55,25 @@ class GalilController:
 
     `dial` opens the transport, `address` names it in messages. A `live` one reads the data record at
     the configured rate for whoever watches, and has a guard in the controller stop the axes if this program falls
-    silent; the other (dry runs) renews its state at every wish only.
+    silent; the other (dry runs) renews its state at every wish only. Motions are planned in `workers`, here where there
+    are none.
     """
 
-    def __init__(self, dial: Dial, address: str, config: Config, *, live: bool = True) -> None:
+    def __init__(
+        self, dial: Dial, address: str, config: Config, *, live: bool = True, workers: Workers | None = None
+    ) -> None:
         self._loop = asyncio.get_running_loop()
         self._monitor = Monitor(dial, address, config)
         self._lookout = Lookout(self._monitor, live=live)
         self._planner = Planner(config, self._monitor.mechanism)
         self._jogging = Jogging(self._planner, self._monitor.mechanism)
+        self._planning = Planning(self._planner, self._jogging, workers)
         self._stopping = Stopping(self._monitor)
         self._pacing = Pacing(self._monitor)
         self._execution = Execution(self._monitor, self._lookout)
         self.config = config
         self.units = self._monitor.units
+        self.stops = 0
 
     @property
     def address(self) -> str:
@@ -206,14 +216,22 @@ class GalilController:
 
     async def move(self, target: Joints, *, speed: float = 1.0) -> None:
         """Go to `target` (rad, m, m), straight in joint space; `speed` scales the limits, from 0.001 to 1."""
-        await self._travel("move", lambda here: [here, target], speed)
+
+        async def way(_wish: Wish, here: Joints) -> Route:
+            return [here, target]
+
+        await self._travel("move", way, speed)
 
     async def follow(self, path: Route, *, speed: float = 1.0, on_via: OnVia | None = None) -> None:
         """Go along `path`; raises `TrajectoryRefused` unless it starts where the robot is.
 
         `on_via` is told every waypoint between the ends as it is passed, by its number from 0.
         """
-        await self._travel("follow", lambda here: self._planner.begun_at(path, here), speed, on_via)
+
+        async def way(_wish: Wish, here: Joints) -> Route:
+            return self._planner.begun_at(path, here)
+
+        await self._travel("follow", way, speed, on_via)
 
     async def jog(self, axis: str, distance: float, *, speed: float = 1.0, clip: bool = False) -> Jogged:
         """Move along one of `values.JOG_AXES` by `distance` (rad or m), or with `clip` as far as the workspace allows.
@@ -222,9 +240,9 @@ class GalilController:
         """
         gone = Jogged(axis, distance)
 
-        def way(here: Joints) -> Path:
+        async def way(wish: Wish, here: Joints) -> Route:
             nonlocal gone
-            gone = self._jogging.within(self.workspace, axis, here, distance) if clip else gone
+            gone = await self._planning.jogged(wish, self.workspace, axis, here, distance) if clip else gone
             return self._jogging.path(axis, here, gone.distance)
 
         await self._travel("jog", way, speed)
@@ -248,6 +266,7 @@ class GalilController:
 
         What a pause held is over too. Raises `NotConnected`; never `Busy`.
         """
+        self.stops += 1
         return await self._stopping.stop()
 
     async def override(self, ratio: float) -> None:
@@ -272,6 +291,7 @@ class GalilController:
 
     async def abort(self) -> None:
         """Stop without deceleration (Galil AB 1). Motors that OE guards go off, which is a fault to recover from."""
+        self.stops += 1
         monitor = self._monitor
         driver = monitor.link.driver
         sent = driver.urgent("AB 1")
@@ -328,16 +348,14 @@ class GalilController:
         """Return the details of the motion along `path`, None where it goes nowhere; raises as `preview` does."""
         return self._planner.inspect(self.workspace, path, speed, samples)
 
-    async def _travel(
-        self, name: str, path: Callable[[Joints], Route], speed: float, on_via: OnVia | None = None
-    ) -> None:
+    async def _travel(self, name: str, way: _Way, speed: float, on_via: OnVia | None = None) -> None:
         async with self._motion(name, homed=True) as (wish, driver):
-            plan = await self._planned(path, speed)
+            plan = await self._planned(wish, way, speed)
             begun = plan.move is None
             while plan.move is not None and not begun:
                 if self._monitor.pace.paused:
                     await self._execution.allowed(wish)
-                    plan = await self._planned(path, speed)
+                    plan = await self._planned(wish, way, speed)
                     continue
                 wish.check()
                 self.events.emit(Kind.MOVING, to=str(tuple(round(value, 4) for value in plan.end)))
@@ -345,16 +363,19 @@ class GalilController:
         if plan.move is not None:
             self.events.emit(Kind.IDLE)
 
-    async def _planned(self, path: Callable[[Joints], Route], speed: float) -> Plan:
+    async def _planned(self, wish: Wish, way: _Way, speed: float) -> Plan:
         """Return the plan from where the reference is by the newest record; raises what motion raises."""
         monitor = self._monitor
         known = monitor.here()
-        plan = self._planner.plan(self.workspace, path(known), speed)  # what is refused says nothing on the wire
+        plan = await self._plan(wish, way, known, speed)  # what is refused says nothing on the wire
         await monitor.look()
         if monitor.moving():
             raise Busy(doing="the axes finish what was sent before")
         here = monitor.here()
-        return plan if here == known else self._planner.plan(self.workspace, path(here), speed)
+        return plan if here == known else await self._plan(wish, way, here, speed)
+
+    async def _plan(self, wish: Wish, way: _Way, here: Joints, speed: float) -> Plan:
+        return await self._planning.plan(wish, self.workspace, await way(wish, here), speed)
 
     @asynccontextmanager
     async def _motion(self, name: str, *, homed: bool) -> AsyncIterator[tuple[Wish, Driver]]:

@@ -87,6 +87,11 @@ class Controller(Protocol):
         """Latest state."""
         ...
 
+    @property
+    def stops(self) -> int:
+        """How often stop or abort was said: whoever is between two motions learns of it here."""
+        ...
+
     def watch(self) -> AsyncIterator[State]:
         """Yield the state now and every newer one; a slow reader skips to the newest."""
         ...

@@ -28,7 +28,7 @@ class Wish:
         if self.interrupted.done():
             raise self.interrupted.result()
 
-    async def wait(self, until: float, news: asyncio.Future[None] | None = None) -> None:
+    async def wait(self, until: float, news: asyncio.Future[Any] | None = None) -> None:
         """Wait until a loop time [s], which may be infinite, or until `news` come; raises what interrupts the wish."""
         remaining = until - asyncio.get_running_loop().time()
         if remaining > 0.0:

@@ -15,13 +15,14 @@ MayaError
 │   │   NotIdentifiable 4009 · NotTaught 4010 · NameTaken 4011 · KeyReused 4012
 │   │   EventsForgotten 4013 · WrongState 4014 · AnswerNeeded 4015 · StreamLagging 4016
 │   │   DependencyFailed 4017 · InvalidMessage 4018 · UnknownInterface 4019 · ServiceFailed 4020
-│   │   NotOverRos 4021 · JobChanged 4022
+│   │   NotOverRos 4021 · JobChanged 4022 · TooMuchAsked 4030 · TakesTooLong 4031 · TooLarge 4032
 │   ├── NotSignedIn 4101 · NotAllowed 4102 · LeaseHeld 4103 · LeaseNeeded 4104 · LeaseLost 4105
 │   │   TooManyRequests 4106 · CertificateRefused 4110
 │   └── InvalidConfig 5001 · FileUnwritable 5002 · AddressInUse 5003 · AlreadyRunning 5004
 │       FileNotOurs 5005 · NothingToRevert 5006 · StorageFailed 5007 · StorageDamaged 5008
 │       StorageTooNew 5009 · StorageInUse 5010 · MasterGone 5011 · RosMissing 5012
 │       TooFewDescriptors 5013
+│       WorkerFailed 5020
 └── MachineError            the machine did something unexpected: motion ends, a person recovers
     ├── LinkLost 1001 · ConnectFailed 1002 · LinkTimeout 1003 · CommandRejected 1004
     │   WrongController 1005 · UnexpectedReply 1006 · ParameterMismatch 1007
@@ -65,7 +66,10 @@ from maya_un.errors.asking import (
     ServiceFailed,
     SpeedOnRealMachine,
     StreamLagging,
+    TakesTooLong,
+    TooLarge,
     TooManyRequests,
+    TooMuchAsked,
     UnknownInterface,
     UnknownName,
     WrongState,
@@ -94,6 +98,7 @@ from maya_un.errors.house import (
     StorageInUse,
     StorageTooNew,
     TooFewDescriptors,
+    WorkerFailed,
 )
 from maya_un.errors.link import (
     CommandRejected,
@@ -234,8 +239,11 @@ __all__ = [
     "StreamLagging",
     "StrokeDiffers",
     "SwitchNotFound",
+    "TakesTooLong",
     "TooFewDescriptors",
+    "TooLarge",
     "TooManyRequests",
+    "TooMuchAsked",
     "TrajectoryRefused",
     "TwinNotFound",
     "UnexpectedReply",
@@ -244,6 +252,7 @@ __all__ = [
     "UnknownName",
     "Unreachable",
     "WiringContradictsCn",
+    "WorkerFailed",
     "WrongController",
     "WrongState",
     "as_said",

@@ -146,6 +146,24 @@ class NotOverRos(RequestError):
     code = 4021
 
 
+class TooMuchAsked(RequestError):
+    """More is being worked out already than may be at once, for one who asks or for all."""
+
+    code = 4030
+
+
+class TakesTooLong(RequestError):
+    """To work something out takes more computing than is allowed."""
+
+    code = 4031
+
+
+class TooLarge(RequestError):
+    """To work something out needs more memory than is allowed, or its answer is too long."""
+
+    code = 4032
+
+
 class NotSignedIn(RequestError):
     """A request came without a token, or with one that is not valid."""
 

@@ -23,12 +23,26 @@ class MayaError(Exception):
         self.said = False
         super().__init__(messages.sentence(type(self).code, details))
 
+    def __reduce__(self) -> tuple[object, ...]:
+        """Cross into another process with code, details and words."""
+        return _again, (type(self), self.details, str(self) if self.said else None)
+
     def text(self, language: str = "en") -> str:
         """Return the sentence (what, why, what next) in `language` ("en" or "es").
 
         Of an error that came in words only (`as_said`) they are those words.
         """
         return str(self) if self.said else messages.sentence(type(self).code, self.details, language)
+
+
+def _again(leaf: type[MayaError], details: dict[str, object], said: str | None) -> MayaError:
+    """Return the error that crossed."""
+    if said is None:
+        return leaf(**details)
+    error = leaf.__new__(leaf)
+    Exception.__init__(error, said)
+    error.details, error.said = details, True
+    return error
 
 
 class RequestError(MayaError):

@@ -83,6 +83,12 @@ class TooFewDescriptors(RequestError):
     code = 5013
 
 
+class WorkerFailed(RequestError):
+    """The process that works things out beside the robot's loop ended, or cannot begin."""
+
+    code = 5020
+
+
 class InternalError(MachineError):
     """A defect of ours: reported as one sentence, with the log's place."""
 

@@ -97,6 +97,9 @@ SENTENCES: dict[int, str] = {
     4020: "The service {service} failed: {reason}.",
     4022: "Job {number} was changed since it was looked at. Look at it again: `maya job show {number}`.",
     4021: "{wish} cannot be said over the ROS graph. Use `maya` beside the robot floor, or `maya up`.",
+    4030: "As many previews as may be are worked out already ({most}). Wait until one has ended, then ask again.",
+    4031: "This takes more than {seconds} s of computing. Ask for less: fewer steps, fewer samples, fewer zones.",
+    4032: "This needs more than {most}. Ask for less: fewer steps or fewer samples.",
     4101: "This needs a valid token: {reason}. Ask an administrator of the robot for one (`maya user token`).",
     4102: "{who} is {role}, and {operation} needs {needed}. Ask somebody who may.",
     4103: "{holder} drives the robot since {since}. Ask for the lease with `maya lease ask`, or wait; `maya stop` works "
@@ -121,5 +124,6 @@ SENTENCES: dict[int, str] = {
     5011: "No ROS master answers at {uri}. Start `roscore`, or roslaunch, which starts one; ROS_MASTER_URI says where it is.",
     5012: "ROS cannot be used from here ({reason}). `scripts/ros` sets up what is needed on Debian and Ubuntu.",
     5013: "This process may open only {limit} files and connections at once, and {used} are open already; {least} more are needed. Raise the limit: `ulimit -n 1024`, or LimitNOFILE=1024 in a systemd unit.",
+    5020: "It could not be worked out: the worker process failed ({reason}). Nothing has moved. Say it again; if it fails again, look at the log and restart `maya up`.",
     5999: "Something went wrong inside ({reason}). This is a defect of ours; please report it with the log.",
 }

@@ -97,6 +97,9 @@ SENTENCES: dict[int, str] = {
     4020: "El servicio {service} falló: {reason}.",
     4022: "El trabajo {number} cambió desde que se miró. Mírelo otra vez: `maya job show {number}`.",
     4021: "{wish} no puede decirse por el grafo de ROS. Use `maya` junto al piso del robot, o `maya up`.",
+    4030: "Ya se calculan tantas previsiones como puede haber ({most}). Espere a que termine una y pídala otra vez.",
+    4031: "Esto necesita más de {seconds} s de cálculo. Pida menos: menos pasos, menos muestras, menos zonas.",
+    4032: "Esto necesita más de {most}. Pida menos: menos pasos o menos muestras.",
     4101: "Esto necesita un token válido: {reason}. Pida uno a un administrador del robot (`maya user token`).",
     4102: "{who} es {role}, y {operation} necesita {needed}. Pídalo a quien pueda.",
     4103: "{holder} conduce el robot desde {since}. Pida el mando con `maya lease ask`, o espere; `maya stop` vale para "
@@ -121,6 +124,7 @@ SENTENCES: dict[int, str] = {
     5011: "Ningún maestro de ROS responde en {uri}. Inicie `roscore`, o roslaunch, que inicia uno; ROS_MASTER_URI dice dónde está.",
     5012: "Desde aquí no se puede usar ROS ({reason}). `scripts/ros` instala lo necesario en Debian y Ubuntu.",
     5013: "Este proceso solo puede abrir {limit} archivos y conexiones a la vez, y ya hay {used} abiertos; se necesitan {least} más. Suba el límite: `ulimit -n 1024`, o LimitNOFILE=1024 en una unidad de systemd.",
+    5020: "No se pudo calcular: el proceso auxiliar falló ({reason}). Nada se ha movido. Dígalo otra vez; si vuelve a fallar, mire el registro y reinicie `maya up`.",
     5999: "Algo falló por dentro ({reason}). Es un defecto nuestro; repórtelo con el registro.",
 }
 

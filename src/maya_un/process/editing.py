@@ -7,16 +7,16 @@ from dataclasses import replace
 
 from maya_un.errors import InvalidJob, InvalidRequest, InvalidValue, MayaError, WrongState
 from maya_un.process.changes import Changes
+from maya_un.process.foresight import Foresight
 from maya_un.process.items import Item, Items
-from maya_un.process.job import Job
 from maya_un.process.journal.rows import JobRow, Options
 from maya_un.process.ledger import Entry, Ledger
-from maya_un.process.names import Recall
 from maya_un.process.options import read_options
 from maya_un.process.report import JobRecord
 from maya_un.process.states import TaskState
 from maya_un.process.submitting import Standing, Submitting
-from maya_un.process.written import Written, expanded, write_job
+from maya_un.process.tasks import Expansion
+from maya_un.process.written import Written
 from maya_un.values import Notice
 
 _WAITING = frozenset({TaskState.QUEUED, TaskState.HELD})
@@ -33,15 +33,13 @@ class Editing:
         ledger: Ledger,
         changes: Changes,
         submitting: Submitting,
-        grasp_height: float,
-        recall: Recall,
+        foresight: Foresight,
     ) -> None:
         self._items = items
         self._ledger = ledger
         self._changes = changes
         self._submitting = submitting
-        self._grasp_height = grasp_height
-        self._recall = recall
+        self._foresight = foresight
 
     async def hold(self, number: int) -> None:
         """Put a job aside that waits; raises `NotFound`, `WrongState`, `StorageFailed`."""
@@ -99,10 +97,14 @@ class Editing:
         asked = read_options(rest, item.row.options).depends_on
         standing = await self._submitting.standing(asked) if "depends_on" in rest else None
 
+        written = await self._foresight.written(changes["job"]) if "job" in changes else None
+        begun = await self._foresight.expanded(item.row.body) if written is not None and item.begun else None
+
         def propose() -> list[Entry]:
             self._changeable(number)
             options = read_options(rest, item.row.options)
-            written = self._rewritten(item, changes["job"]) if "job" in changes else None
+            if written is not None:
+                self._require_same(item, written, begun)
             self._require_no_loop(number, options.depends_on)
             depends_anew = options.depends_on != item.row.options.depends_on
             changed = self._changed(item, options, written, standing if depends_anew else None, approved=approved)
@@ -187,18 +189,18 @@ class Editing:
         options = replace(item.row.options, priority=priority)
         return self._changes.row(item, replace(item.row, options=options, position=position), sure=False)
 
-    def _rewritten(self, item: Item, data: object) -> Written:
-        """Return the new body of a job; of one that has begun, what has begun must be the same in it."""
-        written = write_job(Job.parse(data), self._grasp_height, self._recall)
+    def _require_same(self, item: Item, written: Written, before: Expansion | None) -> None:
+        """Raise `InvalidJob` where what has begun of a job is not the same in its new body; `before` is the old one."""
         if not item.begun:
-            return written
-        old = expanded(item.row.body, self._grasp_height) if item.record is None else item.record.expansion
+            return
+        old = before if item.record is None else item.record.expansion
+        if old is None:  # it has begun just now
+            raise WrongState(number=item.number, state=item.row.state.value, wish="changed")
         steps = [] if item.record is None else item.record.steps
         begun = max((step.row.index for step in steps if step.state is not TaskState.QUEUED), default=0)
         new = [task.primitive for task in written.expansion.tasks[:begun]]
         if new != [task.primitive for task in old.tasks[:begun]]:
             raise InvalidJob(key="steps", reason=f"{begun} have begun, and these must stay as they are")
-        return written
 
     def _changed(
         self, item: Item, options: Options, written: Written | None, standing: Standing | None, *, approved: bool

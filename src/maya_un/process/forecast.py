@@ -1,6 +1,6 @@
 """When the jobs that wait will have ended, each worked out in the background from where the one before it ends.
 
-Nothing of it is sent, and the loop is not held: others run between two steps, and a long job is expanded in a thread.
+Nothing of it is sent, and the loop is not held (`foresight`).
 What has been worked out once is worked out again only where the job, or the place it starts from, has changed.
 """
 
@@ -11,20 +11,20 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from maya_un.errors import MayaError
+from maya_un.process.foresight import Foresight
 from maya_un.process.homing_time import HomingTime
 from maya_un.process.items import Item, Items
-from maya_un.process.preview import Course, walk
+from maya_un.process.preview import Course
 from maya_un.process.states import TaskState
 from maya_un.process.tasks import Task
-from maya_un.process.written import Body, expanded
+from maya_un.process.written import Body
 from maya_un.robot.plan import Pose
 from maya_un.robot.protocol import Robot
 
 AHEAD = 50
 """So many jobs that wait are predicted."""
 
-_LONG = 200
-"""A job of more steps is expanded in a thread: that would hold the loop."""
+_WHOSE = "forecast"
 
 
 class Etas(NamedTuple):
@@ -54,13 +54,13 @@ class Forecast:
         self,
         robot: Robot,
         items: Items,
-        grasp_height: float,
+        foresight: Foresight,
         under_way: Callable[[], Item | None],
         homing: HomingTime,
     ) -> None:
         self._robot = robot
         self._items = items
-        self._grasp_height = grasp_height
+        self._foresight = foresight
         self._under_way = under_way
         self._homing = homing
         self._known: dict[int, _Known] = {}
@@ -165,7 +165,7 @@ class Forecast:
         if known is not None and known.body is item.row.body and (known.left, known.start) == (left, start):
             return known.course
         try:
-            course = await walk(self._robot, await self._tasks(item), start)
+            course = await self._foresight.walk(await self._tasks(item), start, whose=_WHOSE)
         except MayaError:
             return None
         if not self._stale:
@@ -175,10 +175,7 @@ class Forecast:
     async def _tasks(self, item: Item) -> list[Task]:
         if item.record is not None:
             return [step.task for step in item.record.remaining]
-        if item.row.steps <= _LONG:
-            return list(expanded(item.row.body, self._grasp_height).tasks)
-        expansion = await asyncio.get_running_loop().run_in_executor(None, expanded, item.row.body, self._grasp_height)
-        return list(expansion.tasks)
+        return list((await self._foresight.expanded(item.row.body, item.row.steps, whose=_WHOSE)).tasks)
 
 
 def _homings_left(item: Item) -> int:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import asyncio
-from collections.abc import Iterable, Sequence
+from collections.abc import Generator, Iterable, Sequence
 from dataclasses import dataclass
+from math import inf
+from typing import Protocol
 
 from maya_un.controller.inspection import Closest, Inspection
-from maya_un.process.preview import JobPreview, preview_job
+from maya_un.errors import TooLarge
+from maya_un.process.preview import JobPreview, Planned, walked
 from maya_un.process.tasks import Task
 from maya_un.robot.plan import ActionDetail, Pose
-from maya_un.robot.protocol import Robot
+from maya_un.robot.primitives import Primitive
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,19 +62,31 @@ class JobInspection:
     motions: tuple[Samples, ...]
 
 
-async def inspect_job(robot: Robot, tasks: Sequence[Task], start: Pose, samples: int) -> JobInspection:
-    """Return the details of `tasks` from `start` up to the first that is refused; sends nothing.
+class Inspected(Planned, Protocol):
+    """Who tells the details of a primitive too."""
 
-    Every motion has so many `samples`. Lets others run between two steps.
+    def inspect(self, primitive: Primitive, start: Pose, samples: int = 200) -> tuple[list[ActionDetail], Pose]:
+        """Return the details of every action of `primitive` from `start`, and where it ends."""
+        ...
+
+
+def inspected(
+    robot: Inspected, tasks: Sequence[Task], start: Pose, samples: int, most: float = inf
+) -> Generator[None, None, JobInspection]:
+    """Return the details of `tasks` from `start` up to the first that is refused; yields after every step.
+
+    Every motion has so many `samples`. Raises `TooLarge` for more than `most` in all.
     """
-    preview = await preview_job(robot, tasks, start)
+    preview = (yield from walked(robot, tasks, start)).preview
     found = _Collected()
     pose = start
     for task in tasks[: len(preview.steps)]:
         details, pose = robot.inspect(task.primitive, pose, samples)
         for detail in details:
             found.add(task.index, detail)
-        await asyncio.sleep(0)
+        if len(found.inspections) * samples > most:
+            raise TooLarge(most=f"{most} samples")
+        yield
     return JobInspection(
         preview,
         tuple(found.bands),

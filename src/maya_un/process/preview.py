@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import asyncio
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
-from maya_un.config import Units
+from maya_un.config import Config, Units
 from maya_un.errors import RequestError
 from maya_un.process.tasks import Task
 from maya_un.robot.plan import PhasePreview, Pose, PrimitivePreview
-from maya_un.robot.protocol import Robot
+from maya_un.robot.primitives import Primitive
 from maya_un.values import Notice
 
 
@@ -60,13 +59,21 @@ class Course(NamedTuple):
     end: Pose
 
 
-async def preview_job(robot: Robot, tasks: Sequence[Task], start: Pose) -> JobPreview:
-    """Return what `tasks` will be from `start`; sends nothing and lets others run between two steps."""
-    return (await walk(robot, tasks, start)).preview
+class Planned(Protocol):
+    """Who tells what a primitive would be: a robot, or its plans on paper."""
+
+    @property
+    def config(self) -> Config:
+        """The machine's constants."""
+        ...
+
+    def preview(self, primitive: Primitive, start: Pose) -> PrimitivePreview:
+        """Return what `primitive` would be from `start`; raises what running it would."""
+        ...
 
 
-async def walk(robot: Robot, tasks: Sequence[Task], start: Pose) -> Course:
-    """Return what `tasks` will be from `start`, and where they end; sends nothing, as `preview_job`."""
+def walked(robot: Planned, tasks: Sequence[Task], start: Pose) -> Generator[None, None, Course]:
+    """Return what `tasks` will be from `start`, and where they end; yields after every step, so that others may run."""
     units = Units.of(robot.config)
     pose = start
     steps: list[StepPreview] = []
@@ -79,23 +86,27 @@ async def walk(robot: Robot, tasks: Sequence[Task], start: Pose) -> Course:
             break
         steps.append(_step(task, step, units))
         pose = step.end
-        await asyncio.sleep(0)
-    preview = JobPreview(
+        yield
+    return Course(_preview(steps, refusal), pose)
+
+
+def course_of(courses: Sequence[Course], start: Pose) -> Course:
+    """Return courses, each from the end of the one before, as one; without any it ends at `start`."""
+    if len(courses) == 1:
+        return courses[0]
+    steps = [step for course in courses for step in course.preview.steps]
+    refusal = courses[-1].preview.refusal if courses else None
+    return Course(_preview(steps, refusal), courses[-1].end if courses else start)
+
+
+def _preview(steps: Sequence[StepPreview], refusal: Refusal | None) -> JobPreview:
+    return JobPreview(
         duration=sum(step.duration for step in steps if step.duration is not None),
         lowest=min((step.lowest for step in steps if step.lowest is not None), default=None),
         highest=max((step.highest for step in steps if step.highest is not None), default=None),
         steps=tuple(steps),
         refusal=refusal,
     )
-    return Course(preview, pose)
-
-
-async def require_possible(robot: Robot, tasks: Sequence[Task], start: Pose) -> None:
-    """Raise the refusal of the first of `tasks` that would be refused from `start`; sends nothing."""
-    pose = start
-    for task in tasks:
-        pose = robot.preview(task.primitive, pose).end
-        await asyncio.sleep(0)
 
 
 def _step(task: Task, step: PrimitivePreview, units: Units) -> StepPreview:

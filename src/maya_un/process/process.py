@@ -21,7 +21,8 @@ from maya_un.controller.protocol import Controller
 from maya_un.errors import Cancelled, Faulted, InvalidValue, NotConnected, StorageFailed, WrongState
 from maya_un.process.changes import Changes
 from maya_un.process.editing import Editing
-from maya_un.process.inspection import JobInspection, inspect_job
+from maya_un.process.foresight import Foresight
+from maya_un.process.inspection import JobInspection
 from maya_un.process.items import Item, Items
 from maya_un.process.job import Job
 from maya_un.process.journal.memory import MemoryJournal
@@ -32,7 +33,7 @@ from maya_un.process.ledger import Ledger
 from maya_un.process.names import Recall
 from maya_un.process.options import ORDINARY
 from maya_un.process.pausing import Dates, Pausing
-from maya_un.process.preview import JobPreview, preview_job
+from maya_un.process.preview import JobPreview
 from maya_un.process.recovering import Recovering
 from maya_un.process.recovery import Chosen
 from maya_un.process.report import JobReport
@@ -40,15 +41,15 @@ from maya_un.process.runner import Shared
 from maya_un.process.showing import Showing
 from maya_un.process.states import TaskState
 from maya_un.process.submitting import Asked, Submitting
-from maya_un.process.tasks import Expansion, expand
 from maya_un.process.taught import Taught
 from maya_un.process.turns import Turns
 from maya_un.process.whole import Whole
-from maya_un.process.written import Written, expanded, write_job, write_wish
+from maya_un.process.written import Written, write_wish
 from maya_un.robot.plan import Pose
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.protocol import Robot
 from maya_un.values import Mode
+from maya_un.workers import Workers
 
 LOCAL = Asked(Owner(), ORDINARY)
 """Whoever sits at the machine, and says nothing about how."""
@@ -61,10 +62,10 @@ class Process:
     `recall` tells what has been taught, when a job names something that it does not explain itself. A journal that is
     given keeps what was not finished for the next start; without one everything ends with this process. Only whom the
     `lease` lets may begin. `dates` tells the date; without it dates are the loop's time. `speed` is how fast the loop's
-    clock runs.
+    clock runs. Jobs are worked out in `workers`, in the running loop where there are none.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - every option of a process is a parameter
         self,
         robot: Robot,
         controller: Controller,
@@ -75,8 +76,8 @@ class Process:
         lease: Lease | None = None,
         dates: Dates | None = None,
         speed: float = 1.0,
+        workers: Workers | None = None,
     ) -> None:
-        self._robot = robot
         self._recall = recall
         self._controller = controller
         self._grasp_height = config.cell.grasp_height
@@ -88,9 +89,10 @@ class Process:
         self._pausing = pausing = Pausing(ledger, controller.events, dates)
         self._whole = Whole()
         changes = Changes(items, controller.events)
-        shared = Shared(robot, controller, ledger, changes, pausing, dates, self._grasp_height, self._durable)
+        self.foresight = foresight = Foresight(robot, controller, self._grasp_height, recall, workers)
+        shared = Shared(robot, controller, ledger, changes, pausing, dates, foresight, self._durable)
         self._submitting = Submitting(items, ledger, changes, dates)
-        self._editing = Editing(items, ledger, changes, self._submitting, self._grasp_height, recall)
+        self._editing = Editing(items, ledger, changes, self._submitting, foresight)
         self._recovering = Recovering(shared, items, changes, self._editing)
         self.turns = Turns(shared, items, self._whole, lease)
         self.shown = Showing(shared, items, self.turns, self._recovering, speed=speed)
@@ -107,14 +109,15 @@ class Process:
         item = self.turns.running
         return None if item is None or item.row.state.ended else item.number
 
-    async def submit(self, job: Job, asked: Asked = LOCAL) -> int:
+    async def submit(self, job: Job | Mapping[str, object] | bytes, asked: Asked = LOCAL) -> int:
         """Append a job and return its number, once it is written down; it starts when its turn comes.
 
-        Raises `UnknownName` and `InvalidJob` for what it says, `FileUnreadable` where the book of taught places is
-        needed and broken, `KeyReused`, `InvalidValue`, `StorageFailed`; `NotConnected` and `Faulted` while nothing can
-        run, unless it is to be held.
+        It may come as plain data or JSON. Raises `UnknownName` and `InvalidJob` for what it says, `FileUnreadable`
+        where the book of taught places is needed and broken, `KeyReused`, `InvalidValue`, `StorageFailed`;
+        `NotConnected` and `Faulted` while nothing can run, unless it is to be held.
         """
-        return await self._submit(write_job(job, self._grasp_height, self._recall), asked)
+        halts = self.turns.halts
+        return await self._submit(await self.foresight.written(job), asked, halts=halts)
 
     async def wish(self, wish: Primitive | Mapping[str, object], asked: Asked = LOCAL) -> int:
         """Append a job of one primitive and return its number; raises as `submit` does, and `InvalidRequest`.
@@ -133,15 +136,16 @@ class Process:
         Without `from_step` it begins at the first step that was not done, at the first of all if all were. Raises
         `NotFound`, `WrongState`, `InvalidValue` and as `submit` does.
         """
+        halts = self.turns.halts
         row, steps = await self.shown.found(number)
         if not row.state.ended:
             raise WrongState(number=number, state=row.state.value, wish="done again")
-        expansion = expanded(row.body, self._grasp_height)
+        expansion = await self.foresight.expanded(row.body)
         count = len(expansion.tasks)
         if from_step is not None and not 1 <= from_step <= count:
             raise InvalidValue(key="from_step", value=from_step, reason=f"the job has steps 1 to {count}")
         first = _first_undone(steps, count) if from_step is None else from_step
-        return await self._submit(Written(row.name, row.body, expansion), asked, first - 1)
+        return await self._submit(Written(row.name, row.body, expansion), asked, first - 1, halts=halts)
 
     async def result(self, number: int) -> JobReport:
         """Wait until a job has ended, or this process is closed, and return its report; raises `NotFound`."""
@@ -233,11 +237,11 @@ class Process:
 
     async def preview(self, job: Job, start: Pose) -> JobPreview:
         """Return what `job` would be from `start`; raises as `submit` for what it says; sends nothing."""
-        return await preview_job(self._robot, self._expanded(job).tasks, start)
+        return await self.foresight.preview(job, start)
 
     async def inspect(self, job: Job, start: Pose, samples: int) -> JobInspection:
         """Return `job` in detail, from `start`; raises as `preview` does; sends nothing."""
-        return await inspect_job(self._robot, self._expanded(job).tasks, start, samples)
+        return await self.foresight.inspect(job, start, samples)
 
     async def close(self, *, finish: bool = False) -> None:
         """End what runs, and return when the robot is at rest and everything is written down.
@@ -260,17 +264,14 @@ class Process:
         for item in self._items:
             item.finish()
 
-    def _expanded(self, job: Job) -> Expansion:
-        return expand(job, self._grasp_height, self._recall)
-
-    async def _submit(self, written: Written, asked: Asked, skipped: int = 0) -> int:
+    async def _submit(self, written: Written, asked: Asked, skipped: int = 0, halts: int | None = None) -> int:
+        """Keep a job; one that was asked for before a stop, when there had been so many `halts`, is not begun after."""
         if not asked.options.held and not asked.proposal:
             self._require_able()
-        return await self._whole.do(self._taken_in(written, asked, skipped))
+        before = self.turns.halts if halts is None else halts
+        return await self._whole.do(self._taken_in(written, asked, skipped, before))
 
-    async def _taken_in(self, written: Written, asked: Asked, skipped: int) -> int:
-        """Keep a job; one that was asked for before a stop does not begin after it."""
-        halts = self.turns.halts
+    async def _taken_in(self, written: Written, asked: Asked, skipped: int, halts: int) -> int:
         number = await self._submitting.submit(written, asked, skipped)
         if halts != self.turns.halts:
             self.turns.pause_by_itself("stop")

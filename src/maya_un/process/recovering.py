@@ -11,14 +11,12 @@ from maya_un.process.items import Item, Items
 from maya_un.process.journal.rows import JobRow, QueueRow, StepRow, Unfinished
 from maya_un.process.ledger import Entry
 from maya_un.process.pausing import BY_ITSELF
-from maya_un.process.preview import require_possible
 from maya_un.process.recovery import Decision, Situation, choices, decide
 from maya_un.process.report import JobRecord, StepRecord
 from maya_un.process.runner import Shared
 from maya_un.process.states import TaskState
 from maya_un.process.tasks import Task
 from maya_un.process.view import Recovery
-from maya_un.process.written import expanded
 from maya_un.robot.jaws import Jaws
 from maya_un.robot.plan import Pose
 from maya_un.values import Mode
@@ -44,7 +42,7 @@ class Recovering:
         for row in known.jobs:
             steps = known.steps.get(row.id, ())
             waits_for = frozenset(one for one in row.options.depends_on if one in numbers)
-            self._items.add(Item(row, self._record(row, steps), waits_for))
+            self._items.add(Item(row, await self._record(row, steps), waits_for))
         interrupted = [item for item in self._items if item.row.state in _UNDER_WAY]
 
         def propose() -> list[Entry]:
@@ -83,7 +81,8 @@ class Recovering:
         step, situation = self._situation(item)
         decision = decide(situation, choice, holding)
         if decision.goes_on:
-            await require_possible(self._shared.robot, self._ahead(item, step, decision), self._pose(decision.holding))
+            ahead = await self._ahead(item, step, decision)
+            await self._shared.foresight.require(ahead, self._pose(decision.holding))
 
         def propose() -> list[Entry]:
             if item.row.state is not TaskState.INTERRUPTED:
@@ -94,12 +93,12 @@ class Recovering:
         if decision.holding is not None and self._shared.controller.state.gripper_closed:
             self._shared.robot.seen(holding=decision.holding)
 
-    def _record(self, row: JobRow, steps: tuple[StepRow, ...]) -> JobRecord | None:
+    async def _record(self, row: JobRow, steps: tuple[StepRow, ...]) -> JobRecord | None:
         """Return what is known of a job's steps, None where none has begun or nobody can tell what they were."""
         if not steps:
             return None
         try:
-            return JobRecord.kept(expanded(row.body, self._shared.grasp_height), steps)
+            return JobRecord.kept(await self._shared.foresight.expanded(row.body), steps)
         except MayaError:
             return None
 
@@ -136,9 +135,9 @@ class Recovering:
         state = self._shared.controller.state
         return None if state.mode is Mode.DISCONNECTED or state.gripper_closed else False
 
-    def _ahead(self, item: Item, step: StepRecord | None, decision: Decision) -> list[Task]:
+    async def _ahead(self, item: Item, step: StepRecord | None, decision: Decision) -> list[Task]:
         """Return what would be done."""
-        record = item.record or JobRecord(expanded(item.row.body, self._shared.grasp_height))
+        record = item.record or JobRecord(await self._shared.foresight.expanded(item.row.body))
         left_out = step if decision.step is not TaskState.QUEUED else None
         return [one.task for one in record.remaining if one is not left_out]
 

@@ -20,14 +20,13 @@ from maya_un.errors import (
     StorageFailed,
 )
 from maya_un.process.changes import Changes
+from maya_un.process.foresight import Foresight
 from maya_un.process.items import Item
 from maya_un.process.ledger import Entry, Ledger
 from maya_un.process.options import HARMLESS
 from maya_un.process.pausing import Dates, Pausing
-from maya_un.process.preview import walk
 from maya_un.process.report import JobRecord, StepRecord, where
 from maya_un.process.states import TaskState
-from maya_un.process.written import expanded
 from maya_un.robot.protocol import OnPhase, Robot
 from maya_un.values import Notice
 
@@ -37,7 +36,10 @@ RETRY_AFTER = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Shared:
-    """What those have in common who work the queue. `notes_phases` has every phase of a step written down."""
+    """What those have in common who work the queue. `notes_phases` has every phase of a step written down.
+
+    `foresight` works out what jobs come to.
+    """
 
     robot: Robot
     controller: Controller
@@ -45,7 +47,7 @@ class Shared:
     changes: Changes
     pausing: Pausing
     dates: Dates
-    grasp_height: float
+    foresight: Foresight
     notes_phases: bool
 
 
@@ -142,10 +144,10 @@ class Runner:
         """Work out what remains of the job from where the robot is; raises `_Refused`."""
         item, shared = self._item, self._shared
         if item.record is None:
-            item.record = JobRecord(expanded(item.row.body, shared.grasp_height))
+            item.record = JobRecord(await shared.foresight.expanded(item.row.body))
         record = item.record
         self._done = record.done
-        preview, end = await walk(shared.robot, [step.task for step in record.remaining], shared.robot.pose)
+        preview, end = await shared.foresight.walk([step.task for step in record.remaining], shared.robot.pose)
         record.previewed(preview, end)
         if preview.refusal is not None:
             raise _Refused(record.steps[preview.refusal.index - 1], preview.refusal.notice)

@@ -18,7 +18,7 @@ from maya_un.process.report import JobRecord, JobReport, line_of, report_of
 from maya_un.process.runner import Shared
 from maya_un.process.turns import Turns
 from maya_un.process.view import JobLine, QueueMode, QueueView
-from maya_un.process.written import Body, as_written, expanded, version_of
+from maya_un.process.written import Body, as_written, version_of
 
 SHOWN = AHEAD
 """So many jobs that wait are shown: those that are predicted."""
@@ -44,7 +44,7 @@ class Showing:
         self._recovering = recovering
         self._speed = speed
         homing = HomingTime(shared.robot.config, shared.controller.events)
-        self._forecast = Forecast(shared.robot, items, shared.grasp_height, lambda: turns.running, homing)
+        self._forecast = Forecast(shared.robot, items, shared.foresight, lambda: turns.running, homing)
         items.on_change = self._forecast.renew
 
     @property
@@ -122,7 +122,7 @@ class Showing:
         version = version_of(row.body)
         if item is not None and item.record is not None:
             return report_of(self._line(item), item.record, version)
-        record = JobRecord.kept(expanded(row.body, self._shared.grasp_height), steps)
+        record = JobRecord.kept(await self._shared.foresight.expanded(row.body), steps)
         if row.state.ended:
             record.skip_rest()
         return report_of(self.line_of(row), record, version)

@@ -6,32 +6,32 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from maya_un.config import Config
+from maya_un.controller.planning import OWN
 from maya_un.controller.protocol import Controller
-from maya_un.errors import Busy, PathRefused, TrajectoryRefused, Unreachable
+from maya_un.errors import Busy, Stopped
 from maya_un.events import Kind
-from maya_un.kinematics.workspace import Workspace
 from maya_un.robot.jaws import JawsMemory
-from maya_un.robot.plan import Action, ActionDetail, Plan, Pose, PrimitivePreview, Travel
+from maya_un.robot.plan import ActionDetail, Plan, Pose, PrimitivePreview
+from maya_un.robot.plans import Plans, plan
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.protocol import OnPhase
-from maya_un.robot.sketch import Sketch
 from maya_un.values import Mode
-
-_REMEMBERED = 4096
+from maya_un.workers import Workers
 
 
 class PlanningRobot:
     """Tells where the robot is, what it holds and what a primitive would be; gives one primitive at a time its turn.
 
-    To run it is the affair of the class that inherits (`protocol.Robot`). A plan once made is remembered by primitive
-    and start: what a job previewed is what it runs, and is worked out once.
+    To run it is the affair of the class that inherits (`protocol.Robot`). What is about to be run is planned in
+    `workers`, here where there are none.
     """
 
-    def __init__(self, controller: Controller, config: Config) -> None:
+    def __init__(self, controller: Controller, config: Config, workers: Workers | None = None) -> None:
         self._controller = controller
+        self._workers = workers
         self._memory = JawsMemory(controller.events)
         self._running: Primitive | None = None
-        self._plans: dict[tuple[Primitive, Pose], tuple[Plan, Workspace]] = {}
+        self._plans = Plans(controller)
         self.config = config
 
     @property
@@ -69,19 +69,14 @@ class PlanningRobot:
         Raises what `run` would raise for its target, its way and the gripper: `Unreachable`, `PathRefused`,
         `NotHomed`, `GripperNotEmpty`, `GripperEmpty`.
         """
-        return self._plan(primitive, start).preview()
+        return self._plans.preview(primitive, start)
 
     def inspect(self, primitive: Primitive, start: Pose, samples: int = 200) -> tuple[list[ActionDetail], Pose]:
         """Return the details of every action of `primitive` from `start`, and where it ends; raises as `preview` does.
 
         Every motion has so many `samples`.
         """
-        plan = self._plan(primitive, start)
-        return [self._detail(action, samples) for action in plan.actions], plan.end
-
-    def _detail(self, action: Action, samples: int) -> ActionDetail:
-        inspection = self._controller.inspect(action.path, samples=samples) if isinstance(action, Travel) else None
-        return ActionDetail(action.phases(), action.duration, inspection)
+        return self._plans.inspect(primitive, start, samples)
 
     @contextmanager
     def _turn(self, primitive: Primitive) -> Iterator[None]:
@@ -100,25 +95,18 @@ class PlanningRobot:
         if on_phase is not None:
             on_phase(phase)
 
-    def _plan(self, primitive: Primitive, start: Pose) -> Plan:
-        """Return the plan, remembered or drawn; one drawn in another workspace must come to the same in this."""
-        workspace = self._controller.workspace
-        known = self._plans.get((primitive, start))
-        if known is not None and (known[1] is workspace or self._holds(known[0])):
-            plan = known[0]
-        else:
-            sketch = Sketch(self._controller, start)
-            primitive.draw(sketch)
-            plan = sketch.plan()
-        if len(self._plans) >= _REMEMBERED:
-            self._plans.clear()
-        self._plans[primitive, start] = (plan, workspace)
-        return plan
+    async def _planned(self, primitive: Primitive) -> Plan:
+        """Return the plan from where the robot is, which has not moved meanwhile; raises as `preview` does.
 
-    def _holds(self, plan: Plan) -> bool:
-        """Whether every path of `plan` would be gone as it says: homing measures strokes, near zones all is slower."""
-        travels = [action for action in plan.actions if isinstance(action, Travel)]
-        try:
-            return all(self._controller.preview(travel.path) == travel.preview for travel in travels)
-        except (Unreachable, PathRefused, TrajectoryRefused):
-            return False
+        Where it is drawn in a worker, that takes a moment: raises `Stopped` where somebody says stop in it.
+        """
+        if self._workers is None:
+            return self._plans.plan(primitive, self.pose)
+        stops = self._controller.stops
+        while True:
+            start, workspace = self.pose, self._controller.workspace
+            drawn = await self._workers.run(plan, workspace, primitive, start, whose=OWN)
+            if self._controller.stops != stops:
+                raise Stopped
+            if (start, workspace) == (self.pose, self._controller.workspace):
+                return drawn.value

@@ -22,7 +22,8 @@ class MayaRobot(PlanningRobot):
         """
         with self._turn(primitive):
             self._require_ready(primitive)
-            plan = self._plan(primitive, self.pose)
+            plan = await self._planned(primitive)
+            self._require_ready(primitive)
             for action in plan.actions:
                 await self._do(action, lambda phase: self._enter(phase, primitive, on_phase))
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from maya_un.config import Units
 from maya_un.controller.homing import homed_pose
-from maya_un.controller.protocol import Controller, Preview
+from maya_un.controller.protocol import Preview
 from maya_un.errors import NotHomed, PathRefused, TrajectoryRefused, Unreachable
 from maya_un.kinematics.workspace import Reason
 from maya_un.motion.path import Path
 from maya_un.robot.crossing import Crosser
+from maya_un.robot.ground import Ground
 from maya_un.robot.jaws import Jaws
 from maya_un.robot.plan import Action, Grip, Homing, Plan, Pose, Travel
 from maya_un.robot.target import Standoff, text
@@ -21,9 +22,9 @@ class Sketch:
     Every method that travels raises `NotHomed`, `Unreachable` or `PathRefused`; nothing is ever sent.
     """
 
-    def __init__(self, controller: Controller, pose: Pose) -> None:
-        self._controller = controller
-        self._config = controller.config
+    def __init__(self, ground: Ground, pose: Pose) -> None:
+        self._ground = ground
+        self._config = ground.config
         self._actions: list[Action] = []
         self.pose = pose
 
@@ -45,7 +46,7 @@ class Sketch:
         target. `down` is the phase that begins above the target; nothing stops there. Whatever is refused is
         refused by the name of `target`.
         """
-        standoff = Standoff(self._controller.workspace, self._config.cell.clearance, touched=down is not None)
+        standoff = Standoff(self._ground.workspace, self._config.cell.clearance, touched=down is not None)
         reason = standoff.why_not(target)
         if reason is not None:
             raise self._unreachable(standoff, target, reason)
@@ -58,9 +59,9 @@ class Sketch:
     def _cross(self, phase: str, standoff: Standoff, target: Point, down: str | None) -> None:
         cell, above = self._config.cell, standoff.above(target)
         floor = max(above.z, cell.grasp_height + cell.clearance)
-        goal = self._controller.workspace.require(above if down is None else target)
-        crosser = Crosser(self._config, self._controller.mechanism, smooth=cell.smooth)
-        crossing = crosser.cross(self._controller.preview, self.here(), goal, floor)
+        goal = self._ground.workspace.require(above if down is None else target)
+        crosser = Crosser(self._config, self._ground.mechanism, smooth=cell.smooth)
+        crossing = crosser.cross(self._ground.preview, self.here(), goal, floor)
         turn = None if down is None or crossing.arrival is None else (crossing.arrival, down)
         only = down if down is not None and crossing.arrival is None else phase
         self._travel(only, crossing.path, crossing.preview, turn)
@@ -69,7 +70,7 @@ class Sketch:
         """Return the refusal of `target`; the nearest place it names is one that is not refused in its turn."""
         inside = None
         if self.pose.joints is not None:
-            here = self._controller.mechanism.fk(self.pose.joints)
+            here = self._ground.mechanism.fk(self.pose.joints)
             inside = here._replace(z=here.z - standoff.clearance)
         places = list(standoff.candidates(target, inside))
         nearest = next((place for place in places if self._leads_to(standoff, place)), places[0])
@@ -86,7 +87,7 @@ class Sketch:
         """Whether the way to `target` would be drawn too; before homing nobody knows, and it counts as true."""
         if self.pose.joints is None:
             return True
-        trial = Sketch(self._controller, self.pose)
+        trial = Sketch(self._ground, self.pose)
         try:
             trial._cross("", standoff, target, "" if standoff.touched else None)
         except (PathRefused, Unreachable, TrajectoryRefused):
@@ -95,15 +96,15 @@ class Sketch:
 
     def straight(self, phase: str, target: Point) -> None:
         """Go to `target` in a straight line."""
-        self._controller.workspace.require(target)
-        self._go(phase, Path.line(self._controller.mechanism.fk(self.here()), target))
+        self._ground.workspace.require(target)
+        self._go(phase, Path.line(self._ground.mechanism.fk(self.here()), target))
 
     def joints(self, phase: str, target: Joints) -> None:
         """Go to `target` (rad, m, m), straight in joint space."""
         self._go(phase, Path.joints(self.here(), target))
 
     def _go(self, phase: str, path: Path) -> None:
-        self._travel(phase, path, self._controller.preview(path))
+        self._travel(phase, path, self._ground.preview(path))
 
     def grip(self, phase: str, *, open_: bool, grasps: bool = False) -> None:
         """Open or close the gripper."""

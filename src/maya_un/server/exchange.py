@@ -10,7 +10,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from maya_un.api.messages import to_json
 from maya_un.errors import InvalidRequest, InvalidValue, MayaError
-from maya_un.server.codec import decode_object
+from maya_un.process.decoding import decode_object
 
 
 class Reader:

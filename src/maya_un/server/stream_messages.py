@@ -11,7 +11,7 @@ from typing import Any
 
 from maya_un.api.messages import EventMessage, to_json
 from maya_un.errors import InvalidRequest, MayaError
-from maya_un.server.codec import decode_object
+from maya_un.process.decoding import decode_object
 from maya_un.server.frames import framed
 from maya_un.values import State
 

@@ -57,6 +57,7 @@ class GraphController:
         self._ratio = graph.advertise(SPEED.name, SPEED.type, queue_size=SPEED.queue_size)
         self._urgent = Urgent(graph, self._watch, speed)
         self.config = config
+        self.stops = 0
         self.events.heard_by(self._hear)
 
     @classmethod
@@ -257,7 +258,9 @@ class GraphController:
         return await given_up(self.events, hangs, called(self._graph, row, request))
 
     def _hear(self, event: Event) -> None:
-        """Have the services of a node that appears found, while there is somebody who knows them."""
+        """Count stops; have the services of a node that appears found, while there is somebody who knows them."""
+        if event.kind is Kind.STOPPED:
+            self.stops += 1
         if event.kind is Kind.CONNECTED:
             self._graph.expect(*(row.name for row in (STOP, ABORT, PAUSE, RESUME, RECOVER, GRIPPER)))
 

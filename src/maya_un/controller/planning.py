@@ -1,0 +1,54 @@
+"""Where the controller floor has its motions planned: here, or in a worker, so that nothing holds the loop."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Coroutine
+from math import inf
+from typing import Any, TypeVar
+
+from maya_un.controller import paper
+from maya_un.controller.jogging import Jogging
+from maya_un.controller.planner import Plan, Planner
+from maya_un.controller.protocol import Jogged
+from maya_un.controller.wish import Wish
+from maya_un.kinematics.workspace import Workspace
+from maya_un.motion.path import Route
+from maya_un.values import Joints
+from maya_un.workers import Answer, Workers
+
+T = TypeVar("T")
+
+OWN = "motion"
+"""Whose turn a plan is that the robot waits for."""
+
+
+class Planning:
+    """Plans by `planner` and `jogging`, in `workers` where there are any."""
+
+    def __init__(self, planner: Planner, jogging: Jogging, workers: Workers | None) -> None:
+        self._planner = planner
+        self._jogging = jogging
+        self._workers = workers
+
+    async def plan(self, wish: Wish, workspace: Workspace, route: Route, speed: float) -> Plan:
+        """Return the plan of a route for `wish`; raises as `Planner.plan` does, what ends the wish, `WorkerFailed`."""
+        if self._workers is None:
+            return self._planner.plan(workspace, route, speed)
+        return await _unless_ended(wish, self._workers.run(paper.plan, workspace, route, speed, whose=OWN))
+
+    async def jogged(self, wish: Wish, workspace: Workspace, axis: str, here: Joints, way: float) -> Jogged:
+        """Return how far a jog goes; raises as `Jogging.within` does, what ends the wish, `WorkerFailed`."""
+        if self._workers is None:
+            return self._jogging.within(workspace, axis, here, way)
+        return await _unless_ended(wish, self._workers.run(paper.jogged, workspace, axis, here, way, whose=OWN))
+
+
+async def _unless_ended(wish: Wish, work: Coroutine[Any, Any, Answer[T]]) -> T:
+    """Return what work comes to; a stop does not wait for that."""
+    task = asyncio.ensure_future(work)
+    try:
+        await wish.wait(inf, task)
+        return task.result().value
+    finally:
+        task.cancel()

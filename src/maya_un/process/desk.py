@@ -1,0 +1,135 @@
+"""What is worked out of jobs in a worker (`maya_un.workers`); each function yields where others may have their turn.
+
+Long lists of tasks cross in pieces: to read a long one at a time would hold the loop of whoever asked. `taught` is a
+pickle of what is taught, or of the error why nobody can tell.
+"""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Generator, Sequence
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from maya_un.errors import MayaError
+from maya_un.kinematics.workspace import Workspace
+from maya_un.process.decoding import decode_object
+from maya_un.process.inspection import JobInspection, inspected
+from maya_un.process.job import Job
+from maya_un.process.names import Recall
+from maya_un.process.preview import Course, JobPreview, walked
+from maya_un.process.tasks import Task, expand
+from maya_un.process.taught import Taught
+from maya_un.process.written import Body, expanded, write_job
+from maya_un.robot.plan import Pose
+from maya_un.robot.plans import on_paper
+from maya_un.values import Point
+
+MOST_SAMPLED = 200_000
+"""So many samples of all motions of a job together are told, 990 motions of 200 each among them."""
+
+PIECE = 50
+"""So many tasks cross at a time."""
+
+
+class Rest(NamedTuple):
+    """What there is of an expansion besides its tasks."""
+
+    parts: dict[str, Point | None]
+    remarks: tuple[str, ...]
+
+
+class Kept(NamedTuple):
+    """What there is of a written job besides its tasks."""
+
+    name: str
+    body: Body
+    rest: Rest
+
+
+def decoded(body: bytes) -> Generator[None, None, dict[str, Any]]:
+    """Return a JSON object; raises as `decode_object` does."""
+    yield
+    return decode_object(body)
+
+
+def write(job: object, taught: bytes, grasp_height: float) -> Generator[Any, None, Kept]:
+    """Hand over the tasks of a job, and return how it is kept; raises as `write_job` and `Job.parse` do."""
+    yield
+    written = write_job(parsed(job), grasp_height, recalled(taught))
+    yield from _pieces(written.expansion.tasks)
+    return Kept(written.name, written.body, Rest(written.expansion.parts, written.expansion.remarks))
+
+
+def expand_kept(body: Body, grasp_height: float) -> Generator[Any, None, Rest]:
+    """Hand over the tasks of a kept job, and return the rest; raises as `written.expanded` does."""
+    yield
+    expansion = expanded(body, grasp_height)
+    yield from _pieces(expansion.tasks)
+    return Rest(expansion.parts, expansion.remarks)
+
+
+def walk(workspace: Workspace, tasks: Sequence[Task], start: Pose) -> Generator[None, None, Course]:
+    """Return what some tasks will be from `start`."""
+    return (yield from walked(on_paper(workspace), tasks, start))
+
+
+def require(workspace: Workspace, tasks: Sequence[Task], start: Pose) -> Generator[None, None, Pose]:
+    """Return where some tasks end; raises the refusal of the first that would be refused."""
+    pose = start
+    for task in tasks:
+        pose = on_paper(workspace).preview(task.primitive, pose).end
+        yield
+    return pose
+
+
+def preview(
+    workspace: Workspace, job: object, taught: bytes, grasp_height: float, start: Pose
+) -> Generator[None, None, JobPreview]:
+    """Return what a job would be."""
+    yield
+    tasks = expand(parsed(job), grasp_height, recalled(taught)).tasks
+    return (yield from walked(on_paper(workspace), tasks, start)).preview
+
+
+def inspect(
+    workspace: Workspace,
+    job: object,
+    taught: bytes,
+    grasp_height: float,
+    start: Pose,
+    samples: int,
+) -> Generator[None, None, JobInspection]:
+    """Return a job in detail; raises `TooLarge` for more than `MOST_SAMPLED` samples."""
+    yield
+    tasks = expand(parsed(job), grasp_height, recalled(taught)).tasks
+    return (yield from inspected(on_paper(workspace), tasks, start, samples, MOST_SAMPLED))
+
+
+def parsed(job: object) -> Job:
+    """Return a job, be it read already, plain data, or JSON in bytes; raises `InvalidJob`, `InvalidRequest`."""
+    if isinstance(job, Job):
+        return job
+    return Job.parse(decode_object(job) if isinstance(job, bytes) else job)
+
+
+def recalled(taught: bytes) -> Recall:
+    """Return who tells what is taught, or why he cannot."""
+
+    def recall() -> Taught:
+        found = _unpickled(taught)
+        if isinstance(found, MayaError):
+            raise found
+        return found
+
+    return recall
+
+
+@lru_cache(maxsize=2)
+def _unpickled(taught: bytes) -> Taught | MayaError:
+    return pickle.loads(taught)
+
+
+def _pieces(tasks: Sequence[Task]) -> Generator[Sequence[Task], None, None]:
+    for begin in range(0, len(tasks), PIECE):
+        yield tasks[begin : begin + PIECE]

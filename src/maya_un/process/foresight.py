@@ -1,0 +1,139 @@
+"""What jobs come to before anything moves, worked out here, or in a worker where there is one.
+
+With a worker nothing of it holds the loop: neither what people ask nor what the queue itself has to know. Without one,
+as in a dry run, it is worked out in the loop, which lets others run between two steps.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import pickle
+from collections.abc import Generator, Sequence
+from typing import TypeVar
+
+from maya_un.controller.protocol import Controller
+from maya_un.errors import MayaError
+from maya_un.process import desk
+from maya_un.process.inspection import JobInspection, inspected
+from maya_un.process.job import Job
+from maya_un.process.names import Recall
+from maya_un.process.preview import Course, JobPreview, course_of, walked
+from maya_un.process.tasks import Expansion, Task, expand
+from maya_un.process.taught import Taught
+from maya_un.process.written import Body, Written, expanded, write_job
+from maya_un.robot.plan import Pose
+from maya_un.robot.protocol import Robot
+from maya_un.workers import Work, Workers
+
+T = TypeVar("T")
+
+CHECK = "check"
+"""Whose turn it is to work out the job that is to begin."""
+
+_LONG = 200
+"""A job of more steps is expanded in a thread where there is no worker."""
+
+
+class Foresight:
+    """Works out jobs for a robot, in `workers` where there are any."""
+
+    def __init__(
+        self, robot: Robot, controller: Controller, grasp_height: float, recall: Recall, workers: Workers | None
+    ) -> None:
+        self._robot = robot
+        self._controller = controller
+        self._grasp_height = grasp_height
+        self._recall = recall
+        self._workers = workers
+        self._sealed: tuple[Taught | None, bytes] = (None, b"")
+
+    async def written(self, job: object) -> Written:
+        """Return a job ready to be queued, which comes as `desk.parsed` reads it.
+
+        Raises as `Job.parse` and `write_job` do, and as `Workers.run`.
+        """
+        if self._workers is None:
+            return write_job(desk.parsed(job), self._grasp_height, self._recall)
+        answer = await self._workers.run(desk.write, job, self.taught(), self._grasp_height, whose="written")
+        name, body, rest = answer.value
+        return Written(name, body, Expansion(_joined(answer.parts), rest.parts, rest.remarks))
+
+    async def expanded(self, body: Body, steps: int = 0, *, whose: str = CHECK) -> Expansion:
+        """Return what a kept job of so many `steps` comes to; raises as `written.expanded` does, and `Workers.run`."""
+        if self._workers is not None:
+            answer = await self._workers.run(desk.expand_kept, body, self._grasp_height, whose=whose)
+            return Expansion(_joined(answer.parts), answer.value.parts, answer.value.remarks)
+        if steps <= _LONG:
+            return expanded(body, self._grasp_height)
+        return await asyncio.get_running_loop().run_in_executor(None, expanded, body, self._grasp_height)
+
+    async def walk(self, tasks: Sequence[Task], start: Pose, *, whose: str = CHECK) -> Course:
+        """Return what `tasks` will be from `start`, and where they end; sends nothing, and lets others run meanwhile.
+
+        Raises as `Workers.run` does.
+        """
+        if self._workers is None:
+            return await _slowly(walked(self._robot, tasks, start))
+        pose, courses = start, list[Course]()
+        for begin in range(0, len(tasks), desk.PIECE):
+            some = list(tasks[begin : begin + desk.PIECE])
+            courses.append(await self._asked(desk.walk, some, pose, whose=whose))
+            pose = courses[-1].end
+            if courses[-1].preview.refusal is not None:
+                break
+        return course_of(courses, start)
+
+    async def require(self, tasks: Sequence[Task], start: Pose) -> None:
+        """Raise the refusal of the first of `tasks` that would be refused from `start`; sends nothing."""
+        pose = start
+        for begin in range(0, len(tasks), desk.PIECE):
+            some = list(tasks[begin : begin + desk.PIECE])
+            if self._workers is not None:
+                pose = await self._asked(desk.require, some, pose, whose=CHECK)
+                continue
+            for task in some:
+                pose = self._robot.preview(task.primitive, pose).end
+                await asyncio.sleep(0)
+
+    async def preview(self, job: Job, start: Pose) -> JobPreview:
+        """Return what `job` would be from `start`; raises as `written` does for what it says; sends nothing."""
+        if self._workers is None:
+            tasks = expand(job, self._grasp_height, self._recall).tasks
+            return (await _slowly(walked(self._robot, tasks, start))).preview
+        return await self._asked(desk.preview, job, self.taught(), self._grasp_height, start, whose="preview")
+
+    async def inspect(self, job: Job, start: Pose, samples: int) -> JobInspection:
+        """Return `job` in detail, from `start`; raises as `preview` does; sends nothing."""
+        if self._workers is None:
+            tasks = expand(job, self._grasp_height, self._recall).tasks
+            return await _slowly(inspected(self._robot, tasks, start, samples))
+        asked = (job, self.taught(), self._grasp_height, start, samples)
+        return await self._asked(desk.inspect, *asked, whose="preview")
+
+    def taught(self) -> bytes:
+        """Return a pickle of what is taught, or of the error why nobody can tell."""
+        try:
+            taught = self._recall()
+        except MayaError as error:
+            return pickle.dumps(error)
+        if taught is not self._sealed[0]:
+            self._sealed = (taught, pickle.dumps(taught, pickle.HIGHEST_PROTOCOL))
+        return self._sealed[1]
+
+    async def _asked(self, work: Work[..., T], *args: object, whose: str) -> T:
+        assert self._workers is not None
+        return (await self._workers.run(work, self._controller.workspace, *args, whose=whose)).value
+
+
+async def _slowly(work: Generator[None, None, T]) -> T:
+    """Return what work comes to, done in this loop; others run at each of its steps."""
+    while True:
+        try:
+            next(work)
+        except StopIteration as end:
+            return end.value
+        await asyncio.sleep(0)
+
+
+def _joined(parts: Sequence[Sequence[Task]]) -> tuple[Task, ...]:
+    return tuple(task for part in parts for task in part)

@@ -1,0 +1,89 @@
+"""Plans of primitives, remembered: what a job previewed is what it runs, and is worked out once.
+
+In a worker (`maya_un.workers`) they are drawn on the paper of the controller floor (`controller.paper`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+
+from maya_un.config import Config
+from maya_un.controller.paper import drawer
+from maya_un.errors import PathRefused, TrajectoryRefused, Unreachable
+from maya_un.kinematics.workspace import Workspace
+from maya_un.robot.ground import Ground
+from maya_un.robot.plan import ActionDetail, Plan, Pose, PrimitivePreview, Travel
+from maya_un.robot.primitives import Primitive
+from maya_un.robot.sketch import Sketch
+
+_REMEMBERED = 4096
+
+
+class Plans:
+    """Draws plans on `ground` and remembers them by primitive and start."""
+
+    def __init__(self, ground: Ground) -> None:
+        self._ground = ground
+        self._plans: dict[tuple[Primitive, Pose], tuple[Plan, Workspace]] = {}
+
+    @property
+    def config(self) -> Config:
+        """The machine's constants."""
+        return self._ground.config
+
+    def plan(self, primitive: Primitive, start: Pose) -> Plan:
+        """Return the plan, remembered or drawn; one drawn in another workspace must come to the same in this.
+
+        Raises what `Robot.preview` raises.
+        """
+        workspace = self._ground.workspace
+        known = self._plans.get((primitive, start))
+        if known is not None and (known[1] is workspace or self._holds(known[0])):
+            plan = known[0]
+        else:
+            sketch = Sketch(self._ground, start)
+            primitive.draw(sketch)
+            plan = sketch.plan()
+        self.remember(primitive, start, plan)
+        return plan
+
+    def remember(self, primitive: Primitive, start: Pose, plan: Plan) -> None:
+        """Keep a plan that was drawn in the workspace of now."""
+        if len(self._plans) >= _REMEMBERED:
+            self._plans.clear()
+        self._plans[primitive, start] = (plan, self._ground.workspace)
+
+    def preview(self, primitive: Primitive, start: Pose) -> PrimitivePreview:
+        """Return what `primitive` would be from `start`; raises as `plan` does."""
+        return self.plan(primitive, start).preview()
+
+    def inspect(self, primitive: Primitive, start: Pose, samples: int = 200) -> tuple[list[ActionDetail], Pose]:
+        """Return the details of every action of `primitive` from `start`, and where it ends; raises as `plan` does.
+
+        Every motion has so many `samples`.
+        """
+        plan = self.plan(primitive, start)
+        details: list[ActionDetail] = []
+        for action in plan.actions:
+            motion = self._ground.inspect(action.path, samples=samples) if isinstance(action, Travel) else None
+            details.append(ActionDetail(action.phases(), action.duration, motion))
+        return details, plan.end
+
+    def _holds(self, plan: Plan) -> bool:
+        """Whether every path of `plan` would be gone as it says: homing measures strokes, near zones all is slower."""
+        travels = [action for action in plan.actions if isinstance(action, Travel)]
+        try:
+            return all(self._ground.preview(travel.path) == travel.preview for travel in travels)
+        except (Unreachable, PathRefused, TrajectoryRefused):
+            return False
+
+
+def on_paper(workspace: Workspace) -> Plans:
+    """Return the plans of this worker for a workspace."""
+    return drawer().on(workspace, Plans)
+
+
+def plan(workspace: Workspace, primitive: Primitive, start: Pose) -> Generator[None, None, Plan]:
+    """Return the plan of a primitive in a worker; raises as `Plans.plan` does."""
+    yield
+    return on_paper(workspace).plan(primitive, start)

@@ -1,0 +1,132 @@
+"""The worker process: takes requests from a pipe, works on each for a slice of time at most, and answers.
+
+It lowers its own priority and bounds its own memory; the kernel ends it where one slice takes far too long. It ends
+when whoever started it has gone.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import resource
+import signal
+from collections.abc import Callable, Generator
+from typing import Any
+
+from maya_un.errors import MayaError
+from maya_un.workers.wire import Ask, ClosedError, Told, receive, send
+
+SLICE = 0.02
+"""A request has its turn for about so long [s, computing]."""
+
+LONGEST = 5
+"""The kernel ends a worker that does not come to an end of one slice in so long [s, computing]."""
+
+NICER = 5
+"""The robot's loop comes first: the worker's priority is so much lower."""
+
+_Work = Generator[Any, None, Any]
+
+
+def main() -> None:
+    """Serve the pipes at the standard input and output until they are closed."""
+    come, go = os.dup(0), os.dup(1)
+    nowhere = os.open(os.devnull, os.O_RDWR)
+    os.dup2(nowhere, 0)
+    os.dup2(nowhere, 1)  # whatever is printed by mistake is no answer
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.nice(NICER)
+    worker = _Worker(go)
+    try:
+        while True:
+            worker.take(*receive(come))
+    except ClosedError:
+        os._exit(0)
+
+
+class _Worker:
+    """Holds the requests that are under way, by their numbers."""
+
+    def __init__(self, answers: int) -> None:
+        self._answers = answers
+        self._under_way: dict[int, _Request] = {}
+
+    def take(self, ask: Ask, number: int, payload: bytes) -> None:
+        """Do what is asked, and answer it, unless a request is to be forgotten."""
+        match ask:
+            case Ask.PREPARE:
+                memory, prepare, arguments = pickle.loads(payload)
+                resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
+                prepare(*arguments)
+            case Ask.BEGIN:
+                self._work(number, lambda: _Request.begun(payload))
+            case Ask.GO_ON:
+                request = self._under_way.pop(number)
+                self._work(number, lambda: request)
+            case Ask.FORGET:
+                self._under_way.pop(number, None)
+
+    def _work(self, number: int, taken: Callable[[], _Request]) -> None:
+        """Work on a request for a slice, and say how far that came."""
+        _bound(LONGEST)
+        try:
+            request = taken()
+            told, payload = request.go_on()
+        except MayaError as error:
+            told, payload = Told.REFUSED, _pickled(error)
+        except MemoryError:
+            told, payload = Told.TOO_LARGE, b""
+        except Exception as defect:  # noqa: BLE001 - told to whoever asked
+            told, payload = Told.FAILED, _pickled(repr(defect)[:500])
+        else:
+            if told in {Told.MORE, Told.PART}:
+                self._under_way[number] = request
+        send(self._answers, told, number, payload)
+
+
+class _Request:
+    """Work under way, which may take `seconds` of computing in all."""
+
+    def __init__(self, work: _Work, seconds: float) -> None:
+        self._work = work
+        self._left = seconds
+
+    @classmethod
+    def begun(cls, payload: bytes) -> _Request:
+        """Return the work that is asked for."""
+        seconds, function, arguments = pickle.loads(payload)
+        return cls(function(*arguments), seconds)
+
+    def go_on(self) -> tuple[Told, bytes]:
+        """Work until a slice of time is over, something is to be handed over, or all is done."""
+        began = _computed()
+        try:
+            while True:
+                part = next(self._work)
+                spent = _computed() - began
+                if self._left < spent:
+                    return Told.TOO_LONG, b""
+                if part is not None:
+                    self._left -= spent
+                    return Told.PART, _pickled(part)
+                if spent >= SLICE:
+                    self._left -= spent
+                    return Told.MORE, b""
+        except StopIteration as end:
+            return Told.DONE, _pickled(end.value)
+
+
+def _pickled(value: object) -> bytes:
+    return pickle.dumps(value, pickle.HIGHEST_PROTOCOL)
+
+
+def _computed() -> float:
+    """Return the processor time of this process [s]."""
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    return used.ru_utime + used.ru_stime
+
+
+def _bound(seconds: int) -> None:
+    """Have the kernel end this process (SIGXCPU) where it computes for so much longer [s] without coming back here."""
+    _, hard = resource.getrlimit(resource.RLIMIT_CPU)
+    resource.setrlimit(resource.RLIMIT_CPU, (int(_computed()) + 1 + seconds, hard))

@@ -1,0 +1,261 @@
+"""Work for a worker process: taken in from any loop, done in turns, answered to the loop that asked."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Generator
+from concurrent.futures import InvalidStateError
+from contextlib import AbstractContextManager, nullcontext, suppress
+from dataclasses import dataclass
+from typing import Any, Generic, NamedTuple, ParamSpec, TypeVar
+
+from maya_un.errors import TakesTooLong, TooLarge, WorkerFailed
+from maya_un.workers.turns import Circle, Request
+from maya_un.workers.wire import Ask, ClosedError, Told, receive, send
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+Work = Callable[P, Generator[Any, None, T]]
+"""A generator function of a module: it yields where another may have its turn, and what it hands over."""
+
+_MAIN = "import sys; sys.path[:] = {path!r}; from maya_un.workers.child import main; main()"
+_ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+class Answer(NamedTuple, Generic[T]):
+    """What work has come to: what it handed over on the way, and what it returned."""
+
+    parts: list[Any]
+    value: T
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """How much may be asked: `seconds` of computing for one request, `memory` [bytes] of the process.
+
+    `most` requests may wait or be under way in all, and `each` of one who asks.
+    """
+
+    seconds: float = 30.0
+    memory: int = 1 << 30
+    most: int = 32
+    each: int = 4
+
+
+class Workers:
+    """A worker process, begun when it is needed, and begun anew where it ends; `name` says what it is for.
+
+    `prepare`, a function of a module, is called in it with `arguments` before anything else.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        bounds: Bounds,
+        prepare: Callable[..., object],
+        *arguments: object,
+    ) -> None:
+        self._name = name
+        self._bounds = bounds
+        self._prepare = pickle.dumps((bounds.memory, prepare, arguments))
+        self._numbers = itertools.count(1)
+        self._circle = Circle(bounds.most, bounds.each)
+        self._changed = threading.Condition()
+        self._thread: threading.Thread | None = None
+        self._process: subprocess.Popen[bytes] | None = None
+        self._wanted = False
+        self._closed = False
+
+    @property
+    def process(self) -> int | None:
+        """The number of the process, None where none runs."""
+        process = self._process
+        return None if process is None else process.pid
+
+    def warm(self) -> None:
+        """Have the process begin now, in the background, so that nobody waits for that."""
+        with self._changed:
+            self._wanted = True
+            self._go()
+
+    async def run(self, work: Work[..., T], *args: object, whose: str = "") -> Answer[T]:
+        """Return what `work` comes to in the worker; being cancelled, nobody works on it any more.
+
+        `whose` names who asks: everybody has a turn. A clock that jumps stands meanwhile. Raises what `work` raises of
+        the house's errors, `TooMuchAsked`, `TakesTooLong`, `TooLarge` and `WorkerFailed`.
+        """
+        payload = pickle.dumps((self._bounds.seconds, work, args), pickle.HIGHEST_PROTOCOL)
+        request = Request(next(self._numbers), whose, payload)
+        with self._changed:
+            if self._closed:
+                raise WorkerFailed(reason="the program ends")
+            self._circle.put(request)
+            self._go()
+        with _standing_still():
+            try:
+                return await asyncio.wrap_future(request.answer)
+            except asyncio.CancelledError:
+                self._drop(request)
+                raise
+
+    def close(self) -> None:
+        """End the process; whoever waits is refused."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+            if self._process is not None:
+                self._process.kill()
+        if self._thread is not None:
+            self._thread.join()
+
+    def _go(self) -> None:
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._serve, name=f"maya-{self._name}", daemon=True)
+            self._thread.start()
+        self._changed.notify_all()
+
+    def _drop(self, request: Request) -> None:
+        with self._changed:
+            request.dropped = True
+            if not request.began:
+                self._circle.remove(request)
+            self._changed.notify_all()
+
+    def _serve(self) -> None:
+        """Give turns until this is closed."""
+        while True:
+            with self._changed:
+                request = self._circle.next()
+                while request is None and not self._closed and not (self._wanted and self._process is None):
+                    self._changed.wait()
+                    request = self._circle.next()
+                if self._closed:
+                    break
+                self._wanted = False
+            try:
+                self._turn(request)
+            except (ClosedError, OSError) as error:
+                self._failed(request, self._ended(error))
+        self._kill()
+        self._circle.each(lambda one: self._over(one, WorkerFailed(reason="the program ends")))
+
+    def _turn(self, request: Request | None) -> None:
+        """Have a request worked on for a slice."""
+        process = self._running()
+        if request is None:
+            return
+        assert process.stdin is not None and process.stdout is not None
+        if request.dropped:
+            if request.began:
+                send(process.stdin.fileno(), Ask.FORGET, request.number, b"")
+            self._over(request, None)
+            return
+        ask, payload = (Ask.GO_ON, b"") if request.began else (Ask.BEGIN, request.payload)
+        send(process.stdin.fileno(), ask, request.number, payload)
+        request.began = True
+        told, _, answer = receive(process.stdout.fileno())
+        self._take(request, told, answer)
+
+    def _take(self, request: Request, told: Told, payload: bytes) -> None:
+        match told:
+            case Told.MORE:
+                pass
+            case Told.PART:
+                request.parts.append(pickle.loads(payload))
+            case Told.DONE:
+                self._over(request, Answer(request.parts, pickle.loads(payload)))
+            case Told.REFUSED:
+                self._over(request, pickle.loads(payload))
+            case Told.TOO_LONG:
+                self._over(request, TakesTooLong(seconds=f"{self._bounds.seconds:g}"))
+            case Told.TOO_LARGE:
+                self._over(request, TooLarge(most=f"{self._bounds.memory >> 20} MB"))
+                self._kill()  # what it holds is not worth keeping; the next begins small
+                self._begin_again()
+            case Told.FAILED:
+                self._over(request, WorkerFailed(reason=pickle.loads(payload)))
+
+    def _running(self) -> subprocess.Popen[bytes]:
+        """Return the process, begun where there is none; raises `OSError`, `ClosedError`."""
+        if self._process is None:
+            with self._changed:
+                if self._closed:
+                    raise ClosedError
+                self._process = process = _started()
+            assert process.stdin is not None
+            send(process.stdin.fileno(), Ask.PREPARE, 0, self._prepare)
+        return self._process
+
+    def _ended(self, error: Exception) -> int:
+        """Return how the process has ended, 0 where it never began."""
+        process = self._process
+        if process is None:
+            return 0 if isinstance(error, OSError) else -signal.SIGKILL
+        self._kill()
+        return process.returncode or 0
+
+    def _failed(self, request: Request | None, code: int) -> None:
+        """Do what follows from the end of the process: what it was working on is refused, or tried once more."""
+        if request is not None and code == -signal.SIGXCPU:
+            self._over(request, TakesTooLong(seconds=f"{self._bounds.seconds:g}"))
+        elif request is not None and request.again:
+            self._over(request, WorkerFailed(reason=f"it ended with {code}"))
+        elif request is not None:
+            request.again = True
+        self._begin_again()
+
+    def _begin_again(self) -> None:
+        """Have everything that the process knew begun from the start by the next."""
+
+        def begin(request: Request) -> None:
+            request.began = False
+            request.parts.clear()
+
+        with self._changed:
+            self._circle.each(begin)
+
+    def _over(self, request: Request, outcome: object) -> None:
+        """Answer a request and take it out."""
+        with self._changed:
+            self._circle.remove(request)
+        with suppress(InvalidStateError):  # nobody waits for it any more
+            if isinstance(outcome, BaseException):
+                request.answer.set_exception(outcome)
+            elif outcome is not None:
+                request.answer.set_result(outcome)
+
+    def _kill(self) -> None:
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            process.wait()
+            for pipe in (process.stdin, process.stdout):
+                if pipe is not None:
+                    pipe.close()
+
+
+def _started() -> subprocess.Popen[bytes]:
+    """Begin a worker of this Python, which finds what this one finds; a signal of the terminal does not reach it."""
+    return subprocess.Popen(
+        [sys.executable, "-c", _MAIN.format(path=sys.path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        bufsize=0,
+        start_new_session=True,
+        env={**os.environ, **dict.fromkeys(_ONE_THREAD, "1")},
+    )
+
+
+def _standing_still() -> AbstractContextManager[object]:
+    """Return what holds a clock that jumps while somebody outside works."""
+    external = getattr(asyncio.get_running_loop(), "external", None)
+    return nullcontext() if external is None else external()

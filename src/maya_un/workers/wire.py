@@ -1,0 +1,74 @@
+"""How a worker and whoever asks it talk: the length of a message in four bytes, then the message as a pickle.
+
+Both ends are our own processes over pipes that nobody else has; a pickle of anybody else is never read.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import struct
+from enum import IntEnum
+from typing import Any
+
+_LENGTH = struct.Struct(">I")
+_AT_ONCE = 1 << 20
+
+
+class Ask(IntEnum):
+    """What a worker is told: prepare itself, begin a request, go on with one, forget one."""
+
+    PREPARE = 0
+    BEGIN = 1
+    GO_ON = 2
+    FORGET = 3
+
+
+class Told(IntEnum):
+    """What a worker answers.
+
+    A request is not done yet (`MORE`), has handed something over (`PART`), is done, was refused with an error of the
+    house, needed too much time or memory, or failed by a defect.
+    """
+
+    MORE = 0
+    PART = 1
+    DONE = 2
+    REFUSED = 3
+    TOO_LONG = 4
+    TOO_LARGE = 5
+    FAILED = 6
+
+
+class ClosedError(Exception):
+    """The other end has gone."""
+
+
+def send(pipe: int, *message: Any) -> None:
+    """Send a message through a pipe; raises `ClosedError`."""
+    data = pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
+    view = memoryview(_LENGTH.pack(len(data)) + data)
+    try:
+        while view:
+            view = view[os.write(pipe, view[:_AT_ONCE]) :]
+    except OSError as error:
+        raise ClosedError from error
+
+
+def receive(pipe: int) -> Any:
+    """Wait for a message and return it; raises `ClosedError`."""
+    (length,) = _LENGTH.unpack(_exactly(pipe, _LENGTH.size))
+    return pickle.loads(_exactly(pipe, length))
+
+
+def _exactly(pipe: int, length: int) -> bytearray:
+    data = bytearray()
+    while len(data) < length:
+        try:
+            some = os.read(pipe, min(length - len(data), _AT_ONCE))
+        except OSError as error:
+            raise ClosedError from error
+        if not some:
+            raise ClosedError
+        data += some
+    return data
