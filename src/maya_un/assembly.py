@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import random
-from collections.abc import AsyncIterator, Callable, Mapping
-from contextlib import AbstractAsyncContextManager, asynccontextmanager, nullcontext
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping
+from contextlib import AbstractAsyncContextManager, asynccontextmanager, contextmanager, nullcontext
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import NamedTuple
 
 from maya_un.address import SIM, meant, split
+from maya_un.api import previews
 from maya_un.api.access.entrance import Entrance
 from maya_un.api.access.register import Calendar
 from maya_un.api.access.store import FileStore, Store
@@ -42,6 +43,12 @@ from maya_un.virtual.maya.start import legal_start
 from maya_un.virtual.maya.truth import Truth
 from maya_un.virtual.memory import Memory
 from maya_un.virtual.wire.server import VirtualController
+from maya_un.workers import Bounds, Staff, Workers
+
+OWN_BOUNDS = Bounds(seconds=60.0, most=256, each=128)
+"""What the robot waits for is bounded by the bounds of a job; it is asked for in pieces."""
+
+PEOPLE_BOUNDS = Bounds(seconds=30.0, most=256, each=4, nicer=5)
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,6 +149,7 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
     calendar: Calendar | None = None,
     users: Store | None = None,
     recordings: Shelf | None = None,
+    staff: Staff | None = None,
 ) -> AsyncIterator[Stack]:
     """Wire all floors on the controller at `address` ("sim", "real" or HOST[:PORT]) for the length of the block.
 
@@ -149,7 +157,7 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
     kept in the file at `places`, without one for as long as the stack lives. So are the queue and its history, the
     events and the audit log in `journal`, which whoever opened it closes; what it knows was not finished waits for a
     person. `calendar` tells dates, `users` keeps who may sign in. Where there are `recordings` to add to, a live stack
-    is recorded.
+    is recorded. With a `staff` nothing is planned in the running loop.
     A controller that belongs to another program is refused, and with `take_over` taken from it at rest.
     Raises what connecting raises (`ConnectFailed`, `LinkTimeout`, `WrongController`, `ControllerOwned`,
     `ControllerMoves`, `ParameterMismatch`), and `MarkerMissing` where `skip_home` finds no mark.
@@ -165,9 +173,12 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
         take_over=take_over,
         speed=speed,
         recordings=recordings,
+        workers=None if staff is None else staff.own,
         heard=None if journal is None else lambda events: keep_events(events, journal, calendar),
     ) as below:
-        robot = MayaRobot(below.controller, config)
+        if staff is not None:
+            staff.own.warm()
+        robot = MayaRobot(below.controller, config, None if staff is None else staff.own)
         async with process_floor(
             robot,
             below.controller,
@@ -179,6 +190,7 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
             calendar=calendar,
             users=users,
             recorder=below.recorder,
+            staff=staff,
         ) as above:
             yield Stack(
                 above.process,
@@ -209,16 +221,17 @@ async def controller_floor(  # noqa: PLR0913 - every option of a controller floo
     speed: float = 1.0,
     recordings: Shelf | None = None,
     heard: Callable[[EventLog], None] | None = None,
+    workers: Workers | None = None,
 ) -> AsyncIterator[ControllerFloor]:
     """Open the controller floor alone at `address` for the length of the block; options and errors are as in `stack`.
 
-    `heard` is given the events before the first of them.
+    `heard` is given the events before the first of them. Motions are planned in `workers`, where there are any.
     """
     address = meant(address, config.controller.address)
     twin = make_twin(seed=seed, truth=truth, parts=parts) if address == SIM else None
     patient = config if twin is None else _patient(config, speed)
     recorder = _recorder(config, address, speed, twin, seed, recordings) if live else None
-    controller = GalilController(_dial(address, config, twin, recorder), address, patient, live=live)
+    controller = GalilController(_dial(address, config, twin, recorder), address, patient, live=live, workers=workers)
     if heard is not None:
         heard(controller.events)
     try:
@@ -246,6 +259,7 @@ async def process_floor(  # noqa: PLR0913 - every option of a process floor is a
     calendar: Calendar | None = None,
     users: Store | None = None,
     recorder: Recorder | None = None,
+    staff: Staff | None = None,
 ) -> AsyncIterator[ProcessFloor]:
     """Wire the process floor and its service on any robot and controller for the length of the block.
 
@@ -255,7 +269,17 @@ async def process_floor(  # noqa: PLR0913 - every option of a process floor is a
     book = Book(controller.mechanism, places)
     lease = Lease(controller.events, speed)
     dates = None if calendar is None else calendar.after
-    process = Process(robot, controller, config, book.taught, journal=journal, lease=lease, dates=dates, speed=speed)
+    process = Process(
+        robot,
+        controller,
+        config,
+        book.taught,
+        journal=journal,
+        lease=lease,
+        dates=dates,
+        speed=speed,
+        staff=staff,
+    )
     note = process.journal.note
     entrance = Entrance.new(lease, store=users, calendar=calendar, note=note, speed=speed)
     try:
@@ -271,6 +295,7 @@ async def process_floor(  # noqa: PLR0913 - every option of a process floor is a
             book=book,
             entrance=entrance,
             recorder=recorder,
+            workers=None if staff is None else staff.people,
         )
         gate = Gate(service, lease, entrance.audit.asked, entrance.callers.current)
         yield ProcessFloor(process, service, gate, entrance, lease, process.journal)
@@ -278,6 +303,18 @@ async def process_floor(  # noqa: PLR0913 - every option of a process floor is a
         await run_to_end(process.close())
         await entrance.register.close()
         lease.close()
+
+
+@contextmanager
+def staffed(config: Config) -> Iterator[Staff]:
+    """Keep worker processes for a machine, begun when they are needed, while the block runs."""
+    own = Workers("motion", OWN_BOUNDS, previews.prepare, config)
+    people = Workers("previews", PEOPLE_BOUNDS, previews.prepare, config)
+    try:
+        yield Staff(own, people)
+    finally:
+        own.close()
+        people.close()
 
 
 @asynccontextmanager

@@ -18,6 +18,7 @@ from maya_un.api.history import History
 from maya_un.api.leasing import Leasing
 from maya_un.api.messages import HeldJog, JobAccepted, Reach, Status
 from maya_un.api.people import People
+from maya_un.api.previews import Previews, require_samples
 from maya_un.api.queueing import Queueing
 from maya_un.api.recording import Recordings
 from maya_un.api.teaching import Teaching, at_rest
@@ -26,7 +27,7 @@ from maya_un.config import Config
 from maya_un.config.zones import AnyZone
 from maya_un.controller.homing import homed_pose
 from maya_un.controller.protocol import Controller, Jogged
-from maya_un.errors import Busy, InvalidValue, Stopped
+from maya_un.errors import Busy, Stopped
 from maya_un.events import Event
 from maya_un.process.book import Book
 from maya_un.process.inspection import JobInspection
@@ -43,16 +44,15 @@ from maya_un.robot.plan import Pose
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.protocol import Robot
 from maya_un.values import Joints, Point, State, StopReport
-
-MOST_SAMPLES = 10_000
-"""Samples of one motion that may be asked for."""
+from maya_un.workers import Workers
 
 
 class Service:
     """The one door to a robot.
 
     `address` and `speed` are shown in `status`: where the machine is, how fast its clock runs. `teaching` asks and
-    changes the book of taught places, from which `process` recalls them; without a `book` it has an empty one.
+    changes the book of taught places, from which `process` recalls them; without a `book` it has an empty one. What
+    people ask that moves nothing is worked out in `workers`, where there are any.
     """
 
     def __init__(  # noqa: PLR0913 - every room of the service is a parameter
@@ -67,6 +67,7 @@ class Service:
         book: Book | None = None,
         entrance: Entrance | None = None,
         recorder: Recorder | None = None,
+        workers: Workers | None = None,
     ) -> None:
         kept = Book(controller.mechanism) if book is None else book
         self.teaching = Teaching(kept, config.cell.grasp_height, lambda: at_rest(controller))
@@ -85,16 +86,17 @@ class Service:
         self.lease = Leasing(shared, self._held.halt)
         self.recorder = Recordings(recorder)
         self.users = People(shared, self._rights_ended)
+        self.previews = Previews(controller, process.foresight, self._start, config, workers)
 
     async def submit(
         self,
-        job: Job | Mapping[str, object],
+        job: Job | Mapping[str, object] | bytes,
         *,
         by: Caller = LOCAL,
         options: Options = ORDINARY,
         key: str = "",
     ) -> JobAccepted:
-        """Append a job to the queue; it is checked whole, and starts, when its turn comes.
+        """Append a job, which may come as JSON, to the queue; it is checked whole when its turn comes, and starts.
 
         It is written down when this returns. The same `key` and request of the same owner once more is answered with
         the job that there is. What a student submits who does not drive waits for approval.
@@ -103,8 +105,7 @@ class Service:
         `InvalidValue` for options out of range, `FileUnreadable` for a broken book of taught places that it needs, and
         `NotConnected` or `Faulted` while nothing can run.
         """
-        parsed = job if isinstance(job, Job) else Job.parse(job)
-        number = await self._process.submit(parsed, self._asked(by, options, key))
+        number = await self._process.submit(job, self._asked(by, options, key))
         line = await self._process.shown.found_line(number)
         return JobAccepted(number, line.name, line.steps)
 
@@ -253,7 +254,7 @@ class Service:
         `UnknownName`.
         """
         parsed = job if isinstance(job, Job) else Job.parse(job)
-        return await self._process.preview(parsed, self._start(from_homed=from_homed))
+        return await self._process.preview(parsed, self._start(from_homed))
 
     async def inspect(
         self, job: Job | Mapping[str, object], *, from_homed: bool = False, samples: int = 200
@@ -262,12 +263,11 @@ class Service:
 
         Every motion has so many `samples`, 2 to 10 000. Raises as `preview` does, and `InvalidValue`.
         """
-        if not 2 <= samples <= MOST_SAMPLES:
-            raise InvalidValue(key="samples", value=samples, reason=f"it must be 2 to {MOST_SAMPLES}")
+        require_samples(samples)
         parsed = job if isinstance(job, Job) else Job.parse(job)
-        return await self._process.inspect(parsed, self._start(from_homed=from_homed), samples)
+        return await self._process.inspect(parsed, self._start(from_homed), samples)
 
-    def _start(self, *, from_homed: bool) -> Pose:
+    def _start(self, from_homed: bool, /) -> Pose:
         here = self._robot.pose
         return here._replace(joints=homed_pose(self._config)) if from_homed else here
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from maya_un import runtime
 from maya_un.address import SIM
-from maya_un.assembly import Stack, stack, storage
+from maya_un.assembly import Stack, stack, staffed, storage
 from maya_un.cli import output, supervisor
 from maya_un.cli.configure import configuration, taught_places
 from maya_un.cli.ending import Ending, brought_to_rest
@@ -169,24 +169,26 @@ async def _running(robot: _Robot) -> AsyncIterator[Stack]:
     new = robot.journal is not None and not robot.journal.exists()
     started = False
     try:
-        async with (
-            storage(robot.journal, robot.config.storage) as kept,
-            stack(
-                robot.config,
-                robot.address,
-                seed=robot.seed,
-                parts=robot.parts,
-                speed=robot.speed,
-                take_over=robot.take_over,
-                places=robot.places,
-                journal=kept.journal,
-                calendar=dates,
-                users=kept.users,
-                recordings=shelf(robot.config.recorder),
-            ) as running,
-        ):
-            started = True
-            yield running
+        with staffed(robot.config) as staff:
+            async with (
+                storage(robot.journal, robot.config.storage) as kept,
+                stack(
+                    robot.config,
+                    robot.address,
+                    seed=robot.seed,
+                    parts=robot.parts,
+                    speed=robot.speed,
+                    take_over=robot.take_over,
+                    places=robot.places,
+                    journal=kept.journal,
+                    calendar=dates,
+                    users=kept.users,
+                    recordings=shelf(robot.config.recorder),
+                    staff=staff,
+                ) as running,
+            ):
+                started = True
+                yield running
     finally:
         if robot.journal is not None and new and not started:
             remove_new(robot.journal)

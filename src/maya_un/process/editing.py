@@ -97,7 +97,7 @@ class Editing:
         asked = read_options(rest, item.row.options).depends_on
         standing = await self._submitting.standing(asked) if "depends_on" in rest else None
 
-        written = await self._foresight.written(changes["job"]) if "job" in changes else None
+        written = await self._foresight.written(changes["job"], whose=item.row.owner.name) if "job" in changes else None
         begun = await self._foresight.expanded(item.row.body) if written is not None and item.begun else None
 
         def propose() -> list[Entry]:

@@ -23,45 +23,49 @@ from maya_un.process.taught import Taught
 from maya_un.process.written import Body, Written, expanded, write_job
 from maya_un.robot.plan import Pose
 from maya_un.robot.protocol import Robot
-from maya_un.workers import Work, Workers
+from maya_un.workers import Staff, Work
 
 T = TypeVar("T")
 
 CHECK = "check"
 """Whose turn it is to work out the job that is to begin."""
 
+SUBMITTED = 128
+"""So many jobs of one may be read at once; more wait for nobody, they are refused."""
+
 _LONG = 200
 """A job of more steps is expanded in a thread where there is no worker."""
 
 
 class Foresight:
-    """Works out jobs for a robot, in `workers` where there are any."""
+    """Works out jobs for a robot, by `staff` where there is any."""
 
     def __init__(
-        self, robot: Robot, controller: Controller, grasp_height: float, recall: Recall, workers: Workers | None
+        self, robot: Robot, controller: Controller, grasp_height: float, recall: Recall, staff: Staff | None
     ) -> None:
         self._robot = robot
         self._controller = controller
         self._grasp_height = grasp_height
         self._recall = recall
-        self._workers = workers
+        self._staff = staff
         self._sealed: tuple[Taught | None, bytes] = (None, b"")
 
-    async def written(self, job: object) -> Written:
-        """Return a job ready to be queued, which comes as `desk.parsed` reads it.
+    async def written(self, job: object, *, whose: str) -> Written:
+        """Return a job of somebody ready to be queued, which comes as `desk.parsed` reads it.
 
         Raises as `Job.parse` and `write_job` do, and as `Workers.run`.
         """
-        if self._workers is None:
+        if self._staff is None:
             return write_job(desk.parsed(job), self._grasp_height, self._recall)
-        answer = await self._workers.run(desk.write, job, self.taught(), self._grasp_height, whose="written")
+        asked = (job, self.taught(), self._grasp_height)
+        answer = await self._staff.people.run(desk.write, *asked, whose=f"submit {whose}", each=SUBMITTED)
         name, body, rest = answer.value
         return Written(name, body, Expansion(_joined(answer.parts), rest.parts, rest.remarks))
 
     async def expanded(self, body: Body, steps: int = 0, *, whose: str = CHECK) -> Expansion:
         """Return what a kept job of so many `steps` comes to; raises as `written.expanded` does, and `Workers.run`."""
-        if self._workers is not None:
-            answer = await self._workers.run(desk.expand_kept, body, self._grasp_height, whose=whose)
+        if self._staff is not None and "wish" not in body:
+            answer = await self._staff.own.run(desk.expand_kept, body, self._grasp_height, whose=whose)
             return Expansion(_joined(answer.parts), answer.value.parts, answer.value.remarks)
         if steps <= _LONG:
             return expanded(body, self._grasp_height)
@@ -72,7 +76,7 @@ class Foresight:
 
         Raises as `Workers.run` does.
         """
-        if self._workers is None:
+        if self._staff is None:
             return await _slowly(walked(self._robot, tasks, start))
         pose, courses = start, list[Course]()
         for begin in range(0, len(tasks), desk.PIECE):
@@ -88,7 +92,7 @@ class Foresight:
         pose = start
         for begin in range(0, len(tasks), desk.PIECE):
             some = list(tasks[begin : begin + desk.PIECE])
-            if self._workers is not None:
+            if self._staff is not None:
                 pose = await self._asked(desk.require, some, pose, whose=CHECK)
                 continue
             for task in some:
@@ -97,18 +101,18 @@ class Foresight:
 
     async def preview(self, job: Job, start: Pose) -> JobPreview:
         """Return what `job` would be from `start`; raises as `written` does for what it says; sends nothing."""
-        if self._workers is None:
+        if self._staff is None:
             tasks = expand(job, self._grasp_height, self._recall).tasks
             return (await _slowly(walked(self._robot, tasks, start))).preview
-        return await self._asked(desk.preview, job, self.taught(), self._grasp_height, start, whose="preview")
+        return await self._asked(desk.preview, job, self.taught(), self._grasp_height, start, whose=CHECK)
 
     async def inspect(self, job: Job, start: Pose, samples: int) -> JobInspection:
         """Return `job` in detail, from `start`; raises as `preview` does; sends nothing."""
-        if self._workers is None:
+        if self._staff is None:
             tasks = expand(job, self._grasp_height, self._recall).tasks
             return await _slowly(inspected(self._robot, tasks, start, samples))
         asked = (job, self.taught(), self._grasp_height, start, samples)
-        return await self._asked(desk.inspect, *asked, whose="preview")
+        return await self._asked(desk.inspect, *asked, whose=CHECK)
 
     def taught(self) -> bytes:
         """Return a pickle of what is taught, or of the error why nobody can tell."""
@@ -121,8 +125,8 @@ class Foresight:
         return self._sealed[1]
 
     async def _asked(self, work: Work[..., T], *args: object, whose: str) -> T:
-        assert self._workers is not None
-        return (await self._workers.run(work, self._controller.workspace, *args, whose=whose)).value
+        assert self._staff is not None
+        return (await self._staff.own.run(work, self._controller.workspace, *args, whose=whose)).value
 
 
 async def _slowly(work: Generator[None, None, T]) -> T:

@@ -49,7 +49,7 @@ from maya_un.robot.plan import Pose
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.protocol import Robot
 from maya_un.values import Mode
-from maya_un.workers import Workers
+from maya_un.workers import Staff
 
 LOCAL = Asked(Owner(), ORDINARY)
 """Whoever sits at the machine, and says nothing about how."""
@@ -62,7 +62,7 @@ class Process:
     `recall` tells what has been taught, when a job names something that it does not explain itself. A journal that is
     given keeps what was not finished for the next start; without one everything ends with this process. Only whom the
     `lease` lets may begin. `dates` tells the date; without it dates are the loop's time. `speed` is how fast the loop's
-    clock runs. Jobs are worked out in `workers`, in the running loop where there are none.
+    clock runs. Jobs are worked out by `staff`, in the running loop where there are none.
     """
 
     def __init__(  # noqa: PLR0913 - every option of a process is a parameter
@@ -76,7 +76,7 @@ class Process:
         lease: Lease | None = None,
         dates: Dates | None = None,
         speed: float = 1.0,
-        workers: Workers | None = None,
+        staff: Staff | None = None,
     ) -> None:
         self._recall = recall
         self._controller = controller
@@ -89,7 +89,7 @@ class Process:
         self._pausing = pausing = Pausing(ledger, controller.events, dates)
         self._whole = Whole()
         changes = Changes(items, controller.events)
-        self.foresight = foresight = Foresight(robot, controller, self._grasp_height, recall, workers)
+        self.foresight = foresight = Foresight(robot, controller, self._grasp_height, recall, staff)
         shared = Shared(robot, controller, ledger, changes, pausing, dates, foresight, self._durable)
         self._submitting = Submitting(items, ledger, changes, dates)
         self._editing = Editing(items, ledger, changes, self._submitting, foresight)
@@ -117,7 +117,7 @@ class Process:
         `NotConnected` and `Faulted` while nothing can run, unless it is to be held.
         """
         halts = self.turns.halts
-        return await self._submit(await self.foresight.written(job), asked, halts=halts)
+        return await self._submit(await self.foresight.written(job, whose=asked.owner.name), asked, halts=halts)
 
     async def wish(self, wish: Primitive | Mapping[str, object], asked: Asked = LOCAL) -> int:
         """Append a job of one primitive and return its number; raises as `submit` does, and `InvalidRequest`.

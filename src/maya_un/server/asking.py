@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Awaitable, Callable
 from typing import Annotated, TypeVar
 
@@ -10,7 +11,7 @@ from fastapi import Depends, Request
 from maya_un.api.access.caller import Caller
 from maya_un.api.access.operations import Operation, allowed
 from maya_un.api.service import Service
-from maya_un.errors import InvalidRequest
+from maya_un.errors import Cancelled, InvalidRequest
 from maya_un.server.bridge import Bridge
 from maya_un.server.routes import Rule, rule_of
 from maya_un.server.who import caller_of
@@ -21,7 +22,10 @@ T = TypeVar("T")
 class Asking:
     """Asks the service on behalf of `caller` for what the route is for; `subject` says in the audit log about what."""
 
-    def __init__(self, bridge: Bridge, caller: Caller, operations: tuple[Operation, ...], subject: str) -> None:
+    def __init__(
+        self, request: Request, bridge: Bridge, caller: Caller, operations: tuple[Operation, ...], subject: str
+    ) -> None:
+        self._request = request
         self._bridge = bridge
         self._operations = operations
         self._subject = subject
@@ -37,6 +41,27 @@ class Asking:
         chosen = next((one for one in of if allowed(self.caller.role, one)), of[-1])
         return await self._bridge.call(self.caller, chosen, wish, self._subject)
 
+    async def unless_left(self, wish: Callable[[Service], Awaitable[T]]) -> T:
+        """Return what `wish` answers; it is cancelled where whoever asked has left, and then `Cancelled` is raised.
+
+        The body of the request must have been read.
+        """
+        asked = asyncio.ensure_future(self(wish))
+        left = asyncio.ensure_future(self._left())
+        try:
+            await asyncio.wait({asked, left}, return_when=asyncio.FIRST_COMPLETED)
+            if not asked.done():
+                raise Cancelled
+            return asked.result()
+        finally:
+            asked.cancel()
+            left.cancel()
+            await asyncio.wait({asked, left})
+
+    async def _left(self) -> None:
+        while (await self._request.receive())["type"] != "http.disconnect":
+            pass
+
 
 async def _asking(request: Request) -> Asking:
     rule = rule_of(request)
@@ -47,7 +72,7 @@ async def _asking(request: Request) -> Asking:
     if not any(allowed(caller.role, operation) for operation in rule.operations):
         await bridge.call(caller, rule.operations[-1], _nothing, subject)  # refused there, before anything is read
     _refuse_unknown(request, rule)
-    return Asking(bridge, caller, rule.operations, subject)
+    return Asking(request, bridge, caller, rule.operations, subject)
 
 
 async def _nothing(_service: Service) -> None:

@@ -11,6 +11,11 @@ from pydantic import TypeAdapter, ValidationError
 from maya_un.api.messages import to_json
 from maya_un.errors import InvalidRequest, InvalidValue, MayaError
 from maya_un.process.decoding import decode_object
+from maya_un.server.bridge import Bridge
+from maya_un.server.who import source_of
+
+LONG = 16_384
+"""Longer bodies hold a loop for too long while they are read [bytes]; only those of jobs may be."""
 
 
 class Reader:
@@ -58,21 +63,48 @@ def sent(*kinds: type, choose: Callable[[Mapping[str, Any]], type] | None = None
 
 
 class Plain:
-    """Reads the object that a request carries as it is written, for whoever understands it; `schema` describes it."""
+    """Hands on what a request carries, for whoever understands it; `schema` describes it."""
 
     def __init__(self, schema: Mapping[str, Any]) -> None:
         self.schema = schema
 
+
+class Read(Plain):
+    """Reads the object that a request carries as it is written; what is `LONG` is read in a worker."""
+
     async def __call__(self, request: Request) -> dict[str, Any]:
         """Return what the request carries; raises `InvalidRequest`."""
-        return decode_object(await request.body())
+        body = await request.body()
+        if len(body) <= LONG:
+            return decode_object(body)
+        bridge: Bridge = request.app.state.bridge
+        return await bridge.asked(lambda service: service.previews.decoded(body, source_of(request)))
+
+
+class Handed(Plain):
+    """Reads the object that a request carries; what is `LONG` is handed on as it came, to be read in a worker."""
+
+    async def __call__(self, request: Request) -> dict[str, Any] | bytes:
+        """Return the object, or the bytes; raises `InvalidRequest`."""
+        body = await request.body()
+        return body if len(body) > LONG else decode_object(body)
+
+
+def sent_long(schema: Mapping[str, Any]) -> Any:
+    """Return the dependency of a route on an object that may be long."""
+    return Depends(Handed(schema), use_cache=False)
 
 
 def sent_as_written(schema: Mapping[str, Any]) -> Any:
     """Return the dependency of a route on an object that is read further in."""
-    return Depends(Plain(schema), use_cache=False)
+    return Depends(Read(schema), use_cache=False)
 
 
 def answer(value: object, status: int = 200) -> Response:
     """Return a message as an answer."""
-    return Response(to_json(value), status, media_type="application/json")
+    return as_json(to_json(value), status)
+
+
+def as_json(data: bytes, status: int = 200) -> Response:
+    """Return a message that is JSON already as an answer."""
+    return Response(data, status, media_type="application/json")

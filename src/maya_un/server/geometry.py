@@ -33,29 +33,17 @@ def add_geometry(routes: Routes) -> None:
     @routes.add("GET", "/v1/reach", Operation.READ, tag=_TAG, gives=Reach)
     async def reach(ask: Ask, x: Length, y: Length, z: Length) -> Response:
         """Tell whether a point can be reached; if not why, and where the nearest one is that can."""
-
-        async def found(service: Service) -> Reach:
-            return service.reach(Point(x, y, z))
-
-        return answer(await ask(found))
+        return answer(await ask.unless_left(lambda service: service.previews.reach(Point(x, y, z), ask.caller)))
 
     @routes.add("GET", "/v1/fk", Operation.READ, tag=_TAG, gives=Point, refuses=(Unreachable,))
     async def fk(ask: Ask, a: Angle, b: Length, c: Length) -> Response:
         """Tell where joints hold the gripper."""
-
-        async def found(service: Service) -> Point:
-            return service.fk(Joints(a, b, c))
-
-        return answer(await ask(found))
+        return answer(await ask(lambda service: service.previews.fk(Joints(a, b, c), ask.caller)))
 
     @routes.add("GET", "/v1/ik", Operation.READ, tag=_TAG, gives=Joints, refuses=(Unreachable,))
     async def ik(ask: Ask, x: Length, y: Length, z: Length) -> Response:
         """Tell which joints hold the gripper at a point."""
-
-        async def found(service: Service) -> Joints:
-            return service.ik(Point(x, y, z))
-
-        return answer(await ask(found))
+        return answer(await ask(lambda service: service.previews.ik(Point(x, y, z), ask.caller)))
 
 
 async def _in_force(service: Service) -> Config:

@@ -17,6 +17,7 @@ from maya_un.errors import InvalidRequest, MayaError, TooManyRequests
 from maya_un.server.account import Account
 from maya_un.server.crash import written_down
 from maya_un.server.edge import Edge
+from maya_un.server.exchange import LONG
 from maya_un.server.language import language_of
 from maya_un.server.limits import Buckets
 from maya_un.server.metrics import Metrics
@@ -25,7 +26,10 @@ from maya_un.server.protocol import STOPS_ONLY
 from maya_un.server.who import is_local, source_of
 
 BODY_LIMIT = 1_000_000
-"""Longest body of a request [bytes]; a job of ten thousand steps has about half of it."""
+"""Longest body of a request that may carry a job [bytes]; the longest job has about half of it."""
+
+_JOBS = ("/v1/jobs", "/v1/preview", "/v1/inspect")
+"""Where jobs are carried; elsewhere a body may be `LONG`, and is read at once."""
 
 BODY_PATIENCE = 20.0
 """How long a body may take to arrive [s, real time]."""
@@ -102,9 +106,10 @@ class Guard:
 
     async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
         language = language_of(Headers(scope=scope))
+        most = BODY_LIMIT if scope["path"].startswith(_JOBS) else LONG
         try:
             async with asyncio.timeout(BODY_PATIENCE):
-                body = await _whole_body(receive)
+                body = await _whole_body(receive, most)
         except _GoneError:
             return
         except TimeoutError:
@@ -112,7 +117,7 @@ class Guard:
             await problem(slow, language, HTTPStatus.REQUEST_TIMEOUT)(scope, receive, send)
             return
         if body is None:
-            too_long = InvalidRequest(key="body", reason=f"it is longer than {BODY_LIMIT} bytes")
+            too_long = InvalidRequest(key="body", reason=f"it is longer than {most} bytes")
             await problem(too_long, language, HTTPStatus.REQUEST_ENTITY_TOO_LARGE)(scope, receive, send)
             return
         if scope["method"] == "HEAD":
@@ -169,15 +174,15 @@ def _bodiless(send: Send) -> Send:
     return sent
 
 
-async def _whole_body(receive: Receive) -> bytes | None:
-    """Return a request's body, None for one that is too long."""
+async def _whole_body(receive: Receive, most: int) -> bytes | None:
+    """Return a request's body, None for one of more than `most` bytes."""
     body = bytearray()
     while True:
         message = await receive()
         if message["type"] != "http.request":
             raise _GoneError
         body += message.get("body", b"")
-        if len(body) > BODY_LIMIT:
+        if len(body) > most:
             return None
         if not message.get("more_body"):
             return bytes(body)

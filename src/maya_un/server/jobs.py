@@ -8,14 +8,25 @@ from fastapi import Query, Response
 
 from maya_un.api.access.operations import Operation
 from maya_un.api.messages import JobAccepted
-from maya_un.api.service import MOST_SAMPLES
-from maya_un.errors import Faulted, InvalidJob, KeyReused, NotConnected, NotFound, UnknownName
+from maya_un.api.previews import MOST_SAMPLES
+from maya_un.errors import (
+    Faulted,
+    InvalidJob,
+    KeyReused,
+    NotConnected,
+    NotFound,
+    TakesTooLong,
+    TooLarge,
+    TooMuchAsked,
+    UnknownName,
+    WorkerFailed,
+)
 from maya_un.process.inspection import JobInspection
 from maya_un.process.preview import JobPreview
 from maya_un.process.report import JobReport
 from maya_un.process.view import JobLine
 from maya_un.server.asking import Ask
-from maya_un.server.exchange import answer, sent_as_written
+from maya_un.server.exchange import answer, as_json, sent_as_written, sent_long
 from maya_un.server.numbers import JobNumber
 from maya_un.server.options import IdempotencyKey, SubmitOptions, Which
 from maya_un.server.routes import Routes
@@ -23,7 +34,7 @@ from maya_un.server.schemas import JOB, TASK
 
 _TAG = "jobs"
 
-JobBody = Annotated[dict[str, Any], sent_as_written(JOB)]
+JobBody = Annotated[dict[str, Any] | bytes, sent_long(JOB)]
 TaskBody = Annotated[dict[str, Any], sent_as_written(TASK)]
 
 _JOBS = {
@@ -42,6 +53,7 @@ _TASKS = {
     "gripper": {"command": "gripper", "open": True},
 }
 _REFUSED = (InvalidJob, UnknownName)
+_BOUNDED = (*_REFUSED, TooMuchAsked, TakesTooLong, TooLarge, WorkerFailed)
 _NOT_TAKEN = (*_REFUSED, KeyReused, NotConnected, Faulted)
 _SUBMITTING = (Operation.SUBMIT, Operation.PROPOSE)
 
@@ -96,17 +108,18 @@ def add_jobs(routes: Routes) -> None:
 def add_previews(routes: Routes) -> None:
     """Add the paths that tell what a job would be."""
 
-    @routes.add("POST", "/v1/preview", Operation.PREVIEW, tag=_TAG, gives=JobPreview, refuses=_REFUSED, examples=_JOBS)
+    @routes.add("POST", "/v1/preview", Operation.PREVIEW, tag=_TAG, gives=JobPreview, refuses=_BOUNDED, examples=_JOBS)
     async def preview(ask: Ask, job: JobBody) -> Response:
         """Tell what a job would be, step by step; nothing moves."""
-        return answer(await ask(lambda service: service.preview(job)))
+        return as_json(await ask.unless_left(lambda service: service.previews.preview(job, by=ask.caller)))
 
     @routes.add(
-        "POST", "/v1/inspect", Operation.PREVIEW, tag=_TAG, gives=JobInspection, refuses=_REFUSED, examples=_JOBS
+        "POST", "/v1/inspect", Operation.PREVIEW, tag=_TAG, gives=JobInspection, refuses=_BOUNDED, examples=_JOBS
     )
     async def inspect(ask: Ask, job: JobBody, samples: Annotated[int, Query(ge=2, le=MOST_SAMPLES)] = 200) -> Response:
         """Tell what a job would be in detail: profiles of the axes, least margins, the longest stop; nothing moves."""
-        return answer(await ask(lambda service: service.inspect(job, samples=samples)))
+        told = ask.unless_left(lambda service: service.previews.inspect(job, samples=samples, by=ask.caller))
+        return as_json(await told)
 
 
 def add_tasks(routes: Routes) -> None:

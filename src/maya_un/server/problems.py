@@ -25,6 +25,8 @@ from maya_un.errors import (
     NotTaught,
     StorageFailed,
     TooManyRequests,
+    TooMuchAsked,
+    WorkerFailed,
 )
 from maya_un.server.language import language_of
 
@@ -41,7 +43,9 @@ _STATUSES = {
     NotSignedIn: HTTPStatus.UNAUTHORIZED,
     NotAllowed: HTTPStatus.FORBIDDEN,
     TooManyRequests: HTTPStatus.TOO_MANY_REQUESTS,
+    TooMuchAsked: HTTPStatus.TOO_MANY_REQUESTS,
     StorageFailed: HTTPStatus.SERVICE_UNAVAILABLE,
+    WorkerFailed: HTTPStatus.SERVICE_UNAVAILABLE,
     InvalidRequest: HTTPStatus.BAD_REQUEST,
     InternalError: HTTPStatus.INTERNAL_SERVER_ERROR,
 }

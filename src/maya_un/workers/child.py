@@ -1,6 +1,6 @@
 """The worker process: takes requests from a pipe, works on each for a slice of time at most, and answers.
 
-It lowers its own priority and bounds its own memory; the kernel ends it where one slice takes far too long. It ends
+It bounds its own memory, and lowers its priority where that is wanted; the kernel ends it where one slice takes far too long. It ends
 when whoever started it has gone.
 """
 
@@ -22,9 +22,6 @@ SLICE = 0.02
 LONGEST = 5
 """The kernel ends a worker that does not come to an end of one slice in so long [s, computing]."""
 
-NICER = 5
-"""The robot's loop comes first: the worker's priority is so much lower."""
-
 _Work = Generator[Any, None, Any]
 
 
@@ -35,7 +32,6 @@ def main() -> None:
     os.dup2(nowhere, 0)
     os.dup2(nowhere, 1)  # whatever is printed by mistake is no answer
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.nice(NICER)
     worker = _Worker(go)
     try:
         while True:
@@ -55,7 +51,8 @@ class _Worker:
         """Do what is asked, and answer it, unless a request is to be forgotten."""
         match ask:
             case Ask.PREPARE:
-                memory, prepare, arguments = pickle.loads(payload)
+                memory, nicer, prepare, arguments = pickle.loads(payload)
+                os.nice(nicer)
                 resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
                 prepare(*arguments)
             case Ask.BEGIN:

@@ -41,13 +41,22 @@ class Answer(NamedTuple, Generic[T]):
 class Bounds:
     """How much may be asked: `seconds` of computing for one request, `memory` [bytes] of the process.
 
-    `most` requests may wait or be under way in all, and `each` of one who asks.
+    `most` requests may wait or be under way in all, and `each` of one who asks. The priority of the process is lower by
+    `nicer`.
     """
 
     seconds: float = 30.0
     memory: int = 1 << 30
     most: int = 32
     each: int = 4
+    nicer: int = 0
+
+
+class Staff(NamedTuple):
+    """Who works beside the loop: one for what the robot waits for, one for what people ask."""
+
+    own: Workers
+    people: Workers
 
 
 class Workers:
@@ -65,7 +74,7 @@ class Workers:
     ) -> None:
         self._name = name
         self._bounds = bounds
-        self._prepare = pickle.dumps((bounds.memory, prepare, arguments))
+        self._prepare = pickle.dumps((bounds.memory, bounds.nicer, prepare, arguments))
         self._numbers = itertools.count(1)
         self._circle = Circle(bounds.most, bounds.each)
         self._changed = threading.Condition()
@@ -86,18 +95,19 @@ class Workers:
             self._wanted = True
             self._go()
 
-    async def run(self, work: Work[..., T], *args: object, whose: str = "") -> Answer[T]:
+    async def run(self, work: Work[..., T], *args: object, whose: str = "", each: int | None = None) -> Answer[T]:
         """Return what `work` comes to in the worker; being cancelled, nobody works on it any more.
 
-        `whose` names who asks: everybody has a turn. A clock that jumps stands meanwhile. Raises what `work` raises of
-        the house's errors, `TooMuchAsked`, `TakesTooLong`, `TooLarge` and `WorkerFailed`.
+        `whose` names who asks: everybody has a turn. He may have `each` requests here, those of the bounds without it.
+        A clock that jumps stands meanwhile. Raises what `work` raises of the house's errors, `TooMuchAsked`,
+        `TakesTooLong`, `TooLarge` and `WorkerFailed`.
         """
         payload = pickle.dumps((self._bounds.seconds, work, args), pickle.HIGHEST_PROTOCOL)
         request = Request(next(self._numbers), whose, payload)
         with self._changed:
             if self._closed:
                 raise WorkerFailed(reason="the program ends")
-            self._circle.put(request)
+            self._circle.put(request, each)
             self._go()
         with _standing_still():
             try:

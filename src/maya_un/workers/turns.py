@@ -46,11 +46,11 @@ class Circle:
     def __iter__(self) -> Any:
         return (request for requests in self._waiting.values() for request in requests)
 
-    def put(self, request: Request) -> None:
-        """Take a request in; raises `TooMuchAsked`."""
-        own = len(self._waiting.get(request.whose, ()))
-        if own >= self._each:
-            raise TooMuchAsked(most=self._each)
+    def put(self, request: Request, each: int | None = None) -> None:
+        """Take a request in, where there are not `each` of the same one already; raises `TooMuchAsked`."""
+        each = self._each if each is None else each
+        if len(self._waiting.get(request.whose, ())) >= each:
+            raise TooMuchAsked(most=each)
         if len(self) >= self._most:
             raise TooMuchAsked(most=self._most)
         self._waiting.setdefault(request.whose, deque()).append(request)

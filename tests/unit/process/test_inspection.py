@@ -3,10 +3,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from maya_un.process.inspection import JobInspection, inspect_job
+from maya_un.process.inspection import JobInspection
+from maya_un.process.inspection import inspected as worked_out
 from maya_un.process.job import Job
 from maya_un.process.tasks import expand
 from maya_un.robot.robot import MayaRobot
+from tests.endings import finished
 from tests.fakes import FakeController
 
 STEPS: list[object] = [{"pick": [0.41, 1.13]}, {"place": [1.18, 0.21]}]
@@ -16,7 +18,7 @@ async def inspected(steps: list[object], samples: int = 50) -> JobInspection:
     controller = FakeController()
     robot = MayaRobot(controller, controller.config)
     tasks = expand(Job.parse({"steps": steps}), 0.4).tasks
-    return await inspect_job(robot, tasks, robot.pose, samples)
+    return finished(worked_out(robot, tasks, robot.pose, samples))
 
 
 async def test_bands_follow_each_other_and_make_up_the_job() -> None:

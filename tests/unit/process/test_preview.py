@@ -3,16 +3,17 @@ from __future__ import annotations
 import pytest
 
 from maya_un.process.job import Job
-from maya_un.process.preview import JobPreview, preview_job
+from maya_un.process.preview import JobPreview, walked
 from maya_un.process.tasks import expand
 from maya_un.robot.robot import MayaRobot
+from tests.endings import finished
 from tests.fakes import FakeController
 
 
 async def previewed(controller: FakeController, *steps: object, repeat: int = 1) -> JobPreview:
     robot = MayaRobot(controller, controller.config)
     tasks = expand(Job.parse({"steps": list(steps), "repeat": repeat}), controller.config.cell.grasp_height).tasks
-    return await preview_job(robot, tasks, robot.pose)
+    return finished(walked(robot, tasks, robot.pose)).preview
 
 
 async def test_a_preview_adds_up_its_steps() -> None:

@@ -42,6 +42,7 @@ class StandIn:
         self.hangs = False
         self.now = Now()
         self.history = self
+        self.previews = self
         self.options, self.key = Options(), ""
         self.released = asyncio.Event()
 
@@ -85,9 +86,9 @@ class StandIn:
         self._note("cancel", number)
         return {"id": number}
 
-    async def preview(self, job: dict[str, Any]) -> dict[str, float]:
+    async def preview(self, job: dict[str, Any], *, by: Caller) -> bytes:
         self._note("preview", job)
-        return {"duration": 1.0}
+        return b'{"duration":1.0}'
 
     async def jog(self, axis: str, distance: float, *, speed: float, clip: bool) -> Jogged:
         self._note("jog", axis, distance, speed, clip)

@@ -1,0 +1,156 @@
+"""What people ask of jobs and places that moves nothing, as JSON from end to end, so that nothing of it holds a loop.
+
+A long job comes as the bytes of a request, and every answer is bytes. With a worker it is read, worked out and written
+there; only the bytes pass through this process. Everybody who asks has his turn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from typing import Any, TypeVar
+
+from maya_un.api.access.caller import LOCAL, Caller
+from maya_un.api.messages import Reach, to_json
+from maya_un.config import Config
+from maya_un.controller import paper
+from maya_un.controller.protocol import Controller
+from maya_un.errors import InvalidValue
+from maya_un.kinematics.workspace import Workspace
+from maya_un.process import desk
+from maya_un.process.foresight import Foresight
+from maya_un.robot.plan import Pose
+from maya_un.values import Joints, Point
+from maya_un.workers import Work, Workers
+
+T = TypeVar("T")
+
+MOST_SAMPLES = 10_000
+"""Samples of one motion that may be asked for."""
+
+_PIECE = 1 << 18
+
+
+class Previews:
+    """Answers for a `controller`, in `workers` where there are any; `start` tells where a job would begin.
+
+    Every method raises what working it out raises (`InvalidJob`, `UnknownName`, `Unreachable` …), and with workers
+    `TooMuchAsked`, `TakesTooLong`, `TooLarge` and `WorkerFailed`.
+    """
+
+    def __init__(
+        self,
+        controller: Controller,
+        foresight: Foresight,
+        start: Callable[[bool], Pose],
+        config: Config,
+        workers: Workers | None,
+    ) -> None:
+        self._controller = controller
+        self._foresight = foresight
+        self._start = start
+        self._grasp_height = config.cell.grasp_height
+        self._workers = workers
+
+    async def preview(self, job: object, *, from_homed: bool = False, by: Caller = LOCAL) -> bytes:
+        """Return a `JobPreview` as JSON, of a job as `desk.parsed` reads it.
+
+        It starts where the robot is, or where homing leaves it.
+        """
+        start = self._start(from_homed)
+        if self._workers is None:
+            return to_json(await self._foresight.preview(desk.parsed(job), start))
+        return await self._told(by, preview, job, self._foresight.taught(), self._grasp_height, start)
+
+    async def inspect(self, job: object, *, from_homed: bool = False, samples: int = 200, by: Caller = LOCAL) -> bytes:
+        """Return a `JobInspection` as JSON, of a job as for `preview`; every motion has so many `samples`, 2 to 10 000.
+
+        Raises `InvalidValue`, and `TooLarge` for more samples of all motions than `desk.MOST_SAMPLED`.
+        """
+        require_samples(samples)
+        start = self._start(from_homed)
+        if self._workers is None:
+            return to_json(await self._foresight.inspect(desk.parsed(job), start, samples))
+        return await self._told(by, inspect, job, self._foresight.taught(), self._grasp_height, start, samples)
+
+    async def decoded(self, body: bytes, whose: str) -> dict[str, Any]:
+        """Return a JSON object that is too long to be read in a loop; raises `InvalidRequest`."""
+        if self._workers is None:
+            return desk.decode_object(body)
+        return (await self._workers.run(desk.decoded, body, whose=f"read {whose}")).value
+
+    async def reach(self, point: Point, by: Caller = LOCAL) -> Reach:
+        """Tell whether `point` [m] can be reached, and if not why, and where the nearest reachable point is."""
+        return await self._asked(by, reach, point)
+
+    async def fk(self, joints: Joints, by: Caller = LOCAL) -> Point:
+        """Return the gripper point of joints (rad, m, m)."""
+        return await self._asked(by, fk, joints)
+
+    async def ik(self, point: Point, by: Caller = LOCAL) -> Joints:
+        """Return the joints that hold the gripper at `point` [m]."""
+        return await self._asked(by, ik, point)
+
+    async def _told(self, by: Caller, work: Work[..., None], *args: object) -> bytes:
+        """Return what work hands over, joined."""
+        assert self._workers is not None
+        answer = await self._workers.run(work, self._controller.workspace, *args, whose=_whose(by))
+        return b"".join(answer.parts)
+
+    async def _asked(self, by: Caller, work: Work[..., T], *args: object) -> T:
+        workspace = self._controller.workspace
+        if self._workers is not None:
+            return (await self._workers.run(work, workspace, *args, whose=_whose(by))).value
+        here = work(workspace, *args)
+        while True:
+            try:
+                next(here)
+            except StopIteration as end:
+                return end.value
+
+
+def require_samples(samples: int) -> None:
+    """Raise `InvalidValue` for so many samples of a motion as may not be asked for."""
+    if not 2 <= samples <= MOST_SAMPLES:
+        raise InvalidValue(key="samples", value=samples, reason=f"it must be 2 to {MOST_SAMPLES}")
+
+
+def prepare(config: Config) -> None:
+    """Prepare a worker for a machine; with this module all that it needs is loaded."""
+    paper.prepare(config)
+
+
+def preview(*args: Any) -> Generator[Any, None, None]:
+    """Hand over what `desk.preview` returns, as JSON."""
+    yield from _pieces(to_json((yield from desk.preview(*args))))
+
+
+def inspect(*args: Any) -> Generator[Any, None, None]:
+    """Hand over what `desk.inspect` returns, as JSON."""
+    yield from _pieces(to_json((yield from desk.inspect(*args))))
+
+
+def reach(workspace: Workspace, point: Point) -> Generator[None, None, Reach]:
+    """Return the answer about a point."""
+    yield
+    return Reach.of(workspace, point)
+
+
+def fk(workspace: Workspace, joints: Joints) -> Generator[None, None, Point]:
+    """Return the gripper point of joints."""
+    yield
+    return workspace.mechanism.fk(workspace.require(joints))
+
+
+def ik(workspace: Workspace, point: Point) -> Generator[None, None, Joints]:
+    """Return the joints of a gripper point."""
+    yield
+    return workspace.require(point)
+
+
+def _pieces(data: bytes) -> Generator[bytes, None, None]:
+    for begin in range(0, len(data), _PIECE):
+        yield data[begin : begin + _PIECE]
+
+
+def _whose(by: Caller) -> str:
+    return f"{by.name} {by.source}"
