@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from maya_un.config.zones import AnyZone, parse_zone
+from maya_un.config.zones import MOST_ZONES, AnyZone, parse_zone
 from maya_un.controller.protocol import Controller
-from maya_un.errors import NotFound
+from maya_un.errors import InvalidRequest, NotFound
 from maya_un.kinematics.zones import Zone, written, zone_of
 
 
@@ -18,10 +18,13 @@ def zones_of(controller: Controller) -> list[AnyZone]:
 def put_zone(controller: Controller, data: Mapping[str, object]) -> AnyZone:
     """Keep out of one more zone, which takes the place of one of its name; return it as it is taken.
 
-    Raises `InvalidRequest` with the key that makes it none, and `Busy` while something moves.
+    Raises `InvalidRequest` with the key that makes it none, and where there are `MOST_ZONES`; `Busy` while something
+    moves.
     """
     new = parse_zone(data)
     zones = {zone.name: zone for zone in controller.zones} | {new.name: zone_of(new)}
+    if len(zones) > MOST_ZONES:
+        raise InvalidRequest(key="zone", reason=f"there are {MOST_ZONES} already, and no more may be; remove one first")
     controller.set_zones(list(zones.values()))
     return new
 

@@ -49,8 +49,8 @@ MEMORY = "memory"
 """The journal that ends with the process."""
 
 
-_FILES = 16
-"""The service opens about so many files besides its connections: the journal, locks, its listeners."""
+_FILES = 24
+"""The service opens about so many files besides its connections: the journal, locks, its listeners, its workers."""
 
 
 class Options(NamedTuple):

@@ -12,7 +12,7 @@ from maya_un.config.base import Contradiction, Metres
 from maya_un.config.base import Section as _Section
 from maya_un.config.recorder import RecorderConfig
 from maya_un.config.storage import StorageConfig
-from maya_un.config.zones import ZoneConfig
+from maya_un.config.zones import MOST_ZONES, ZoneConfig
 
 Register = Annotated[int, Field(ge=0, le=1_073_740_800)]
 """A controller register in counts, counts/s or counts/s²."""
@@ -222,7 +222,11 @@ class Config(_Section):
     storage: StorageConfig = StorageConfig()
     zones: Annotated[
         tuple[ZoneConfig, ...],
-        Field(strict=False, description="what to keep out of, each in a [[zones]] of its own; there are none"),
+        Field(
+            strict=False,
+            max_length=MOST_ZONES,
+            description="what to keep out of, each in a [[zones]] of its own; there are none",
+        ),
     ] = ()
 
     @model_validator(mode="after")

@@ -11,6 +11,9 @@ from pydantic import Field, TypeAdapter, ValidationError, model_validator
 from maya_un.config.base import Contradiction, Metres, Section, flaw
 from maya_un.errors import InvalidRequest
 
+MOST_ZONES = 100
+"""So many zones are kept out of; every step of a job takes longer to plan with every one."""
+
 Coordinate = Annotated[float, Field(ge=-10.0, le=10.0)]
 """A coordinate in the base frame [m]; the bounds catch millimetres."""
 

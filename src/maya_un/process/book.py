@@ -11,8 +11,8 @@
     columns = 4
     taught = "2026-11-21T16:05:00+00:00"
 
-The file is read whenever something is looked up and written anew, whole or not at all, when something is taught;
-comments in it are not kept then.
+The file is read whenever something is looked up, understood anew where it has changed, and written, whole or not at
+all, when something is taught; comments in it are not kept then.
 """
 
 from __future__ import annotations
@@ -96,13 +96,20 @@ class Book:
         self._mechanism = mechanism
         self._path = path
         self._text = ""
+        self._known: tuple[str, Taught] | None = None
 
     def taught(self) -> Taught:
-        """Return everything that is taught now."""
+        """Return everything that is taught now; a text that was understood before is not read again."""
         try:
-            file = _File.model_validate(tomllib.loads(self._read()))
+            text = self._read()
+            if self._known is None or self._known[0] != text:
+                self._known = (text, self._understood(text))
         except (ValueError, RecursionError) as error:
             raise FileUnreadable(path=self._path, reason=_reason(error)) from error
+        return self._known[1]
+
+    def _understood(self, text: str) -> Taught:
+        file = _File.model_validate(tomllib.loads(text))
         poses = {name: self._pose(name, pose) for name, pose in file.poses.items()}
         return Taught(poses, {name: _pallet(name, pallet) for name, pallet in file.pallets.items()})
 
@@ -199,6 +206,7 @@ class Book:
             self._text = text
         else:
             replace_file(self._path, text)
+        self._known = (text, taught)
 
 
 def require_known(name: str, known: Taught, what: str = "pose or pallet") -> None:

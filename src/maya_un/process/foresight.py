@@ -30,6 +30,9 @@ T = TypeVar("T")
 CHECK = "check"
 """Whose turn it is to work out the job that is to begin."""
 
+REPORT = "report"
+"""Whose turn it is to work out a job that somebody looks at."""
+
 SUBMITTED = 128
 """So many jobs of one may be read at once; more wait for nobody, they are refused."""
 
@@ -65,7 +68,8 @@ class Foresight:
     async def expanded(self, body: Body, steps: int = 0, *, whose: str = CHECK) -> Expansion:
         """Return what a kept job of so many `steps` comes to; raises as `written.expanded` does, and `Workers.run`."""
         if self._staff is not None and "wish" not in body:
-            answer = await self._staff.own.run(desk.expand_kept, body, self._grasp_height, whose=whose)
+            worker = self._staff.people if whose == REPORT else self._staff.own
+            answer = await worker.run(desk.expand_kept, body, self._grasp_height, whose=whose, each=SUBMITTED)
             return Expansion(_joined(answer.parts), answer.value.parts, answer.value.remarks)
         if steps <= _LONG:
             return expanded(body, self._grasp_height)

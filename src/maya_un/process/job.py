@@ -38,6 +38,10 @@ MOST_TASKS = 3_000
 """Steps times repeat of one job; on Maya that is a day and a half, and accepting it never holds the loop."""
 
 
+MOST_NAMES = 1_000
+"""So many parts, places and pallets each may be named; a job has so many steps."""
+
+
 class JobPallet(Grid):
     """A pallet that a job brings along; with `full`, a part stands on every cell at the start."""
 
@@ -49,9 +53,9 @@ class Job(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
     name: Name = "job"
-    parts: dict[Name, Place] = Field(default_factory=dict)
-    places: dict[Name, Place] = Field(default_factory=dict)
-    pallets: dict[Name, JobPallet] = Field(default_factory=dict)
+    parts: Annotated[dict[Name, Place], Field(max_length=MOST_NAMES)] = Field(default_factory=dict)
+    places: Annotated[dict[Name, Place], Field(max_length=MOST_NAMES)] = Field(default_factory=dict)
+    pallets: Annotated[dict[Name, JobPallet], Field(max_length=MOST_NAMES)] = Field(default_factory=dict)
     steps: Annotated[tuple[AnyStep, ...], Field(min_length=1, max_length=1000)]
     repeat: Annotated[Whole, Field(ge=1, le=10_000)] = 1
 
@@ -113,6 +117,8 @@ def _refusal(error: ValidationError) -> InvalidJob:
     if location[0:1] == ["steps"]:
         del location[2:3]  # where pydantic says whether it is a step or a loop
     kind, words = first["type"], first["msg"].removeprefix("Value error, ")
+    if kind == "too_long" and len(location) == 1 and location != ["steps"]:
+        words, kind = f"it has more than {MOST_NAMES} entries", ""
     if kind == "extra_forbidden":
         words = f"there is no such key; known are {', '.join(_known(location, looped=looped))}"
     elif kind == "literal_error":

@@ -9,6 +9,7 @@ from types import MappingProxyType
 
 from maya_un.errors import NotFound
 from maya_un.process.forecast import AHEAD, Etas, Forecast
+from maya_un.process.foresight import REPORT
 from maya_un.process.homing_time import HomingTime
 from maya_un.process.items import Item, Items
 from maya_un.process.journal.protocol import Journal
@@ -122,7 +123,7 @@ class Showing:
         version = version_of(row.body)
         if item is not None and item.record is not None:
             return report_of(self._line(item), item.record, version)
-        record = JobRecord.kept(await self._shared.foresight.expanded(row.body), steps)
+        record = JobRecord.kept(await self._shared.foresight.expanded(row.body, whose=REPORT), steps)
         if row.state.ended:
             record.skip_rest()
         return report_of(self.line_of(row), record, version)

@@ -1,7 +1,7 @@
 """The worker process: takes requests from a pipe, works on each for a slice of time at most, and answers.
 
-It bounds its own memory, and lowers its priority where that is wanted; the kernel ends it where one slice takes far too long. It ends
-when whoever started it has gone.
+It bounds its own memory, and lowers its priority where that is wanted. The kernel ends it where one slice takes far too
+long. It ends when whoever started it has gone.
 """
 
 from __future__ import annotations
