@@ -12,9 +12,14 @@ from fastapi.routing import APIRoute
 
 from maya_un.api.access.operations import RULES
 from maya_un.api.service import Service
+from maya_un.assembly import PEOPLE_BOUNDS
+from maya_un.process.decoding import MOST_VALUES
+from maya_un.process.desk import MOST_SAMPLED
+from maya_un.process.job import MOST_NAMES
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
 from maya_un.server.edge import FAR, NEAR
+from maya_un.server.exchange import LONG
 from maya_un.server.guard import BODY_LIMIT, BODY_PATIENCE
 from maya_un.server.openapi import ruled
 from maya_un.server.routes import Rule
@@ -45,7 +50,15 @@ from a browser (CORS). A request that says that it was forwarded counts as one f
 
 So many requests a second: {NEAR.per_second:g} from this machine, {NEAR.burst:g} at once; {FAR.per_second:g} from each
 other one, {FAR.burst:g} at once. More are answered 429, with `Retry-After`; stop and abort are never counted. A body
-is at most {BODY_LIMIT // 1_000_000} MB and arrives within {BODY_PATIENCE:g} s.
+is at most {BODY_LIMIT // 1_000_000} MB where it may carry a job, {LONG // 1024} kB elsewhere; it has at most
+{MOST_VALUES:,} values and arrives within {BODY_PATIENCE:g} s.
+
+Previews, inspections and what they need are worked out in a process of their own. Each user may have
+{PEOPLE_BOUNDS.each} under way; more are answered 429 (4030). One that takes more than {PEOPLE_BOUNDS.seconds:g} s of
+computing is refused (4031), so is one that needs more than {PEOPLE_BOUNDS.memory >> 30} GB or {MOST_SAMPLED:,} samples
+(4032). A job names at most
+{MOST_NAMES} parts, {MOST_NAMES} places and {MOST_NAMES} pallets. A request whose caller goes away is given up.
+Stop waits for none of them.
 
 ## What every answer has
 
@@ -66,8 +79,8 @@ A refusal is `application/problem+json` with `type`, `title`, `status`, `code` (
 | 409 | not as things stand: the robot's state, the job's, the lease's, a name or an idempotency key taken |
 | 410 | events are asked for that are kept no more |
 | 422 | a value, a name or a target is refused |
-| 429 | too many requests |
-| 503 | the machine, its link or the storage failed |
+| 429 | too many requests, or too many previews at once |
+| 503 | the machine, its link, the storage or a worker process failed |
 | 500 | a defect of ours |
 
 `POST /v1/jobs` and `POST /v1/tasks` take the header `Idempotency-Key` (at most 200 letters): the same key and request

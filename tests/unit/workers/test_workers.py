@@ -1,0 +1,116 @@
+"""A worker process: what it answers, what bounds it, whose turn it is, and how it is replaced."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from maya_un.errors import InvalidJob, TakesTooLong, TooLarge, TooMuchAsked, WorkerFailed
+from maya_un.loops import run, run_virtual
+from maya_un.workers import Bounds, Workers
+from tests.unit.workers import tasks
+
+BOUNDS = Bounds(seconds=0.5, memory=1 << 29, most=8, each=3)
+
+
+@contextmanager
+def working(bounds: Bounds = BOUNDS) -> Iterator[Workers]:
+    """Keep a worker while the block runs."""
+    workers = Workers("test", bounds, tasks.prepare, 5)
+    try:
+        yield workers
+    finally:
+        workers.close()
+
+
+def test_a_worker_prepared_once_answers_with_value_and_parts() -> None:
+    async def main() -> None:
+        with working() as workers:
+            assert (await workers.run(tasks.add, 1, 2)).value == 8
+            answer = await workers.run(tasks.pieces, 3)
+            assert (answer.parts, answer.value) == ([[0], [1], [2]], "end")
+            assert workers.process == (await workers.run(tasks.number)).value
+
+    run(main())
+
+
+def test_an_error_of_the_house_crosses_with_its_details() -> None:
+    async def main() -> None:
+        with working() as workers:
+            with pytest.raises(InvalidJob, match=r"steps\.3") as told:
+                await workers.run(tasks.refused)
+            assert told.value.details == {"key": "steps.3", "reason": "no"}
+            with pytest.raises(WorkerFailed, match="ZeroDivisionError"):
+                await workers.run(tasks.broken)
+
+    run(main())
+
+
+def test_work_beyond_time_or_memory_is_refused_and_the_next_is_done() -> None:
+    async def main() -> None:
+        with working() as workers:
+            with pytest.raises(TakesTooLong):
+                await workers.run(tasks.endless)
+            with pytest.raises(TooLarge):
+                await workers.run(tasks.greedy)
+            assert (await workers.run(tasks.add, 1, 2)).value == 8
+
+    run(main())
+
+
+def test_a_worker_that_dies_is_replaced_and_only_the_deadly_is_refused() -> None:
+    async def main() -> None:
+        with working() as workers:
+            first = (await workers.run(tasks.number)).value
+            os.kill(first, signal.SIGKILL)
+            assert (await workers.run(tasks.number)).value != first
+            with pytest.raises(WorkerFailed):
+                await workers.run(tasks.deadly)
+            assert (await workers.run(tasks.add, 1, 2)).value == 8
+
+    run(main())
+
+
+def test_everybody_has_a_turn_and_nobody_too_many_requests() -> None:
+    async def main() -> None:
+        with working(Bounds(seconds=60.0, most=8, each=3)) as workers:
+            hostile = [asyncio.ensure_future(workers.run(tasks.endless, whose="eva")) for _ in range(3)]
+            assert (await workers.run(tasks.add, 1, 2, whose="ana")).value == 8
+            with pytest.raises(TooMuchAsked):
+                await workers.run(tasks.add, 1, 2, whose="eva")
+            assert not any(one.done() for one in hostile)
+            for one in hostile:
+                one.cancel()
+            await asyncio.gather(*hostile, return_exceptions=True)
+            assert (await workers.run(tasks.add, 1, 2, whose="eva")).value == 8
+
+    run(main())
+
+
+def test_a_jumping_clock_stands_while_a_worker_works() -> None:
+    async def main() -> float:
+        with working() as workers:
+            loop = asyncio.get_running_loop()
+            timer = loop.call_later(10.0, lambda: None)
+            await workers.run(tasks.add, 1, 2)
+            timer.cancel()
+            return loop.time()
+
+    assert run_virtual(main()) == 0.0
+
+
+def test_a_closed_worker_refuses_and_leaves_no_process() -> None:
+    async def main() -> None:
+        with working() as workers:
+            process = (await workers.run(tasks.number)).value
+        with pytest.raises(WorkerFailed):
+            await workers.run(tasks.add, 1, 2)
+        with pytest.raises(ProcessLookupError):
+            os.kill(process, 0)
+
+    run(main())
