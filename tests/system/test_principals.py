@@ -146,6 +146,8 @@ ASKED: dict[str, tuple[tuple[int, int, int, int, int], Callable[[Visitor], Await
         lambda one: one.say("advertise_action", action="/own", type="maya_robot/Task"),
     ),
     "move the gripper": ((4101, 4102, 4104, 0, 0), lambda one: one.call("/gripper", data=True)),
+    "resume the queue": ((4101, 4102, 4104, 0, 0), lambda one: one.call("/resume_queue")),
+    "recover the queue": ((4101, 4102, 4102, 0, 0), lambda one: one.call("/recover_queue", choice="abort")),
     "recover": ((4101, 4102, 4102, 0, 0), lambda one: one.call("/controller/recover")),
     "pause": ((4101, 4102, 0, 0, 0), lambda one: one.call("/controller/pause")),
     "resume": ((4101, 4102, 4104, 0, 0), lambda one: one.call("/controller/resume")),

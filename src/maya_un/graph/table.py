@@ -174,10 +174,12 @@ QUEUE_STATUS = Row(
 RESUME_QUEUE = Row(
     "/resume_queue", Form.SERVICE, "std_srvs/Trigger", Floor.PROCESS, "go on with what waits in the queue",
     ("process_controller",), ("maya_dashboard",), manual=False,
+    asks=Operation.RESUME,
 )  # fmt: skip
 RECOVER_QUEUE = Row(
     "/recover_queue", Form.SERVICE, "maya_process/RecoverQueue", Floor.PROCESS, "decide on an interrupted job",
     ("process_controller",), ("maya_dashboard",), manual=False,
+    asks=Operation.RESTART,
 )  # fmt: skip
 STEP_COMMAND = Row(
     "/step_command", Form.TOPIC, "std_msgs/String", Floor.BRIDGE, "a step of a process, as JSON",
@@ -215,6 +217,24 @@ def asked_by_topic(topic: str) -> Operation:
         return Operation.GRAPH
     action = asked_by_call(name, Form.ACTION)
     return Operation.STOP if part == "cancel" and action is not Operation.GRAPH else action
+
+
+def type_of_topic(topic: str) -> str | None:
+    """Return the type of a topic of the table, or of one of the five of an action in it; None for any other."""
+    row = _BY_NAME.get(topic)
+    if row is not None:
+        return row.type if row.form is Form.TOPIC else None
+    name, _, part = topic.rpartition("/")
+    action = _BY_NAME.get(name)
+    if action is None or action.form is not Form.ACTION:
+        return None
+    return {
+        "goal": f"{action.type}ActionGoal",
+        "cancel": "actionlib_msgs/GoalID",
+        "status": "actionlib_msgs/GoalStatusArray",
+        "feedback": f"{action.type}ActionFeedback",
+        "result": f"{action.type}ActionResult",
+    }.get(part)
 
 
 def asked_by_call(name: str, form: Form) -> Operation:

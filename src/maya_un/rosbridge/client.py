@@ -9,7 +9,7 @@ from typing import Any
 
 from maya_un.errors import InvalidRequest, MayaError, UnknownInterface
 from maya_un.graph.protocol import Graph
-from maya_un.graph.table import TABLE, Form, Row
+from maya_un.graph.table import TABLE, Row, type_of_topic
 from maya_un.rosbridge import forms
 from maya_un.rosbridge.outgoing import Press, shaped
 from maya_un.rosbridge.sending import Sender
@@ -100,10 +100,7 @@ class Client:
         return (await self.graph.directory.topics()).get(topic, "") if found is None else found
 
     def _known(self, topic: str) -> str | None:
-        row = ROWS.get(topic)
-        if row is not None and row.form is Form.TOPIC:
-            return row.type
-        return self.graph.directory.topic_type(topic)
+        return type_of_topic(topic) or self.graph.directory.topic_type(topic)
 
 
 def _check(topic: str, kind: str, found: str) -> None:

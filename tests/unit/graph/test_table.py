@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from maya_un.api.access.operations import Operation
 from maya_un.graph import types
 from maya_un.graph.catalogue import ANY, spec
 from maya_un.graph.events import Standing, Told
-from maya_un.graph.table import TABLE, Floor, Form, rows
+from maya_un.graph.table import TABLE, Floor, Form, asked_by_call, asked_by_topic, rows, type_of_topic
 from maya_un.robot.primitives import from_dict
 from maya_un.values import Mode
 
@@ -97,3 +98,54 @@ def test_topics_are_kept_where_whoever_comes_late_must_know_them() -> None:
 def test_an_event_fits_its_topic() -> None:
     told = Told("idle", Standing(Mode.IDLE, homed=True, moving=False, gripper_closed=False))
     assert types.conform("std_msgs/String", {"data": told.text()}) == {"data": told.text()}
+
+
+def test_every_name_that_commands_says_what_it_asks_for() -> None:
+    commands = {row.name for row in TABLE if row.form is not Form.TOPIC or row.heard}
+    assert {row.name for row in TABLE if row.asks is not None} == commands
+
+
+@pytest.mark.parametrize(
+    ("topic", "operation"),
+    [
+        ("/task/goal", Operation.WISH),
+        ("/task/cancel", Operation.STOP),
+        ("/home/cancel", Operation.STOP),
+        ("/stop_queue", Operation.STOP),
+        ("/send_task", Operation.PROPOSE),
+        ("/maya_event", Operation.GRAPH),
+        ("/task/status", Operation.GRAPH),
+        ("/task/result", Operation.GRAPH),
+        ("/of_others/cancel", Operation.GRAPH),
+        ("/gripper/cancel", Operation.GRAPH),
+        ("/controller/stop", Operation.GRAPH),
+        ("/chatter", Operation.GRAPH),
+        ("/cancel", Operation.GRAPH),
+    ],
+)
+def test_topic_asks_for_what_its_row_or_action_does(topic: str, operation: Operation) -> None:
+    assert asked_by_topic(topic) is operation
+
+
+@pytest.mark.parametrize(
+    ("name", "form", "operation"),
+    [
+        ("/controller/stop", Form.SERVICE, Operation.STOP),
+        ("/controller/abort", Form.SERVICE, Operation.ABORT),
+        ("/gripper", Form.SERVICE, Operation.WISH),
+        ("/task", Form.ACTION, Operation.WISH),
+        ("/task", Form.SERVICE, Operation.GRAPH),
+        ("/of_others", Form.SERVICE, Operation.GRAPH),
+    ],
+)
+def test_call_asks_for_what_its_row_does(name: str, form: Form, operation: Operation) -> None:
+    assert asked_by_call(name, form) is operation
+
+
+def test_topics_of_actions_have_the_types_of_actionlib() -> None:
+    assert type_of_topic("/task/goal") == "maya_robot/TaskActionGoal"
+    assert type_of_topic("/task/cancel") == "actionlib_msgs/GoalID"
+    assert type_of_topic("/maya_event") == "std_msgs/String"
+    assert [type_of_topic(name) for name in ("/task", "/task/x", "/gripper/goal", "/gripper", "/of_others")] == [
+        None
+    ] * 5
