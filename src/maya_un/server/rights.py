@@ -50,12 +50,14 @@ class Rights:
         self._source = source
         self._watched: list[_Watched] = []
         self._looking: asyncio.Task[None] | None = None
+        self._news = asyncio.Event()
 
     @contextmanager
     def watched(self, who: Who, changed: Changed) -> Iterator[None]:
         """Call `changed` with what has become of the caller that `who` tells, while the block runs."""
         one = _Watched(who, changed)
         self._watched.append(one)
+        self._news.set()  # its rights may have ended while it came
         if self._looking is None:
             self._looking = asyncio.get_running_loop().create_task(self._look(), name="rights of connections")
         try:
@@ -71,14 +73,13 @@ class Rights:
             self._looking = None
 
     async def _look(self) -> None:
-        news = asyncio.Event()
-        end = self._source.heard_by(news.set)
+        end = self._source.heard_by(self._news.set)
         try:
             while True:
                 with suppress(TimeoutError):
                     async with asyncio.timeout(LOOK_AGAIN):
-                        await news.wait()
-                news.clear()
+                        await self._news.wait()
+                self._news.clear()
                 try:
                     await self._look_once()
                 except Exception as defect:  # noqa: BLE001 - nobody awaits this; it is looked again all the same
