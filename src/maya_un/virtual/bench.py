@@ -117,6 +117,9 @@ class ServoBench:
         shaft.shift = self.position(axis) - shaft.position
         shaft.powered, shaft.since, shaft.velocity = on, self._now, 0.0
 
+    def limit_torque(self, axis: int, volts: float) -> None:
+        """Change nothing: these shafts carry no load."""
+
     def output(self, bit: int, on: bool) -> None:
         """Note the level of a digital output."""
         self.outputs[bit] = on

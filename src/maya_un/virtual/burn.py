@@ -125,6 +125,7 @@ def _restore(unit: Unit, *, factory: bool) -> None:
     for axis in unit.axes:
         group = burned.get(axis.letter, {})
         _restore_registers(axis.registers, group, registers.AXIS, unit.core.period)
+        unit.core.limit_torque(axis)
         unit.core.power(axis, not group.get("motor_off", unit.motors_off))
     for plane in unit.core.planes.values():
         _restore_registers(plane.registers, burned.get(plane.letter, {}), registers.PLANE, unit.core.period)

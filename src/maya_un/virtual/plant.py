@@ -58,6 +58,10 @@ class Plant(Protocol):
         """Switch a motor on or off at the time last advanced to."""
         ...
 
+    def limit_torque(self, axis: int, volts: float) -> None:
+        """Let a motor get no more than `volts` [V] from now on (TL, TK); a weak motor may not follow its reference."""
+        ...
+
     def output(self, bit: int, on: bool) -> None:
         """Set digital output `bit` (from 1) at the time last advanced to."""
         ...
@@ -124,6 +128,9 @@ class BenchPlant:
         self.powered[axis] = on
         if on:
             self._sensing.resume(axis)
+
+    def limit_torque(self, axis: int, volts: float) -> None:
+        """Change nothing: ideal axes need no torque."""
 
     def output(self, bit: int, on: bool) -> None:
         """Note the level of a digital output."""

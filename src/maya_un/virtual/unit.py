@@ -141,6 +141,7 @@ class Unit:
         self.core.cn = [-1, -1, -1, 0, 0]
         for axis in self.axes:
             axis.registers.update(registers.defaults(registers.AXIS))
+            self.core.limit_torque(axis)
             axis.jog_speed = registers.JOG.default
         for plane in self.core.planes.values():
             plane.registers.update(registers.defaults(registers.PLANE))

@@ -198,6 +198,9 @@ class _Rewired:
     def power(self, axis: int, on: bool) -> None:
         self._mechanics.power(self._order[axis], on)
 
+    def limit_torque(self, axis: int, volts: float) -> None:
+        self._mechanics.limit_torque(self._order[axis], volts)
+
     def output(self, bit: int, on: bool) -> None:
         self._mechanics.output(bit, on)
 

@@ -10,7 +10,7 @@ from math import inf
 import numpy as np
 
 from maya_un.virtual.maya.statics import Floats
-from maya_un.virtual.maya.truth import Truth
+from maya_un.virtual.maya.truth import MOTOR_LIMIT, Truth
 from maya_un.virtual.timeline import Timeline
 
 GIVE = 1.0
@@ -25,7 +25,7 @@ class Drive:
 
     `position` and `velocity` are those of the time last settled. While its motor is on, the axis is wanted where
     its reference was `lag` ago, less the `shift` by which its encoder was wrong when it was switched on; with the
-    motor off it is wanted where it is.
+    motor off it is wanted where it is. `limit` is the largest motor command it gets [V].
     """
 
     __slots__ = (
@@ -33,6 +33,7 @@ class Drive:
         "_since",
         "active_high",
         "friction",
+        "limit",
         "position",
         "powered",
         "scale",
@@ -49,6 +50,7 @@ class Drive:
     def __init__(self, truth: Truth, axis: int, start: float) -> None:
         self.timeline = Timeline()
         self.powered = False
+        self.limit = MOTOR_LIMIT
         self.position = self.velocity = self.wanted = self.shift = 0.0
         self.start = start
         self.scale = truth.scale[axis]
@@ -182,6 +184,15 @@ class Drive:
             self._reaches(low - GIVE, t0, t1, rising=False),
             self._reaches(high + GIVE, t0, t1, rising=True),
         )
+        return min((t for t in times if t is not None), default=None)
+
+    def leaving(self, t0: float, t1: float) -> float | None:
+        """Return the first time in [t0, t1] of free motion at which it leaves where it stands [s]."""
+        low, high = self.position - GIVE, self.position + GIVE
+        lowest, highest = self.bounds(t0, t1)
+        if low <= lowest and highest <= high:
+            return None
+        times = self._reaches(low, t0, t1, rising=False), self._reaches(high, t0, t1, rising=True)
         return min((t for t in times if t is not None), default=None)
 
     def held_back(self) -> float:

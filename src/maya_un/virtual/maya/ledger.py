@@ -20,7 +20,8 @@ class Window:
     `tension` is the greatest line tension [multiples of the load] and `slack` the greatest surplus length of a
     line [m]; `lowest` and `highest` bound the gripper's height [m]; `low` and `high` bound the true angle and
     line lengths [rad, m, m]; `stalled` is how long each axis pushed against an obstacle [s]; `outside` is the
-    way that both lines travelled while one of them was slack, that is outside 0 ≤ u ≤ W [m].
+    way that both lines travelled while one of them was slack, that is outside 0 ≤ u ≤ W [m]; `limited` is how long
+    the torque limit kept each axis from going on [s].
     """
 
     since: float
@@ -34,6 +35,7 @@ class Window:
     stalled: Triple = (0.0, 0.0, 0.0)
     outside: float = 0.0
     drops: tuple[Drop, ...] = ()
+    limited: Triple = (0.0, 0.0, 0.0)
 
     @property
     def sunk(self) -> float:
@@ -59,6 +61,7 @@ class Window:
             _each(_sum, self.stalled, later.stalled),
             self.outside + later.outside,
             self.drops + later.drops,
+            _each(_sum, self.limited, later.limited),
         )
 
 
@@ -212,6 +215,11 @@ class Record:
     def stall_time(self) -> float:
         """The longest of the three [s]."""
         return self.whole.stall_time
+
+    @property
+    def limited(self) -> Triple:
+        """How long the torque limit kept each axis from going on [s]."""
+        return self.whole.limited
 
     @property
     def lowest(self) -> float:

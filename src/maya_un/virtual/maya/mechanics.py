@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import ceil, cos, inf, nextafter, sin
+from math import ceil, cos, inf, nextafter, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -36,6 +36,12 @@ _AFTER = 1e-6
 
 _FAR = 1e6
 """... and where an axis jogs for ever, no farther than this [s]."""
+
+_LIGHT = 1.1
+"""A motor that cannot carry so many loads is watched whenever it moves [loads]."""
+
+_MIDDLE = 1.05
+"""On an ellipse about the anchors, where its middle carries more than a load, no place carries so many times that."""
 
 _SLACK = 1e-5
 """A line counts as slack from this surplus on [m]: ten encoder counts, beyond the rounding of a target."""
@@ -218,6 +224,12 @@ class MayaMechanics:
         self._epoch += 1
         self._stepping = self._stepping or self._pays_out(axis)
 
+    def limit_torque(self, axis: int, volts: float) -> None:
+        """Let a motor get no more than `volts` [V]; it stays where friction and the load's pull need more."""
+        self._write()
+        self._drives[axis].limit = volts
+        self._epoch += 1
+
     def output(self, bit: int, on: bool) -> None:
         """Set a digital output; one of them moves the gripper's jaws."""
         if bit != self._truth.gripper_output:
@@ -262,15 +274,18 @@ class MayaMechanics:
         self._outlook = _Outlook(
             key,
             inf if rest < inf else horizon,
-            min(self._coupling(horizon), *(inf if t is None else t for t in contacts)),
+            min(self._coupling(horizon), self._weak(horizon), *(inf if t is None else t for t in contacts)),
             min(inf if t is None else t for t in switches),
         )
         return self._outlook
 
     def _coupling(self, until: float) -> float:
-        """Return when b + c is wanted shorter than W in free motion, from now to `until`; inf for never."""
+        """Return when b + c is wanted shorter than W, or than the motors can pull them; inf for never.
+
+        It looks at free motion from now to `until`.
+        """
         _, b, c = self._drives
-        level = self._shortest - GIVE
+        level = max(self._shortest - GIVE, self._tightest())
         if b.bounds(self._now, until)[0] + c.bounds(self._now, until)[0] >= level:
             return inf
         times = {self._now, until, *b.boundaries(self._now, until), *c.boundaries(self._now, until)}
@@ -280,6 +295,64 @@ class MayaMechanics:
         p, v, a = (one + other for one, other in zip(of_b, of_c, strict=True))
         first = _first_below(ts, p - v * half + 0.5 * a * half * half, v - a * half, a, level)
         return inf if first is None else first
+
+    def _strength(self, axis: int) -> float:
+        """Return the greatest tension against which an axis can shorten its line [multiples of the load]."""
+        drive = self._drives[axis]
+        return (drive.limit - drive.friction) / self._truth.torque_per_load
+
+    def _limited(self, axis: int) -> bool:
+        drive = self._drives[axis]
+        return drive.powered and drive.limit < TORQUE_LIMIT
+
+    def _tightest(self) -> float:
+        """Return b + c [counts] below which a motor whose torque is limited might stay behind.
+
+        In the middle of an ellipse about the anchors T = A / (2 sqrt(A² - 1)) with A = (b + c) / W.
+        """
+        strengths = [self._strength(axis) for axis in (1, 2) if self._limited(axis)]
+        least = min((strength for strength in strengths if strength >= _LIGHT), default=inf) / _MIDDLE
+        if least == inf:
+            return -inf
+        ratio = sqrt(4.0 * least * least / (4.0 * least * least - 1.0))
+        return self._shortest + (ratio - 1.0) * self._truth.width * self._truth.counts_per_metre
+
+    def _weak(self, until: float) -> float:
+        """Return when an axis whose motor is weak leaves its place, from now to `until`; inf for never."""
+        weak = [self._drives[axis] for axis in (1, 2) if self._limited(axis) and self._strength(axis) < _LIGHT]
+        boom = self._drives[0]
+        if self._limited(0) and boom.limit <= boom.friction:
+            weak.append(boom)
+        times = (drive.leaving(self._now, until) for drive in weak)
+        return min((t for t in times if t is not None), default=inf)
+
+    def _within_strength(self, axis: int, place: float) -> float:
+        """Return how far an axis gets towards `place` [counts] with the torque that it may have."""
+        drive = self._drives[axis]
+        if not self._limited(axis) or place == drive.position:
+            return place
+        if axis == 0 or place > drive.position:
+            return place if drive.limit > drive.friction else drive.position
+        most = self._strength(axis)
+        if self._pull(axis, place) <= most:
+            return place
+        if self._pull(axis, drive.position) >= most:
+            return drive.position
+        near, far = drive.position, place
+        while near - far > 0.5 * GIVE:
+            middle = 0.5 * (near + far)
+            near, far = (middle, far) if self._pull(axis, middle) <= most else (near, middle)
+        return near
+
+    def _pull(self, axis: int, place: float) -> float:
+        """Return the tension of a line with its motor at `place` [counts] and the other where it is."""
+        drive, other = self._drives[axis], self._drives[3 - axis]
+        q = drive.start + place / drive.scale
+        b, c = (q, other.q) if axis == 1 else (other.q, q)
+        if b + c <= self._truth.width:
+            return inf
+        hang = self._statics.hang(b, c)
+        return hang.tension_b if axis == 1 else hang.tension_c
 
     def _move(self, t: float) -> None:
         """Go to time `t` in free motion."""
@@ -300,14 +373,18 @@ class MayaMechanics:
             drive.wanted = self._toward(axis, t)
             low, high = drive.stops
             places.append(max(low, min(high, drive.wanted)))
+        possible = [self._within_strength(axis, place) for axis, place in enumerate(places)]
+        weak = [abs(place - wanted) > GIVE for place, wanted in zip(possible, places, strict=True)]
+        places = possible
         places[1:] = self._coupled(places[1], places[2])
         for drive, place in zip(self._drives, places, strict=True):
             drive.velocity = (place - drive.position) / length
             drive.position = place
         self._now = self._written = t
         held_back = [drive.held_back() != 0.0 for drive in self._drives]
-        self._note(length, held_back)
-        self._book.hold(tuple(held_back))
+        self._note(length, held_back, weak)
+        stalled = [held and not limit for held, limit in zip(held_back, weak, strict=True)]
+        self._book.hold(tuple(stalled))
         if not any(held_back) and not any(map(self._pays_out, (1, 2))):
             self._stepping = False
             self._epoch += 1
@@ -346,10 +423,11 @@ class MayaMechanics:
         q, hang = self.true_joints(), self._hang()
         return Window(self._now, hang.z, hang.tension, hang.slack, hang.z, hang.z, q, q)
 
-    def _note(self, length: float, held_back: Sequence[bool]) -> None:
-        """Write a step of `length` [s] to the record, with the axes that were held back."""
-        a, b, c = (length if held else 0.0 for held in held_back)
-        now = replace(self._instant(), stalled=(a, b, c))
+    def _note(self, length: float, held_back: Sequence[bool], weak: Sequence[bool]) -> None:
+        """Write a step of `length` [s] to the record, with the axes that were held back, or too weak to go on."""
+        a, b, c = (length if held and not limit else 0.0 for held, limit in zip(held_back, weak, strict=True))
+        limited_a, limited_b, limited_c = (length if limit else 0.0 for limit in weak)
+        now = replace(self._instant(), stalled=(a, b, c), limited=(limited_a, limited_b, limited_c))
         if now.slack > _SLACK:
             way = sum(abs(drive.velocity) / drive.scale for drive in self._drives[1:]) * length
             now = replace(now, outside=way)

@@ -346,6 +346,13 @@ class MotionCore:
             limits.watch(axis, self.now)
         if register in ("ER", "OE", "LD"):
             self.look()
+        if register in ("TL", "TK"):
+            self.limit_torque(axis)
+
+    def limit_torque(self, axis: Axis) -> None:
+        """Have the plant's motor obey TL, or TK where that is more: a peak is not timed here."""
+        if not axis.virtual:
+            self.plant.limit_torque(axis.index, max(axis.registers["TL"], axis.registers["TK"]))
 
     def jog_at(self, axis: Axis, speed: float) -> None:
         """Change the velocity of a jog under way [counts/s, signed]; refused in a move to a place (13)."""

@@ -474,3 +474,55 @@ def test_a_part_can_be_stood_on_the_table_later() -> None:
     assert maya.parts == {"late": (0.1, 1.0, 0.4)}
     with pytest.raises(ValueError, match="late"):
         maya.add_part("late", (0.1, 1.0, 0.4))
+
+
+def test_a_weak_motor_does_not_move() -> None:
+    maya = powered()
+    maya.limit_torque(B, 0.05)
+    maya.limit_torque(A, 0.05)
+    go(maya, A, 1_000.0)
+    settle(maya, B, -50_000.0)
+    assert abs(maya.position(B)) <= 1.0
+    assert abs(maya.position(A)) <= 1.0
+    assert maya.record.stalled == (0.0, 0.0, 0.0)
+    assert maya.record.limited[B] == pytest.approx(5.08, abs=0.01)
+    assert maya.record.limited[A] > 4.9
+
+
+def test_a_weak_motor_lengthens_where_friction_lets_it() -> None:
+    maya = powered()
+    maya.limit_torque(B, 0.125)
+    settle(maya, B, 20_000.0)
+    assert maya.position(B) == 20_000.0
+    settle(maya, B, -1_000.0)
+    assert maya.position(B) == pytest.approx(20_000.0, abs=1.5)
+
+
+def test_a_motor_pulls_as_hard_as_its_torque_limit_allows() -> None:
+    maya = powered()
+    maya.limit_torque(B, 1.1)
+    settle(maya, B, -490_000.0, 45_000.0)
+    assert maya.record.peak_tension == pytest.approx(2.0, abs=0.01)
+    assert maya.record.limited[B] > 0.5
+    assert maya.record.stall_time == 0.0
+    assert maya.torque(B) < -1.1
+
+
+def test_a_motor_with_torque_to_spare_goes_as_if_unlimited() -> None:
+    free, limited = powered(), powered()
+    for axis in (B, C):
+        limited.limit_torque(axis, 3.0)
+    for maya in (free, limited):
+        go(maya, C, -100_000.0)
+        settle(maya, B, -100_000.0)
+    assert free.true_joints() == limited.true_joints()
+    assert limited.record.limited == (0.0, 0.0, 0.0)
+
+
+def test_more_torque_lets_a_motor_catch_up() -> None:
+    maya = powered()
+    maya.limit_torque(B, 0.05)
+    settle(maya, B, -1_000.0)
+    maya.limit_torque(B, 3.0)
+    run(maya, maya.now + 0.1)
+    assert maya.position(B) == -1_000.0
