@@ -319,12 +319,20 @@ class MayaMechanics:
 
     def _weak(self, until: float) -> float:
         """Return when an axis whose motor is weak leaves its place, from now to `until`; inf for never."""
+        times = (drive.leaving(self._now, until) for drive in self._weaklings())
+        return min((t for t in times if t is not None), default=inf)
+
+    def _weaklings(self) -> list[Drive]:
+        """Return the drives whose motors are weak: they may not move at all."""
         weak = [self._drives[axis] for axis in (1, 2) if self._limited(axis) and self._strength(axis) < _LIGHT]
         boom = self._drives[0]
-        if self._limited(0) and boom.limit <= boom.friction:
-            weak.append(boom)
-        times = (drive.leaving(self._now, until) for drive in weak)
-        return min((t for t in times if t is not None), default=inf)
+        return [*weak, boom] if self._limited(0) and boom.limit <= boom.friction else weak
+
+    def _doubtful(self) -> bool:
+        """Tell whether an axis moves now whose motor may be too weak to go on."""
+        _, b, c = self._drives
+        near = b.position + c.position <= self._tightest()
+        return any(drive.rest() > self._now for drive in [*self._weaklings(), *((b, c) if near else ())])
 
     def _within_strength(self, axis: int, place: float) -> float:
         """Return how far an axis gets towards `place` [counts] with the torque that it may have."""
@@ -385,7 +393,7 @@ class MayaMechanics:
         self._note(length, held_back, weak)
         stalled = [held and not limit for held, limit in zip(held_back, weak, strict=True)]
         self._book.hold(tuple(stalled))
-        if not any(held_back) and not any(map(self._pays_out, (1, 2))):
+        if not any(held_back) and not any(map(self._pays_out, (1, 2))) and not self._doubtful():
             self._stepping = False
             self._epoch += 1
 
