@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import asynccontextmanager
-from functools import partial
 
 from maya_un.config import Config
 from maya_un.controller import marker
@@ -20,7 +19,7 @@ from maya_un.controller.pacing import Pacing
 from maya_un.controller.planner import Plan, Planner
 from maya_un.controller.planning import Planning
 from maya_un.controller.protocol import Jogged, Preview
-from maya_un.controller.registers import configure
+from maya_un.controller.reckoning import SETTLED
 from maya_un.controller.run import OnVia
 from maya_un.controller.seek import Seeker
 from maya_un.controller.stopping import Stopping
@@ -34,6 +33,7 @@ from maya_un.errors import (
     MarkerMissing,
     NothingToRecover,
     OwnershipLost,
+    PositionNotKept,
     Stopped,
 )
 from maya_un.events import EventLog, Kind
@@ -43,7 +43,7 @@ from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
 from maya_un.motion.path import Route
-from maya_un.values import Joints, Progress, State, StopReport
+from maya_un.values import AXES, Joints, Progress, State, StopReport
 from maya_un.workers import Workers
 
 _Way = Callable[[Wish, Joints], Awaitable[Route]]
@@ -149,7 +149,7 @@ class GalilController:
         try:
             await self._lookout.claim(driver, take_over=take_over)
             if not self._monitor.moving():
-                await configure(driver, self.config)
+                await self._monitor.registers.configure(driver)
             await self._lookout.install_guard(driver)
         except BaseException:
             await self._end()
@@ -180,10 +180,13 @@ class GalilController:
             if monitor.moving():
                 raise Busy(doing="the axes finish what was sent before")
             await self._lookout.require_owned(driver)
-            await configure(driver, self.config)
+            await monitor.registers.configure(driver)
+            await self._require_kept(driver)
             if not await monitor.adopt(driver):
                 raise MarkerMissing
+            monitor.displaced = None
             await monitor.power(driver)
+            monitor.hold(driver)
             self.events.emit(Kind.HOMED)
             monitor.publish()
 
@@ -200,17 +203,22 @@ class GalilController:
                 raise Busy(doing="the axes finish what was sent before")
             await self._lookout.require_owned(driver)
             monitor.homed = False
-            await configure(driver, self.config)
+            monitor.displaced = None
+            await monitor.registers.configure(driver)
             await marker.erase(driver)
             await monitor.power(driver)
             await self._lookout.wake_guard(driver)
             self.events.emit(Kind.HOMING)
+            monitor.seeking = True
+            monitor.reckoning.forget()
             seeker = Seeker(driver, self.config, self.units, wish.wait, self._loop.time, self._lookout.load)
             found = await Homing(seeker, driver, self.config, self.units, monitor.enter_phase).run()
             ends = (found.b_end, found.c_end)
             await marker.leave(driver, ends, self.units)
             monitor.set_homed(ends)
+            monitor.seeking, monitor.phase = False, None
             await monitor.look()
+            monitor.hold(driver)
             self.events.emit(Kind.HOMED)
         monitor.publish()
 
@@ -325,14 +333,17 @@ class GalilController:
             if record.amplifier_status:
                 raise AmplifierFault(status=f"{record.amplifier_status:#010x}")
             await self._lookout.claim(driver, take_over=take_over)
-            await configure(driver, self.config)
+            await monitor.registers.configure(driver)
             await self._lookout.install_guard(driver)
             if await driver.value("_AB") == 0.0:  # pressed meanwhile: no motor is switched on again
                 raise AbortInput
             await monitor.power(driver)
-            if isinstance(monitor.fault, LimitReached) or not await monitor.adopt(driver):
+            void = monitor.displaced is not None or isinstance(monitor.fault, LimitReached)
+            if void or not await monitor.adopt(driver):
                 monitor.homed = False
                 await marker.erase(driver)
+            monitor.displaced = None
+            monitor.hold(driver)
             monitor.fault = None
             monitor.release()
             self.events.emit(Kind.RECOVERED)
@@ -359,7 +370,7 @@ class GalilController:
                     continue
                 wish.check()
                 self.events.emit(Kind.MOVING, to=str(tuple(round(value, 4) for value in plan.end)))
-                begun = await self._execution.carry_out(wish, driver, plan.move, on_via)
+                begun = await self._execution.carry_out(wish, driver, plan, on_via)
         if plan.move is not None:
             self.events.emit(Kind.IDLE)
 
@@ -369,6 +380,8 @@ class GalilController:
         known = monitor.here()
         plan = await self._plan(wish, way, known, speed)  # what is refused says nothing on the wire
         await monitor.look()
+        if monitor.displaced is not None:
+            raise monitor.displaced
         if monitor.moving():
             raise Busy(doing="the axes finish what was sent before")
         here = monitor.here()
@@ -396,8 +409,7 @@ class GalilController:
                 monitor.fail(error, driver)
                 raise
             except MachineError as error:
-                await self._stopping.rest(driver, partial(monitor.fail, error, driver))
-                raise
+                raise await self._at_rest_after(error, driver) from error.__cause__
             except Exception:
                 if monitor.run is not None or monitor.phase is not None:
                     await self._stopping.rest(driver)
@@ -405,8 +417,31 @@ class GalilController:
             finally:
                 monitor.run = None
                 monitor.phase = None
+                monitor.seeking = False
                 monitor.stopping = False
                 monitor.publish()
+
+    async def _at_rest_after(self, error: MachineError, driver: Driver) -> MachineError:
+        """Come to rest, enter the fault state, and return the error that names its cause."""
+        named = error
+
+        async def name() -> None:
+            nonlocal named
+            named = await self._lookout.name(driver, error)
+
+        await self._stopping.rest(driver, lambda: self._monitor.fail(named, driver), name)
+        return named
+
+    async def _require_kept(self, driver: Driver) -> None:
+        """Raise `PositionNotKept` where the references are not where a motion of ours left them."""
+        monitor = self._monitor
+        left = await marker.noted(driver)
+        if left is None:
+            return
+        for axis, (counts, here) in enumerate(zip(left, monitor.standing(), strict=True)):
+            if abs(here - counts) > SETTLED:
+                await marker.erase(driver)
+                raise PositionNotKept(axis=AXES[axis], distance=monitor.reckoning.shown(axis, here - counts))
 
     def _tell_stopped(self) -> None:
         self.events.emit(Kind.STOPPED)

@@ -5,13 +5,15 @@ from __future__ import annotations
 import asyncio
 from math import inf
 
-from maya_un.controller import faults
+from maya_un.controller import faults, marker
 from maya_un.controller.lookout import Lookout
 from maya_un.controller.monitor import Monitor
+from maya_un.controller.planner import Plan
 from maya_un.controller.run import OnVia, Run
 from maya_un.controller.seek import SETTLE
 from maya_un.controller.wish import Wish
-from maya_un.errors import CommandRejected, EndNotReached, Stopped, TrajectoryRefused
+from maya_un.errors import CommandRejected, EndNotReached, Stopped, SwitchBlocks, TrajectoryRefused
+from maya_un.galil.codes import ErrorCode
 from maya_un.galil.driver import Driver
 from maya_un.galil.record import DataRecord
 from maya_un.motion.move import CoordinatedMove, commands
@@ -40,34 +42,56 @@ class Execution:
         while self._monitor.pace.paused:
             await wish.wait(inf, self._monitor.pace.news)
 
-    async def carry_out(self, wish: Wish, driver: Driver, move: CoordinatedMove, on_via: OnVia | None = None) -> bool:
-        """Do a move and return True; False, and nothing moved, where the wanted pace changed as it was sent."""
-        monitor = self._monitor
+    async def carry_out(self, wish: Wish, driver: Driver, plan: Plan, on_via: OnVia | None = None) -> bool:
+        """Do the move of a plan and return True; False, and nothing moved, where the wanted pace changed meanwhile."""
+        monitor, move = self._monitor, plan.move
+        assert move is not None
         if move.start != monitor.standing():  # segments are relative: from elsewhere none of what was proved is true
             raise TrajectoryRefused(reason=f"it starts at counts {move.start}, the axes are at {monitor.standing()}")
         ratio = monitor.pace.ratio
         await self._lookout.wake_guard(driver)
-        await self._lookout.load(driver, commands(move, ratio))
+        limits = monitor.torque.travel(self._members(move), plan.knots)
+        note = [marker.MOVING] if monitor.live else []
+        await self._lookout.load(driver, [*note, *monitor.registers.torque(limits), *commands(move, ratio)])
         # Between this look at wish and pace and the bytes of BGS nothing can come in: no await stands there.
         wish.check()
         if monitor.pace.ratio != ratio:
             return False
         run = self._run(move, ratio, on_via)
         monitor.run = run
+        monitor.reckoning.forget()
         try:
             await driver.send("BGS")
         except CommandRejected as refusal:
-            await monitor.look()
-            raise monitor.motor_off() or refusal from refusal
+            record = await monitor.look()
+            raise monitor.motor_off() or self._blocked(record, run, refusal) or refusal from refusal
         monitor.publish()
         await self._to_its_end(wish, driver, run)
         monitor.run = None
+        monitor.hold(driver)
         return True
 
     def _run(self, move: CoordinatedMove, factor: float, on_via: OnVia | None) -> Run:
+        return Run(move, self._loop.time(), self._members(move), factor, vias=move.via_ways, on_via=on_via)
+
+    def _members(self, move: CoordinatedMove) -> tuple[int, ...]:
         axes = self._monitor.config.axes
-        members = tuple(i for i in range(3) if axes[i].letter in move.axes)
-        return Run(move, self._loop.time(), members, factor, vias=move.via_ways, on_via=on_via)
+        return tuple(i for i in range(3) if axes[i].letter in move.axes)
+
+    def _blocked(self, record: DataRecord, run: Run, refusal: CommandRejected) -> SwitchBlocks | None:
+        """Return the error for a switch that is active before a motion towards it, None where it is something else."""
+        if refusal.details["tc"] != ErrorCode.BEGIN_AT_LIMIT:
+            return None
+        ways = run.move.segments.counts
+        for i in run.members:
+            axis = record.axes[self._monitor.order[i]]
+            for side, active, ahead in (
+                ("forward", axis.forward_limit_active, (ways[:, i] > 0).any()),
+                ("reverse", axis.reverse_limit_active, (ways[:, i] < 0).any()),
+            ):
+                if active and ahead:
+                    return SwitchBlocks(axis=AXES[i], side=side)
+        return None
 
     async def _to_its_end(self, wish: Wish, driver: Driver, run: Run) -> None:
         record = await self._ended(wish, run)
@@ -107,8 +131,16 @@ class Execution:
         found = faults.cause(record, self._monitor.order, run.members)
         if found is not None:
             raise found
-        for i in run.members:
+        astray = self._monitor.reckoning.astray(run.places, self._monitor.standing())
+        if astray is not None:
+            self._monitor.displace(astray)
+            raise astray
+        for i in range(3):
             axis = record.axes[self._monitor.order[i]]
             away, end = abs(axis.position - run.move.end[i]), run.move.end[i]
-            if axis.reference != end or away > self._monitor.config.axes[i].error_limit_counts // 4:
+            if axis.reference != end:
+                changed = self._monitor.reckoning.changed(i, axis.reference - end)
+                self._monitor.displace(changed)
+                raise changed
+            if away > self._monitor.config.axes[i].error_limit_counts // 4:
                 raise EndNotReached(axis=AXES[i], distance=f"{away} counts")

@@ -9,6 +9,7 @@ from maya_un.errors import (
     AbortInput,
     AmplifierFault,
     FollowingError,
+    ForeignMotion,
     LimitReached,
     MayaError,
     MotorOff,
@@ -24,6 +25,7 @@ from maya_un.values import AXES
 NORMAL_ENDS = frozenset({0, 1, 100, 101})
 """Stop codes of motions that ran as commanded (independent and coordinated)."""
 
+_RUNS = 0
 _FORWARD, _REVERSE, _ST, _ABORT_INPUT, _ERROR, _AMPLIFIER = 2, 3, 4, 6, 8, 15
 
 Order = tuple[int, int, int]
@@ -51,6 +53,15 @@ def grave(record: DataRecord, order: Order, members: Sequence[int] = (0, 1, 2)) 
     for code, side in ((_FORWARD, "forward"), (_REVERSE, "reverse")):
         if code in by_code:
             return LimitReached(axis=by_code[code], side=side)
+    return None
+
+
+def foreign(record: DataRecord, order: Order) -> ForeignMotion | None:
+    """Return the error for an axis that moves by itself: every motion of ours is a sequence of coordinated axes."""
+    for i, place in enumerate(order):
+        axis = record.axes[place]
+        if axis.moving and not axis.coordinated and axis.stop_code == _RUNS:
+            return ForeignMotion(axis=AXES[i])
     return None
 
 

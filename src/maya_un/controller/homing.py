@@ -21,7 +21,6 @@ from dataclasses import dataclass
 from math import sqrt
 
 from maya_un.config import Config, Units
-from maya_un.controller import marker
 from maya_un.controller.seek import FORWARD, RELEASE_WITHIN, REVERSE, Look, Seeker, Stall
 from maya_un.errors import HomingStalled, MayaError, StrokeDiffers, SwitchNotFound
 from maya_un.galil.driver import Driver
@@ -242,7 +241,7 @@ class Homing:
         past = lag + self._stopping(axis, speed)
         config = self._config.axes[axis]
         counts = round(config.minimum * self._units.per_unit[axis] - past) - MARGIN_COUNTS[axis]
-        await self._driver.batch([f"DP{config.letter}={counts}", marker.datum(self._config, self._units, axis)])
+        await self._seek.define(axis, counts)
 
     def _approach(self, axis: int) -> float:
         """Slow speed: as configured for the lines (m/s), a twentieth of its slew for the boom (rad/s)."""

@@ -14,10 +14,14 @@ from maya_un.controller import faults, marker
 from maya_un.controller.guard import Guard, Watch
 from maya_un.controller.guard_program import REPORT
 from maya_un.controller.monitor import Monitor
+from maya_un.controller.registers import GROUPS, MEANING, Asked
+from maya_un.controller.seek import strays
 from maya_un.errors import (
     AbortInput,
     AmplifierFault,
+    CommandRejected,
     ControllerReset,
+    ForeignMotion,
     GuardNotRunning,
     HostSilent,
     InternalError,
@@ -25,9 +29,18 @@ from maya_un.errors import (
     MayaError,
     NotConnected,
     OwnershipLost,
+    PositionChanged,
+    RegisterChanged,
+    UnexpectedReply,
 )
 from maya_un.galil.driver import Driver
 from maya_un.galil.record import DataRecord
+
+MOVING_RATE, REST_RATE = 20.0, 4.0
+"""Groups of registers read in a second, at most: of the first group while something moves, and of all in turn."""
+
+_NAMED = (AbortInput, AmplifierFault, CommandRejected, PositionChanged, RegisterChanged, ForeignMotion, UnexpectedReply)
+"""Errors that have their cause in them; our own command that was refused explains a register that differs."""
 
 
 class Lookout:
@@ -39,7 +52,9 @@ class Lookout:
     def __init__(self, monitor: Monitor, *, live: bool) -> None:
         self._loop = asyncio.get_running_loop()
         self._monitor = monitor
+        monitor.live = live
         self._live = live
+        self._turn = 0
         self._guard = self._chosen_guard() if live else None
         self._looking: asyncio.Task[None] | None = None
         self._hearing: asyncio.Task[None] | None = None
@@ -89,11 +104,35 @@ class Lookout:
             await self._guard.install(driver)
 
     async def load(self, driver: Driver, commands: Sequence[str]) -> None:
-        """Send what prepares a motion; with a guard only where it watches (`GuardNotRunning`, `HostSilent`)."""
+        """Send what prepares a motion; with a guard only where it watches (`GuardNotRunning`, `HostSilent`).
+
+        In the same breath a live one reads every register that safety stands on; raises `RegisterChanged`.
+        """
+        registers = self._monitor.registers
+        asked = registers.ask(driver) if self._live and commands and registers.known else None
+        registers.sent(commands)
         if self._guard is None:
             await driver.batch(commands)
         else:
             await self._guard.load(driver, commands)
+        if asked is not None:
+            await registers.require(driver, asked)
+
+    async def name(self, driver: Driver, error: MachineError) -> MachineError:
+        """Return why a motion has ended with `error`: a register that somebody changed, where there is one."""
+        registers = self._monitor.registers
+        if not self._live or not registers.known or driver.lost.done() or isinstance(error, _NAMED):
+            return error
+        try:
+            await registers.require(driver, registers.ask(driver))
+        except RegisterChanged as changed:
+            with suppress(MachineError):
+                if await marker.remembered(driver):
+                    self._void_by(changed)
+                    return changed
+        except MachineError:
+            pass
+        return error
 
     async def wake_guard(self, driver: Driver) -> None:
         """Begin the guard's time anew before a motion: at rest, a host that was busy for longer did no harm."""
@@ -131,33 +170,105 @@ class Lookout:
             await asyncio.sleep(period)
             run = monitor.run
             try:
+                driver = monitor.link.driver
+                asked = self._ask(driver)
                 record = await monitor.look()
                 if run is monitor.run:  # asked before BGS, a record tells of the motion before
-                    self._judge(record)
+                    await self._judge(record)
+                if asked is not None:
+                    await self._judge_registers(driver, asked)
             except (NotConnected, MachineError):
                 continue  # the link's keeper announces the loss and dials again
             except Exception as defect:
                 monitor.enter_fault(InternalError(reason=repr(defect)))
                 raise
 
-    def _judge(self, record: DataRecord) -> None:
+    def _ask(self, driver: Driver) -> Asked | None:
+        """Ask for registers: the first group often while something moves, all in turn a few times a second."""
+        monitor = self._monitor
+        if not monitor.powered or not monitor.registers.known or monitor.fault is not None:
+            return None
+        self._turn += 1
+        rate = monitor.config.controller.stream_rate
+        groups: list[int] = []
+        if monitor.under_way and self._turn % max(1, round(rate / MOVING_RATE)) == 0:
+            groups.append(0)
+        every = max(1, round(rate / REST_RATE))
+        if self._turn % every == 0:
+            groups.append(self._turn // every % len(GROUPS))
+        return monitor.registers.ask(driver, dict.fromkeys(groups)) if groups else None
+
+    async def _judge_registers(self, driver: Driver, asked: Asked) -> None:
+        """Tell the motion under way, or the house, that somebody changed a register."""
+        monitor = self._monitor
+        try:
+            await monitor.registers.require(driver, asked)
+        except RegisterChanged as changed:
+            if monitor.fault is not None or not monitor.registers.known:
+                return
+            self._void_by(changed)
+            await self._tell(driver, changed)
+
+    def _void_by(self, changed: RegisterChanged) -> None:
+        """Make the homing void where a register changed that says what the counts mean."""
+        if str(changed.details["register"])[:2] in MEANING:
+            self._monitor.displace(changed)
+
+    async def _tell(self, driver: Driver, error: MachineError) -> None:
+        """End the motion under way with an error, or enter the fault; where the controller was reset, with that."""
+        monitor = self._monitor
+        if not await marker.remembered(driver):
+            monitor.homed, error = False, ControllerReset()
+        if monitor.displaced is not None and not monitor.under_way:
+            await marker.erase(driver)
+        if monitor.fault is not None:
+            return
+        wish = monitor.desk.current
+        if wish is not None:
+            wish.interrupt(error)
+        if not monitor.under_way:
+            monitor.enter_fault(error)
+
+    async def _judge(self, record: DataRecord) -> None:
         """Tell the motion under way, or the house, what the record says that the machine did unasked."""
         monitor = self._monitor
         if monitor.fault is not None:
             return
         wish = monitor.desk.current
+        if monitor.displaced is not None and not monitor.under_way:
+            driver = monitor.link.driver
+            letters = strays(record, monitor.config, monitor.order)
+            if letters:
+                driver.urgent(f"ST{letters}")
+            if record.s.moving:
+                driver.urgent("ST S")
+            await self._tell(driver, monitor.displaced)
+            return
         if monitor.homed and not marker.plausible(monitor.config, monitor.here()):
             monitor.homed = False
             monitor.end(ControllerReset())
             return
-        if monitor.run is not None and wish is not None:
-            found = faults.grave(record, monitor.order, monitor.run.members)
+        if wish is not None and monitor.under_way:
+            found = self._met(record)
             if found is not None:
                 wish.interrupt(found)
             return
         found = monitor.motor_off()
         if found is not None and wish is None:
             monitor.enter_fault(found)
+
+    def _met(self, record: DataRecord) -> MayaError | None:
+        """Return what befell the motion under way, None where all is well; a homing looks for limits itself."""
+        monitor, run = self._monitor, self._monitor.run
+        found = None if run is None else faults.grave(record, monitor.order, run.members)
+        if found is not None:
+            return found
+        strange: MachineError | None = faults.foreign(record, monitor.order)
+        if strange is None and run is not None:
+            strange = monitor.reckoning.astray(run.places, monitor.standing())
+        if strange is not None:
+            monitor.displace(strange)
+        return strange
 
     def _on_watch(self, watch: Watch, driver: Driver) -> None:
         """Hear from the guard, many times a second; it matters while nothing else is wrong."""
@@ -210,7 +321,7 @@ class Lookout:
         except (NotConnected, MachineError):
             return  # the link's keeper announces the loss
         if run is monitor.run:
-            self._judge(record)
+            await self._judge(record)
         if otherwise is not None and monitor.fault is None and not self._ending():
             found = faults.grave(record, monitor.order, (0, 1, 2) if run is None else run.members)
             # Outside of a run, a limit or a following error may be one that was met long ago.

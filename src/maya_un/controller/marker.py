@@ -6,9 +6,14 @@ counts must lie within their strokes, where a reset controller, which counts fro
 
 Counts mean what the configuration of their homing called the switches (`axes.*.minimum`), so that is noted too, as
 `mayamina`, `mayaminb`, `mayaminc` [counts]. Where a calibration has moved them since, the mark holds no more.
+
+Every motion leaves where it came to rest in `mayaata`, `mayaatb`, `mayaatc` [counts], valid while `mayamove` is 0. Who
+takes the mark over later sees by it that somebody moved the axes or changed their positions meanwhile.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 from maya_un.config import Config, Units
 from maya_un.errors import CommandRejected
@@ -67,6 +72,36 @@ async def leave(driver: Driver, ends: tuple[float, float], units: Units) -> None
 async def erase(driver: Driver) -> None:
     """Take the mark away: until a homing has ended, there is none."""
     await driver.batch(["mayahome=0", "ZAA=0"])
+
+
+async def remembered(driver: Driver) -> bool:
+    """Tell whether the controller still has the variable of the mark; a reset takes it away."""
+    try:
+        await driver.value("mayahome")
+    except CommandRejected:
+        return False
+    return True
+
+
+MOVING = "mayamove=1"
+"""Command before a motion: from now on nobody knows at which counts the axes will rest."""
+
+
+def resting(counts: Sequence[int]) -> list[str]:
+    """Return the commands that note at which counts the references of a, b, c rest."""
+    places = [f"mayaat{name}={count}" for name, count in zip(AXES, counts, strict=True)]
+    return [*places, "mayamove=0"]
+
+
+async def noted(driver: Driver) -> tuple[float, float, float] | None:
+    """Return the counts at which the references of a, b, c were left at rest, None where nobody knows."""
+    try:
+        if await driver.value("mayamove") != 0.0:
+            return None
+        a, b, c = [await driver.value(f"mayaat{name}") for name in AXES]
+    except CommandRejected:
+        return None
+    return a, b, c
 
 
 async def read(driver: Driver, config: Config, units: Units, here: Joints) -> tuple[float, float] | None:

@@ -9,12 +9,17 @@ from maya_un.config import AxisConfig, Config, Units
 from maya_un.controller import faults, marker
 from maya_un.controller.latest import Latest
 from maya_un.controller.link import Dial, Link
+from maya_un.controller.reckoning import Reckoning
+from maya_un.controller.registers import Registers
 from maya_un.controller.run import Pace, Run
 from maya_un.controller.snapshot import Lens, Standing
+from maya_un.controller.torque import Torque
 from maya_un.controller.wish import Desk
 from maya_un.errors import (
+    CommandRejected,
     ControllerReset,
     Faulted,
+    ForeignMotion,
     MachineError,
     MayaError,
     MotorOff,
@@ -46,12 +51,18 @@ class Monitor:
         self.workspace = Workspace.of(config)
         self.events = EventLog(self._loop.time)
         self.order = faults.indices(config)
+        self.registers = Registers(config)
+        self.torque = Torque(config)
+        self.reckoning = Reckoning(config, self.order)
+        self.displaced: MachineError | None = None
         self.desk = Desk()
         self.link = Link(dial, address, config.controller.timeout, self._on_lost, self._on_back)
         self.pace = Pace()
         self.run: Run | None = None
         self.phase: tuple[str, float] | None = None
         self.stopping = False
+        self.live = False
+        self.seeking = False
         self.homed = False
         self.powered = False
         self.fault: MayaError | None = None
@@ -109,8 +120,44 @@ class Monitor:
     async def look(self) -> DataRecord:
         """Read the record and renew the state."""
         self.record = await self.link.driver.record()
+        self._reckon(self.record)
         self.publish()
         return self.record
+
+    def _reckon(self, record: DataRecord) -> None:
+        """Notice a position that changes, or an axis that moves, without a motion of ours."""
+        if self.under_way:
+            self.reckoning.forget()
+            return
+        found = self.reckoning.compare(record)
+        if found is not None and (self.homed or (self.powered and isinstance(found, ForeignMotion))):
+            self.displace(found)
+
+    @property
+    def under_way(self) -> bool:
+        """Whether a motion of ours is under way."""
+        return self.run is not None or self.phase is not None or self.seeking
+
+    def displace(self, error: MachineError) -> None:
+        """Make the homing void, because of `error`; the first cause stays until `recover`."""
+        self.homed = False
+        self.displaced = self.displaced or error
+
+    def hold(self, driver: Driver) -> None:
+        """Give the lines the torque of rest; a live program also leaves in the controller where the axes rest."""
+        commands = self.registers.torque(self.torque.rest)
+        if self.live and self.homed:
+            commands += marker.resting(self.standing())
+        if commands:
+            self.registers.sent(commands)
+            sent = driver.begin_batch(commands)
+            sent.add_done_callback(lambda done: self._held(done, driver))
+
+    def _held(self, done: asyncio.Future[list[str]], driver: Driver) -> None:
+        """Enter the fault state where the controller refused the torque of rest: nobody waits for its answer."""
+        error = None if done.cancelled() else done.exception()
+        if isinstance(error, CommandRejected):
+            self.fail(error, driver)
 
     def standing(self) -> tuple[int, int, int]:
         """Return where the reference is [counts]."""
@@ -205,6 +252,9 @@ class Monitor:
         if self._down:
             return
         self._down = True
+        if self.under_way:
+            self.reckoning.forget()  # the guard stops the axes, nobody knows where
+        self.registers.forget()
         self.fault = reason
         self.release()
         self.events.emit(Kind.DISCONNECTED, reason.code, message=str(reason))
@@ -214,9 +264,10 @@ class Monitor:
 
     async def _on_back(self, driver: Driver) -> None:
         """The controller answers again: look, tell, move nothing."""
+        homed = self.homed
         try:
             await self.look()
-            lost = self.homed and await marker.read(driver, self.config, self.units, self.here()) is None
+            lost = homed and await marker.read(driver, self.config, self.units, self.here()) is None
         except (NotConnected, MachineError) as error:
             if not isinstance(error, MachineError) or driver.lost.done():
                 return  # lost again: the link's keeper dials again
@@ -226,6 +277,8 @@ class Monitor:
         if lost:
             self.homed = False
             self.enter_fault(ControllerReset())
+        elif homed and self.displaced is not None:
+            self.enter_fault(self.displaced)
         self.publish()
         if self.on_returned is not None:
             self.on_returned(driver)

@@ -86,7 +86,9 @@ class Pacing:
             monitor.publish()
             return
         driver = monitor.link.driver
-        sent = driver.urgent(speed_ratio(monitor.pace.ratio))
+        command = speed_ratio(monitor.pace.ratio)
+        sent = driver.urgent(command)
+        monitor.registers.sent([command])
         run.follow(monitor.pace, self._loop.time())
         monitor.publish()
         await self._accepted(sent, driver)

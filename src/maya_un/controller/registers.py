@@ -1,9 +1,22 @@
-"""The controller's registers as the configuration wants them: written at connect, then read back."""
+"""The registers that safety stands on: declared once, written at connect, and read again and again.
+
+Some have a value that the configuration asks for. The others, as gains and types of motors and encoders, belong to the
+machine: they have to stay as they were when this program connected. Those of the coordinate system are what the last
+motion set. All are read before every motion, a few in every look while something moves, and all in turn at rest.
+"""
 
 from __future__ import annotations
 
+import asyncio
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
 from maya_un.config import Config
-from maya_un.errors import ParameterMismatch, UnexpectedReply, WrongController
+from maya_un.controller import torque
+from maya_un.controller.torque import Torque, Volts
+from maya_un.errors import CommandRejected, ParameterMismatch, RegisterChanged, UnexpectedReply, WrongController
+from maya_un.galil.commands import LINE_LIMIT
 from maya_un.galil.driver import Driver
 from maya_un.galil.numbers import parse_number
 
@@ -13,14 +26,48 @@ _SAMPLE = 1000
 _FORMAT = "VF 10.4"
 """How numbers are printed: a narrower format, left by somebody else, would cut what is read back."""
 
+_SAME = 5e-4
+"""Values that differ by less are the same: the controller prints four decimals and keeps steps of its own."""
 
-def wanted(config: Config) -> dict[str, int]:
+_ODD = frozenset({"TM", "CN"})
+
+_PLANE = {"VS": 2.0, "VA": 1024.0, "VD": 1024.0, "VR": 0.0}
+"""Registers of the coordinate system that every motion sets, and the steps in which the controller keeps them."""
+
+
+class Group(NamedTuple):
+    """Registers that are read in one line: of every axis, of the coordinate system S, of the whole controller."""
+
+    axes: str = ""
+    plane: str = ""
+    whole: str = ""
+
+
+GROUPS = (
+    Group(axes="LD OE ER", plane="VR VS VA VD", whole="CN0"),
+    Group(axes="TL TK GR OF", whole="TM CN3"),
+    Group(axes="SP AC DC SD"),
+    Group(axes="FL BL"),
+    Group(axes="MT CE DV AF"),
+    Group(axes="KP KI KD"),
+    Group(axes="IT PT FV BR"),
+    Group(axes="FA IL PL GM"),
+    Group(axes="NB NF NZ"),
+    Group(axes="OA OT OV BW"),
+)
+"""Every register that safety stands on (Galil DMC-41x3); while something moves, each look reads the first group."""
+
+MEANING = frozenset({"MT", "CE", "DV", "AF", "GR"})
+"""Registers without which the counts mean something else: a change of them makes the homing void."""
+
+
+def wanted(config: Config) -> dict[str, float]:
     """Return register operands (`_TM`, `_SPA`, `_ERB`, `_CN0`, …) and the values the configuration asks for.
 
     Software limits (FL, BL) are off: the whole-path check is narrower, and before homing they mean nothing.
     Accelerations are what the controller makes of them: multiples of 1024 counts/s², speeds even (Galil AC, SP).
     """
-    values: dict[str, int] = {"_TM": _SAMPLE, "_CN0": config.wiring.limit_active_level}
+    values: dict[str, float] = {"_TM": _SAMPLE, "_CN0": config.wiring.limit_active_level}
     for axis in (config.axes.a, config.axes.b, config.axes.c):
         values |= {
             f"_SP{axis.letter}": axis.speed_counts // 2 * 2,
@@ -32,8 +79,22 @@ def wanted(config: Config) -> dict[str, int]:
             f"_LD{axis.letter}": 0,
             f"_FL{axis.letter}": 2_147_483_647,
             f"_BL{axis.letter}": -2_147_483_648,
+            f"_TK{axis.letter}": 0,
+            f"_GR{axis.letter}": 0,
         }
-    return values
+    return values | {f"_TL{letter}": volts for letter, volts in Torque(config).rest.items()}
+
+
+def operands() -> list[list[str]]:
+    """Return the operands of every group, in order."""
+    return [
+        [
+            *(f"_{name}S" for name in group.plane.split()),
+            *(f"_{name}{letter}" for name in group.axes.split() for letter in "ABC"),
+            *(f"_{name}" for name in group.whole.split()),
+        ]
+        for group in GROUPS
+    ]
 
 
 async def identify(driver: Driver, address: str) -> str:
@@ -45,24 +106,160 @@ async def identify(driver: Driver, address: str) -> str:
     return firmware
 
 
-async def configure(driver: Driver, config: Config) -> None:
-    """Write every register and read it back; raises `ParameterMismatch` where the controller kept another value.
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A question about registers that is on its way, and what the answer has to say."""
 
-    DC holds the stop's deceleration: an axis-wise move is never used for travel, only an axis-wise stop is.
-    """
-    values = wanted(config)
-    await driver.batch([_FORMAT, *(_command(operand, value) for operand, value in values.items())])
-    replies = await driver.batch([f"MG {operand}" for operand in values])
-    for (operand, value), reply in zip(values.items(), replies, strict=True):
+    answers: asyncio.Future[list[str]]
+    lines: Sequence[Line]
+    expected: Mapping[str, float]
+
+
+class Line(NamedTuple):
+    """One question: its number, which the answer begins with, and the operands whose values follow."""
+
+    number: int
+    operands: tuple[str, ...]
+
+    @property
+    def command(self) -> str:
+        """The command that asks."""
+        return f"MG{self.number},{','.join(self.operands)}"
+
+    def read(self, answer: str) -> dict[str, float]:
+        """Return the values that an answer holds; raises `UnexpectedReply` for the answer to something else."""
         try:
-            found = parse_number(reply)
+            number, *values = (parse_number(word) for word in answer.split())
         except ValueError as error:
-            raise UnexpectedReply(command=f"MG {operand}", reply=reply) from error
-        if found != value:
-            raise ParameterMismatch(register=operand[1:], found=reply, wanted=value)
+            raise UnexpectedReply(command=self.command, reply=answer) from error
+        if number != self.number or len(values) != len(self.operands):
+            raise UnexpectedReply(command=self.command, reply=answer)
+        return dict(zip(self.operands, values, strict=True))
 
 
-def _command(operand: str, value: int) -> str:
-    if operand in ("_CN0", "_TM"):
-        return f"{operand[1:3]} {value}"
-    return f"{operand[1:]}={value}"
+class Registers:
+    """The registers of one controller, and what they have to be."""
+
+    def __init__(self, config: Config) -> None:
+        self._wanted = wanted(config)
+        self._lines = tuple(Line(number, tuple(names)) for number, names in enumerate(operands(), start=1))
+        self._kept: dict[str, float] = {}
+        self._expected: dict[str, float] = {}
+        assert all(len(line.command) <= LINE_LIMIT for line in self._lines)
+
+    @property
+    def known(self) -> bool:
+        """Whether they have been written and noted since this program connected."""
+        return bool(self._expected)
+
+    def sent(self, commands: Iterable[str]) -> None:
+        """Note what commands of ours set, those of the coordinate system and TL; said as they are written."""
+        if not self._expected:
+            return
+        for command in commands:
+            name, value = command[:2], command[3:]
+            if name in _PLANE:
+                self._expected[f"_{name}S"] = (
+                    float(value) // _PLANE[name] * _PLANE[name] if name != "VR" else float(value)
+                )
+            elif name == "TL":
+                self._expected[f"_TL{command[2]}"] = float(command[4:])
+
+    def torque(self, limits: Volts) -> list[str]:
+        """Return the commands that set torque limits, without those that stand already."""
+        known = self._expected
+        return torque.commands(
+            {letter: volts for letter, volts in limits.items() if abs(known.get(f"_TL{letter}", -1.0) - volts) > _SAME}
+        )
+
+    async def configure(self, driver: Driver) -> None:
+        """Write every register of the configuration, read all, and take those of the machine as they are.
+
+        Where those were noted before, they are written back. Raises `ParameterMismatch` where the controller kept
+        another value.
+
+        DC holds the stop's deceleration: an axis-wise move is never used for travel, only an axis-wise stop is.
+        """
+        self._expected = {}
+        written = self._wanted | self._kept
+        found = await self._read(driver) if self._kept else {}
+        restored = {name: value for name, value in self._kept.items() if found.get(name) != value}
+        changes = self._wanted | restored
+        await driver.batch([_FORMAT, *(_command(operand, value) for operand, value in changes.items())])
+        found = await self._read(driver)
+        for operand, value in written.items():
+            if abs(found.get(operand, value) - value) > _SAME:
+                raise ParameterMismatch(register=operand[1:], found=f"{found[operand]:g}", wanted=f"{value:g}")
+        plane = {name: value for name, value in found.items() if name.endswith("S") and len(name) == 4}
+        self._kept = {name: value for name, value in found.items() if name not in self._wanted and name not in plane}
+        self._expected = found | self._wanted
+
+    def forget(self) -> None:
+        """Expect nothing until they are configured again."""
+        self._expected = {}
+
+    def ask(self, driver: Driver, numbers: Iterable[int] | None = None) -> Asked:
+        """Ask for groups of registers (by their places in `GROUPS`; None: all), before returning."""
+        return self._ask(driver, self._lines if numbers is None else [self._lines[number] for number in numbers])
+
+    async def require(self, driver: Driver, asked: Asked) -> None:
+        """Raise `RegisterChanged` where somebody changed a register; raises as `Driver.batch`, and `UnexpectedReply`.
+
+        One strange answer is no proof: the link may be bad, or somebody changed how numbers are printed (VF).
+        """
+        try:
+            if await _difference(asked) is None:
+                return
+        except UnexpectedReply:
+            pass
+        await driver.send(_FORMAT)
+        changed = await _difference(self._ask(driver, asked.lines))
+        if changed is not None:
+            raise changed
+
+    def _ask(self, driver: Driver, lines: Sequence[Line]) -> Asked:
+        expected = {name: self._expected[name] for line in lines for name in line.operands if name in self._expected}
+        return Asked(driver.begin_batch([line.command for line in lines]), lines, expected)
+
+    async def _read(self, driver: Driver) -> dict[str, float]:
+        """Return the values of all registers; a line with one that this controller does not have is made shorter."""
+        found: dict[str, float] = {}
+        lines: list[Line] = []
+        for line in self._lines:
+            try:
+                found |= line.read(await driver.send(line.command))
+                lines.append(line)
+            except CommandRejected:
+                values = await _one_by_one(driver, line.operands)
+                found |= values
+                lines.append(Line(line.number, tuple(values)))
+        self._lines = tuple(lines)
+        return found
+
+
+async def _difference(asked: Asked) -> RegisterChanged | None:
+    """Return the error for the first register that is not as expected, None where all are."""
+    answers = await asked.answers
+    for line, answer in zip(asked.lines, answers, strict=True):
+        for name, value in line.read(answer).items():
+            expected = asked.expected.get(name, value)
+            if abs(value - expected) > _SAME:
+                return RegisterChanged(register=name[1:], found=f"{value:g}", wanted=f"{expected:g}")
+    return None
+
+
+async def _one_by_one(driver: Driver, names: Sequence[str]) -> dict[str, float]:
+    values: dict[str, float] = {}
+    for name in names:
+        try:
+            values[name] = await driver.value(name)
+        except CommandRejected:
+            continue
+    return values
+
+
+def _command(operand: str, value: float) -> str:
+    number = f"{value:.4f}".rstrip("0").rstrip(".")
+    if operand[1:3] in _ODD:
+        return f"CN {',' * int(operand[3:])}{number}" if operand.startswith("_CN") else f"TM {number}"
+    return f"{operand[1:]}={number}"

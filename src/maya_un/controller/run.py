@@ -5,9 +5,13 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cached_property
 from math import inf
 
+import numpy as np
+
 from maya_un.galil.numbers import SCALE, fixed
+from maya_un.kinematics.mechanism import Floats
 from maya_un.motion.move import CoordinatedMove
 from maya_un.values import Joints, StopReport
 
@@ -81,6 +85,11 @@ class Run:
         self._passed = 0
         if factor != 1.0:
             self._drive(0.0, factor)
+
+    @cached_property
+    def places(self) -> Floats:
+        """The path: where the axes are at its start and at the end of every segment, of shape (n, 3) [counts]."""
+        return np.array(self.move.places, dtype=np.float64)
 
     @property
     def end(self) -> float:

@@ -11,9 +11,13 @@ from contextlib import suppress
 from dataclasses import dataclass
 from math import hypot, sqrt
 
+import numpy as np
+
 from maya_un.config import Config, Units
-from maya_un.controller import faults
-from maya_un.errors import CommandRejected, HomingStalled, MayaError, Stopped, WiringContradictsCn
+from maya_un.controller import faults, marker, torque
+from maya_un.controller.reckoning import Reckoning
+from maya_un.controller.torque import Torque
+from maya_un.errors import CommandRejected, ForeignMotion, HomingStalled, MayaError, Stopped, WiringContradictsCn
 from maya_un.galil.driver import Driver
 from maya_un.galil.record import DataRecord
 from maya_un.values import AXES
@@ -37,6 +41,12 @@ async def brake(driver: Driver) -> None:
     """Stop a sequence along its path, at once and past every queue; where none runs, nothing happens."""
     with suppress(CommandRejected):  # a refused ST S means that there is no sequence
         await driver.urgent("ST S")
+
+
+def strays(record: DataRecord, config: Config, order: faults.Order) -> str:
+    """Return the letters of the axes that move outside a sequence, which ST S does not reach."""
+    axes = ((config.axes[i].letter, record.axes[place]) for i, place in enumerate(order))
+    return "".join(sorted(letter for letter, axis in axes if axis.moving and not axis.coordinated))
 
 
 class Stall(Exception):
@@ -105,6 +115,9 @@ class Seeker:
         self._load = load
         self._order = faults.indices(config)
         self._claimed: dict[tuple[int, str], int] = {}
+        self._torque = Torque(config)
+        self._reckoning = Reckoning(config, self._order)
+        self._known: tuple[int, int, int] | None = None
 
     async def look(self) -> Look:
         """Read the record."""
@@ -146,6 +159,7 @@ class Seeker:
         counts = {axis: round(delta * self._units.per_unit[axis]) for axis, delta in deltas.items()}
         counts = {axis: count for axis, count in counts.items() if count}
         before = await self.look()
+        self._require_known(before)
         if not counts:
             return before
         for axis, count in counts.items():
@@ -157,11 +171,17 @@ class Seeker:
         while True:
             await self._pause(min(self._clock() + poll, max(end, self._clock() + 0.005)))
             look = await self.look()
+            await self._require_ours(look)
             await self._examine(before, look, counts)
+            self._require_on_way(before, look, counts)
             if not look.moving:
                 await self._ended(look, counts, halted=halted)
+                self._known = look.reference
                 await self._pause(self._clock() + SETTLE)
-                return await self.look()
+                await self._load(self._driver, torque.commands(self._torque.rest))
+                look = await self.look()
+                self._require_known(look)
+                return look
             if until is not None and not halted and until(look):
                 halted = True
                 await brake(self._driver)
@@ -171,9 +191,44 @@ class Seeker:
         await brake(self._driver)
         look = await self.look()
         while look.moving:
+            letters = strays(look.record, self._config, self._order)
+            if letters:
+                await self._driver.urgent(f"ST{letters}")
             await self._pause(self._clock() + 0.02)
             look = await self.look()
         return look
+
+    async def define(self, axis: int, counts: int) -> None:
+        """Call where an axis rests `counts` (DP), and note it in the controller."""
+        command = f"DP{self._config.axes[axis].letter}={counts}"
+        await self._driver.batch([command, marker.datum(self._config, self._units, axis)])
+        if self._known is not None:
+            a, b, c = (counts if i == axis else known for i, known in enumerate(self._known))
+            self._known = a, b, c
+
+    def _require_known(self, look: Look) -> None:
+        """Raise `ForeignMotion` or `PositionChanged` where the axes are not as the last step left them."""
+        if self._known is None:
+            return
+        for axis, (known, here) in enumerate(zip(self._known, look.reference, strict=True)):
+            if look.running[axis]:
+                raise ForeignMotion(axis=AXES[axis])
+            if here != known:
+                raise self._reckoning.changed(axis, here - known)
+
+    async def _require_ours(self, look: Look) -> None:
+        """Raise `ForeignMotion` where an axis moves by itself."""
+        foreign = faults.foreign(look.record, self._order)
+        if foreign is not None:
+            await self.settle()
+            raise foreign
+
+    def _require_on_way(self, before: Look, look: Look, counts: Mapping[int, int]) -> None:
+        """Raise `PositionChanged` where the reference is not on the way of the step."""
+        ends = [here + counts.get(axis, 0) for axis, here in enumerate(before.reference)]
+        astray = self._reckoning.astray(np.array([before.reference, ends], dtype=np.float64), look.reference)
+        if astray is not None:
+            raise astray
 
     async def _begin(self, counts: Mapping[int, int], speed: float) -> float:
         """Send the move and begin it; return how long it takes at most [s]."""
@@ -185,10 +240,22 @@ class Seeker:
         slew = max(2, int(min(vector, *(axes[i].speed_counts / s for i, s in shares.items() if s))) // 2 * 2)
         brake = _step1024(min(axes[i].stop_deceleration_counts / s for i, s in shares.items() if s))
         names = "".join(sorted(letters))
+        limits = torque.commands(self._torque.homing(counts))
         values = ",".join(str(letters.get(letter, "")) for letter in "ABC").rstrip(",")
         await self._load(
             self._driver,
-            ["CA S", "CS S", "VR 1", f"LM {names}", f"VS {slew}", f"VA {brake}", f"VD {brake}", f"LI {values}", "LE"],
+            [
+                *limits,
+                "CA S",
+                "CS S",
+                "VR 1",
+                f"LM {names}",
+                f"VS {slew}",
+                f"VA {brake}",
+                f"VD {brake}",
+                f"LI {values}",
+                "LE",
+            ],
         )
         await self._pause(self._clock())
         await self._driver.send("BGS")
@@ -218,6 +285,7 @@ class Seeker:
             if abs(look.error[axis]) * 2 > self._config.axes[axis].error_limit_counts:
                 await self.settle()
                 await self._driver.send(f"SH{self._config.axes[axis].letter}")
+                self._known = None
                 raise Stall(axis)
 
     async def _ended(self, look: Look, counts: Mapping[int, int], *, halted: bool) -> None:

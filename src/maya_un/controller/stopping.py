@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from contextlib import suppress
 
 from maya_un.cancellation import wait_for_end
+from maya_un.controller import faults
 from maya_un.controller.monitor import Monitor
-from maya_un.controller.seek import SETTLE, brake
+from maya_un.controller.seek import SETTLE, brake, strays
 from maya_un.errors import CommandRejected, MachineError, NotConnected, Stopped
 from maya_un.events import Kind
 from maya_un.galil.driver import Driver
@@ -43,12 +44,17 @@ class Stopping:
             monitor.events.emit(Kind.STOPPED)
         return report or self._braking(record)
 
-    async def rest(self, driver: Driver, then: Callable[[], object] | None = None) -> None:
-        """Brake on the path, wait until nothing moves, and call `then`, to tell of it.
+    async def rest(
+        self,
+        driver: Driver,
+        then: Callable[[], object] | None = None,
+        rested: Callable[[], Awaitable[object]] | None = None,
+    ) -> None:
+        """Brake on the path, wait until nothing moves, await `rested`, and call `then`, to tell of it.
 
         A cancel that comes meanwhile takes effect afterwards.
         """
-        resting = self._loop.create_task(self._come_to_rest(driver))
+        resting = self._loop.create_task(self._come_to_rest(driver, rested))
         cancelled = await wait_for_end(resting)
         resting.result()
         if then is not None:
@@ -56,18 +62,30 @@ class Stopping:
         if cancelled:
             raise asyncio.CancelledError
 
-    async def _come_to_rest(self, driver: Driver) -> None:
+    def _require_on_path(self, record: DataRecord) -> None:
+        """Make the homing void where a motion that was stopped does not rest on its path."""
+        monitor = self._monitor
+        if monitor.run is None or faults.grave(record, monitor.order) is not None:
+            return
+        astray = monitor.reckoning.astray(monitor.run.places, monitor.standing())
+        if astray is not None:
+            monitor.displace(astray)
+
+    async def _come_to_rest(self, driver: Driver, rested: Callable[[], Awaitable[object]] | None) -> None:
         """Brake, look until nothing moves, and once more when all has settled; a lost link cannot be waited for."""
         if driver.lost.done():
             return
         try:
             await brake(driver)
-            await self._monitor.look()
+            await self._stop_strays(driver)
             while self._monitor.moving():
                 await asyncio.sleep(0.02)
-                await self._monitor.look()
+                await self._stop_strays(driver)
             await asyncio.sleep(SETTLE)  # the encoders follow a little later: whoever plans next begins where they are
-            await self._monitor.look()
+            self._require_on_path(await self._monitor.look())
+            self._monitor.hold(driver)
+            if rested is not None:
+                await rested()
         except (NotConnected, MachineError):
             if not driver.lost.done():
                 raise
@@ -75,10 +93,9 @@ class Stopping:
     async def _stop_strays(self, driver: Driver) -> DataRecord:
         """Stop axes that move outside the coordinated sequence, which ST S does not reach; return the record."""
         record = await self._monitor.look()
-        axes = ((axis.letter, record.axes[place]) for axis, place in self._monitor.places())
-        letters = sorted(letter for letter, axis in axes if axis.moving and not axis.coordinated)
+        letters = strays(record, self._monitor.config, self._monitor.order)
         if letters:
-            await driver.urgent(f"ST{''.join(letters)}")
+            await driver.urgent(f"ST{letters}")
         return record
 
     def _braking(self, record: DataRecord) -> StopReport:

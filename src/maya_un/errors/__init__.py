@@ -7,7 +7,7 @@ MayaError
 │   │   ProgramLost 1040
 │   ├── Unreachable 2101 · PathRefused 2102 · NotHomed 2103 · Busy 2104 · Faulted 2105
 │   │   MarkerMissing 2106 · TrajectoryRefused 2107 · NothingToRecover 2108 · GuardBlocked 2109
-│   │   ProgramRuns 2110 · CannotPause 2111 · NotPaused 2112
+│   │   ProgramRuns 2110 · CannotPause 2111 · NotPaused 2112 · PositionNotKept 2314
 │   ├── Stopped 2201 · Cancelled 2202
 │   ├── GripperNotEmpty 3001 · GripperEmpty 3002
 │   ├── InvalidValue 4001 · InvalidJob 4002 · UnknownName 4003 · NotFound 4004 · InvalidRequest 4005
@@ -28,7 +28,8 @@ MayaError
     │   ProgramDiffers 1008 · MemoryDamaged 1009 · NodeGone 1011 · OwnershipLost 1031
     ├── LimitReached 2301 · FollowingError 2302 · AbortInput 2303 · AmplifierFault 2304
     │   UnexpectedStop 2305 · MotorOff 2306 · ControllerReset 2307 · EndNotReached 2308
-    │   GuardNotRunning 2309 · HostSilent 2310
+    │   GuardNotRunning 2309 · HostSilent 2310 · PositionChanged 2311 · RegisterChanged 2312
+    │   ForeignMotion 2313 · SwitchBlocks 2315
     ├── WiringContradictsCn 2401 · HomingStalled 2402 · SwitchNotFound 2403 · StrokeDiffers 2404
     └── InternalError 5999
 
@@ -134,6 +135,7 @@ from maya_un.errors.motion import (
     EndNotReached,
     Faulted,
     FollowingError,
+    ForeignMotion,
     GuardBlocked,
     GuardNotRunning,
     HomingStalled,
@@ -145,9 +147,13 @@ from maya_un.errors.motion import (
     NotHomed,
     NotPaused,
     PathRefused,
+    PositionChanged,
+    PositionNotKept,
     ProgramRuns,
+    RegisterChanged,
     Stopped,
     StrokeDiffers,
+    SwitchBlocks,
     SwitchNotFound,
     TrajectoryRefused,
     UnexpectedStop,
@@ -178,6 +184,7 @@ __all__ = [
     "FileUnreadable",
     "FileUnwritable",
     "FollowingError",
+    "ForeignMotion",
     "GripperEmpty",
     "GripperNotEmpty",
     "GuardBlocked",
@@ -221,9 +228,12 @@ __all__ = [
     "OwnershipLost",
     "ParameterMismatch",
     "PathRefused",
+    "PositionChanged",
+    "PositionNotKept",
     "ProgramDiffers",
     "ProgramLost",
     "ProgramRuns",
+    "RegisterChanged",
     "RequestError",
     "RosMissing",
     "ServiceFailed",
@@ -237,6 +247,7 @@ __all__ = [
     "StorageTooNew",
     "StreamLagging",
     "StrokeDiffers",
+    "SwitchBlocks",
     "SwitchNotFound",
     "TakesTooLong",
     "TooFewDescriptors",

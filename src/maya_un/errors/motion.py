@@ -149,6 +149,36 @@ class HostSilent(MachineError):
     code = 2310
 
 
+class PositionChanged(MachineError):
+    """A position of the controller changed though no motion of ours changed it; the homing is void."""
+
+    code = 2311
+
+
+class RegisterChanged(MachineError):
+    """A register that safety stands on is not what this program wrote or found."""
+
+    code = 2312
+
+
+class ForeignMotion(MachineError):
+    """An axis moves though this program did not begin it; the homing is void."""
+
+    code = 2313
+
+
+class PositionNotKept(RequestError):
+    """The mark of a homing stands, but the axes are not where they were left."""
+
+    code = 2314
+
+
+class SwitchBlocks(MachineError):
+    """A limit switch keeps a motion from its beginning, though the axis is inside its stroke."""
+
+    code = 2315
+
+
 class WiringContradictsCn(MachineError):
     """A limit switch reads the opposite of what register CN says it should."""
 

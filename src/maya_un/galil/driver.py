@@ -151,6 +151,12 @@ class Driver:
         """
         return await self._submit(tuple(commands), Kind.TEXT, _all_texts) if commands else []
 
+    def begin_batch(self, commands: Sequence[str]) -> asyncio.Future[list[str]]:
+        """Write commands as `batch` does, before returning; the future is what they print and may be left alone."""
+        future = self._submit(tuple(commands), Kind.TEXT, _all_texts)
+        future.add_done_callback(_look)
+        return future
+
     async def value(self, operand: str) -> float:
         """Return the value of an operand, variable or expression (`_TPA`, `TIME`, `mayahome`).
 

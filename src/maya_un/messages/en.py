@@ -64,6 +64,17 @@ SENTENCES: dict[int, str] = {
     "was reset. Say `maya recover`.",
     2310: "The guard in the controller stopped the axes, because this program had been silent for too long. See what "
     "keeps this computer busy, then say `maya recover`.",
+    2311: "Axis {axis} is {distance} away from where Maya left it, and no motion of Maya's brought it there: another "
+    "program moved it or changed its position (DP), or somebody pushed it. The homing is void. Close that program, run "
+    "`maya recover`, then home again.",
+    2312: "Another program changed register {register} of the controller from {wanted} to {found}. Motion is safe only "
+    "with the value that Maya knows. Close that program, then run `maya recover`, which writes the value back.",
+    2313: "Another program moves axis {axis}. Maya stops it, and the homing is void. Close that program, run "
+    "`maya recover`, then home again.",
+    2314: "The homing cannot be kept: axis {axis} is {distance} away from where Maya left it. Another program moved it or "
+    "changed its position. Say `maya home`.",
+    2315: "Axis {axis} cannot begin to move: its {side} limit switch reads active, though the axis is inside its stroke. "
+    "Check the switch and its cable, then run `maya recover`.",
     2401: "The {side} limit switch of axis {axis} reads the opposite of what CN {cn} says ({reason}). Correct the "
     "wiring or `limit_active_level` in the configuration.",
     2402: "Axis {axis} stopped following during homing ({reason}). Look for an obstacle, then say `maya recover`.",

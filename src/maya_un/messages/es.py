@@ -64,6 +64,17 @@ SENTENCES: dict[int, str] = {
     "controlador se reinició. Diga `maya recover`.",
     2310: "El guardián del controlador detuvo los ejes, porque este programa estuvo callado demasiado tiempo. Vea qué ocupa a "
     "este ordenador y diga `maya recover`.",
+    2311: "El eje {axis} está a {distance} de donde Maya lo dejó y ningún movimiento de Maya lo llevó allí: otro programa "
+    "lo movió o cambió su posición (DP), o alguien lo empujó. El homing ya no vale. Cierre ese programa, diga "
+    "`maya recover` y haga homing otra vez.",
+    2312: "Otro programa cambió el registro {register} del controlador de {wanted} a {found}. El movimiento solo es seguro "
+    "con el valor que Maya conoce. Cierre ese programa y diga `maya recover`, que vuelve a escribir el valor.",
+    2313: "Otro programa mueve el eje {axis}. Maya lo detiene y el homing ya no vale. Cierre ese programa, diga "
+    "`maya recover` y haga homing otra vez.",
+    2314: "El homing no se puede conservar: el eje {axis} está a {distance} de donde Maya lo dejó. Otro programa lo movió "
+    "o cambió su posición. Diga `maya home`.",
+    2315: "El eje {axis} no puede empezar a moverse: su final de carrera {side} lee activo, aunque el eje está dentro de "
+    "su carrera. Revise el interruptor y su cable y diga `maya recover`.",
     2401: "El final de carrera {side} del eje {axis} lee lo contrario de lo que dice CN {cn} ({reason}). Corrija el "
     "cableado o `limit_active_level` en la configuración.",
     2402: "El eje {axis} dejó de seguir durante el homing ({reason}). Busque un obstáculo y diga `maya recover`.",

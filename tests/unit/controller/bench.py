@@ -10,7 +10,7 @@ from maya_un.config import Config
 from maya_un.config.load import parse
 from maya_un.controller import marker
 from maya_un.controller.controller import GalilController
-from maya_un.controller.registers import wanted
+from maya_un.controller.registers import operands, wanted
 from maya_un.events import Kind
 from maya_un.galil.driver import Driver
 from maya_un.galil.record import AxisRecord, DataRecord
@@ -154,13 +154,15 @@ def record_of(*axes: AxisRecord, amplifier_status: int = 0, outputs: int = 0) ->
 
 def box(config: Config, firmware: str = FIRMWARE, **kept: str) -> Callable[[str], bytes]:
     """Return the answers of a controller that keeps what it is told, but `kept` registers (`ERB="16384.0000"`)."""
-    values = {operand[1:]: f"{value}.0000" for operand, value in wanted(config).items()} | kept
+    values = {name[1:]: "0.0000" for group in operands() for name in group}
+    values |= {operand[1:]: f"{value:.4f}" for operand, value in wanted(config).items()} | kept
 
     def answer(command: str) -> bytes:
         if command == "\x12\x16":
             return f"{firmware}\r\n:".encode()
-        if command.startswith("MG _"):
-            return f" {values[command.removeprefix('MG _')]}\r\n:".encode()
+        if command.startswith("MG"):
+            number, *names = command.removeprefix("MG").split(",")
+            return f" {number}.0000 {' '.join(values[name[1:]] for name in names)}\r\n:".encode()
         return b":"
 
     return answer

@@ -3,6 +3,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable
 from math import inf, nan
+from typing import Literal
 
 import pytest
 
@@ -25,14 +26,16 @@ from maya_un.errors import (
     NothingToRecover,
     NotHomed,
     PathRefused,
+    PositionChanged,
     Stopped,
+    SwitchBlocks,
     TrajectoryRefused,
     UnknownName,
     Unreachable,
 )
 from maya_un.events import Kind
 from maya_un.galil.transport import Transport
-from maya_un.testing import Rig, rig
+from maya_un.testing import Rig, faults, rig
 from maya_un.values import Joints, Mode
 from tests.unit.controller.bench import FAR, HERE, commands_in, foreign, homed, kinds, now, still_moving, when_sent
 from tests.virtual_time import elapse
@@ -306,11 +309,24 @@ async def test_a_motor_that_is_off_is_named_when_a_motion_cannot_begin() -> None
 
 async def test_a_motion_that_the_controller_refuses_is_a_fault() -> None:
     async with homed() as bench:
-        await foreign(bench, "CN 1")
+        machine = bench.virtual.machine
+        handle = machine.connect()
+        assert handle is not None
+        when_sent(bench, "BGS", lambda: machine.receive(handle, b"CS S\r", machine.now))
         with pytest.raises(CommandRejected) as failure:
             await bench.controller.move(FAR)
-        assert (failure.value.details["command"], failure.value.details["tc"]) == ("BGS", 22)
+        assert (failure.value.details["command"], failure.value.details["tc"]) == ("BGS", 24)
         assert bench.controller.state.mode is Mode.FAULT
+
+
+@pytest.mark.parametrize(("axis", "side"), [("B", "reverse"), ("C", "forward")])
+async def test_move_towards_a_stuck_switch_names_the_switch(axis: str, side: Literal["forward", "reverse"]) -> None:
+    async with homed(live=True) as bench:
+        with faults.stuck_limit(bench.virtual, axis, side), pytest.raises(SwitchBlocks) as failure:
+            await bench.controller.move(FAR)
+        assert failure.value.details == {"axis": axis.lower(), "side": side}
+        await bench.controller.recover()
+        await bench.controller.move(FAR)
 
 
 async def test_a_motion_that_somebody_slows_down_does_not_end_in_time() -> None:
@@ -328,9 +344,10 @@ async def test_a_place_that_is_not_the_commanded_one_is_a_fault() -> None:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(bench.controller.preview([HERE, FAR]).duration - SETTLE / 2)
         await foreign(bench, f"DPB={round(FAR.b * 1e6) + 3}")
-        with pytest.raises(EndNotReached) as failure:
+        with pytest.raises(PositionChanged) as failure:
             await move
-        assert failure.value.details["axis"] == "b"
+        assert failure.value.details == {"axis": "b", "distance": "0.00 mm"}
+        assert not bench.controller.state.homed
 
 
 async def test_after_a_limit_only_homing_helps() -> None:

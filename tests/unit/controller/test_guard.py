@@ -25,7 +25,7 @@ from maya_un.errors import (
 )
 from maya_un.galil.driver import Driver
 from maya_un.galil.transport import Transport
-from maya_un.testing import Rig, rig
+from maya_un.testing import Rig, faults, rig
 from maya_un.values import Mode
 from tests.unit.controller.bench import BEAT, FAR, HERE, commands_in, far_away, foreign, homed, now, when_sent
 from tests.virtual_time import elapse
@@ -161,8 +161,7 @@ async def test_a_limit_is_told_by_the_controller_itself() -> None:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(5.0)
         met = now()
-        await foreign(bench, "CN 1")
-        with pytest.raises(LimitReached):
+        with faults.stuck_limit(bench.virtual, "C"), pytest.raises(LimitReached):
             await move
         assert now() - met < 1.5  # braking included; the record would have come after 100 s
 

@@ -14,6 +14,7 @@ from maya_un.errors import (
     MachineError,
     MotorOff,
     NotHomed,
+    RegisterChanged,
 )
 from maya_un.testing import Rig, rig
 from maya_un.values import Mode
@@ -93,11 +94,30 @@ async def test_stop_codes_of_an_earlier_fault_do_not_end_the_next_move() -> None
             await bench.controller.move(HERE._replace(a=HERE.a + 0.001 * (wait % 2)))
 
 
-async def test_a_following_error_is_told_by_its_axis() -> None:
+async def test_motor_without_torque_in_motion_is_a_fault() -> None:
     async with homed(live=True) as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(8.0)
+        await foreign(bench, "TLC=0")  # the line stays where it is
+        with pytest.raises((FollowingError, RegisterChanged)):
+            await move
+
+
+async def test_a_following_error_is_told_by_its_axis() -> None:
+    async with homed() as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)
         await foreign(bench, "ERC=5")
         with pytest.raises(FollowingError) as failure:
             await move
         assert failure.value.details == {"axis": "c"}
+
+
+async def test_following_error_by_a_foreign_error_limit_names_the_register() -> None:
+    async with homed(live=True) as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(8.0)
+        await foreign(bench, "ERC=5")
+        with pytest.raises(RegisterChanged) as failure:
+            await move
+        assert failure.value.details == {"register": "ERC", "found": "5", "wanted": "8000"}

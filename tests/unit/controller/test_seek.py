@@ -95,7 +95,7 @@ async def test_a_move_is_sent_whole_before_it_begins(
     async with conversation(lambda command: still if command == "QR" else answers(command)) as (driver, peer):
         seeker = Seeker(driver, config, Units.of(config), Wish("home").wait, now, unguarded)
         await seeker.go(deltas, 0.03)
-    setup = [command for command in peer.commands if command[:2] not in {"QR", "VS", "VA", "VD"}]
+    setup = [command for command in peer.commands if command[:2] not in {"QR", "VS", "VA", "VD", "TL"}]
     assert setup == ["CA S", "CS S", "VR 1", lines[0], lines[1], "LE", "BGS", *[""] * (setup.count(""))]
     assert peer.commands.index("BGS") > peer.commands.index("LE")
 

@@ -197,7 +197,7 @@ async def test_two_stops_are_one() -> None:
 @pytest.mark.parametrize("stop", ["ST S", "ABC"])
 async def test_a_stop_reaches_what_somebody_else_began(stop: str) -> None:
     async with homed() as bench:
-        begin = ["PRA=-9000", "BGA"] if stop == "ABC" else ["CS S", "LM BC", "LI ,90000,-90000", "LE", "BGS"]
+        begin = ["PRA=-9000", "BGA"] if stop == "ABC" else ["TL ,9,9", "CS S", "LM BC", "LI ,90000,-90000", "LE", "BGS"]
         await foreign(bench, "VS 20000", "VA 20480", "VD 71680", *begin)
         await elapse(3.0)
         report = await bench.controller.stop()
