@@ -56,6 +56,7 @@ class Execution:
         # Between this look at wish and pace and the bytes of BGS nothing can come in: no await stands there.
         wish.check()
         if monitor.pace.ratio != ratio:
+            monitor.hold(driver)
             return False
         run = self._run(move, ratio, on_via)
         monitor.run = run

@@ -74,6 +74,9 @@ class Lookout:
             self._looking.cancel()
             await asyncio.gather(self._looking, return_exceptions=True)
             self._looking = None
+        if link.up and self._live and self._monitor.registers.known and not self._monitor.moving():
+            with suppress(MayaError):  # whoever comes next gets motors that can lift, and no more than that
+                await link.driver.batch(self._monitor.registers.torque(self._monitor.torque.most))
         if self._guard is not None:
             with suppress(MayaError):
                 await self._guard.close(link.driver if link.up else None)
@@ -245,9 +248,10 @@ class Lookout:
             await self._tell(driver, monitor.displaced)
             return
         if monitor.homed and not marker.plausible(monitor.config, monitor.here()):
-            monitor.homed = False
-            monitor.end(ControllerReset())
-            return
+            if not await marker.remembered(monitor.link.driver) and monitor.fault is None:
+                monitor.homed = False
+                monitor.end(ControllerReset())
+                return
         if wish is not None and monitor.under_way:
             found = self._met(record)
             if found is not None:

@@ -9,7 +9,7 @@ from maya_un.config import AxisConfig, Config, Units
 from maya_un.controller import faults, marker
 from maya_un.controller.latest import Latest
 from maya_un.controller.link import Dial, Link
-from maya_un.controller.reckoning import Reckoning
+from maya_un.controller.reckoning import SETTLED, Reckoning
 from maya_un.controller.registers import Registers
 from maya_un.controller.run import Pace, Run
 from maya_un.controller.snapshot import Lens, Standing
@@ -148,7 +148,7 @@ class Monitor:
         commands = self.registers.torque(self.torque.rest)
         if self.live and self.homed:
             commands += marker.resting(self.standing())
-        if commands:
+        if commands and not driver.lost.done():
             self.registers.sent(commands)
             sent = driver.begin_batch(commands)
             sent.add_done_callback(lambda done: self._held(done, driver))
@@ -188,9 +188,10 @@ class Monitor:
             yield self.config.axes[i], place
 
     async def power(self, driver: Driver) -> None:
-        """Switch on the motors that are off, each where it stands (SH moves nothing)."""
+        """Switch on the motors that are off, and take every reference to where its axis stands (SH moves nothing)."""
         record = await self.look()
-        off = [axis.letter for axis, place in self.places() if record.axes[place].motor_off]
+        places = [(axis.letter, record.axes[place]) for axis, place in self.places()]
+        off = [name for name, axis in places if axis.motor_off or abs(axis.position - axis.reference) > SETTLED]
         if off:
             await driver.send(f"SH{''.join(sorted(off))}")
         self.powered = True
