@@ -247,11 +247,12 @@ class Lookout:
                 driver.urgent("ST S")
             await self._tell(driver, monitor.displaced)
             return
-        if monitor.homed and not marker.plausible(monitor.config, monitor.here()):
-            if not await marker.remembered(monitor.link.driver) and monitor.fault is None:
+        strange = monitor.homed and not marker.plausible(monitor.config, monitor.here())
+        if strange and not await marker.remembered(monitor.link.driver):
+            if monitor.fault is None:
                 monitor.homed = False
                 monitor.end(ControllerReset())
-                return
+            return
         if wish is not None and monitor.under_way:
             found = self._met(record)
             if found is not None:
