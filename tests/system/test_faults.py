@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
+from math import inf
 
 import pytest
 
@@ -57,24 +58,26 @@ async def break_amplifier(bench: Rig) -> None:
     bench.virtual.amplifier_fault(1 << 24)
 
 
-async def tighten_error_limit(bench: Rig) -> None:
-    await foreign(bench, "ERB=5")
+async def block_a_line(bench: Rig) -> None:
+    bench.mechanics.limit_torque(1, 0.01)
 
 
 async def fake_a_limit(bench: Rig) -> None:
-    await foreign(bench, "CN 1")
+    bench.virtual.faults.inject("stuck_limit", {"axis": "C", "side": "forward"}, seconds=inf)
 
 
 async def heal(bench: Rig) -> None:
     bench.virtual.abort_input(False)
     bench.virtual.amplifier_fault(0)
+    for fault in bench.virtual.faults.active:
+        bench.virtual.faults.end(fault)
 
 
 Cause = Callable[[Rig], Awaitable[None]]
 FAULTS = [
     (press_abort, AbortInput, Kind.ESTOP),
     (break_amplifier, AmplifierFault, Kind.FAULT),
-    (tighten_error_limit, FollowingError, Kind.FAULT),
+    (block_a_line, FollowingError, Kind.FAULT),
     (fake_a_limit, LimitReached, Kind.LIMIT),
 ]
 

@@ -74,14 +74,21 @@ class Lookout:
             self._looking.cancel()
             await asyncio.gather(self._looking, return_exceptions=True)
             self._looking = None
-        if link.up and self._live and self._monitor.registers.known and not self._monitor.moving():
-            with suppress(MayaError):  # whoever comes next gets motors that can lift, and no more than that
-                await link.driver.batch(self._monitor.registers.torque(self._monitor.torque.most))
         if self._guard is not None:
+            with suppress(MayaError):
+                await self._leave_torque(self._guard)
             with suppress(MayaError):
                 await self._guard.close(link.driver if link.up else None)
         for task in self._tasks:
             task.cancel()
+
+    async def _leave_torque(self, guard: Guard) -> None:
+        """Leave motors to the next program that can lift what any path needs, and no more."""
+        monitor = self._monitor
+        if monitor.link.up and monitor.registers.known and not monitor.moving():
+            driver = monitor.link.driver
+            if await guard.owner.holds(driver):
+                await driver.batch(monitor.registers.torque(monitor.torque.most))
 
     async def claim(self, driver: Driver, *, take_over: bool = False) -> None:
         """Make the controller ours; raises `ControllerOwned`, `ControllerMoves`. The twin of a dry run is anyway."""
@@ -266,6 +273,7 @@ class Lookout:
         """Return what befell the motion under way, None where all is well; a homing looks for limits itself."""
         monitor, run = self._monitor, self._monitor.run
         found = None if run is None else faults.grave(record, monitor.order, run.members)
+        found = found or monitor.motor_off()
         if found is not None:
             return found
         strange: MachineError | None = faults.foreign(record, monitor.order)

@@ -23,7 +23,8 @@ from maya_un.galil.numbers import parse_number
 _SAMPLE = 1000
 """TM [us, nominal]: speeds, and the guard's time, are meant at this one."""
 
-_FORMAT = "VF 10.4"
+_PRINTED = 10.4
+_FORMAT = f"VF {_PRINTED}"
 """How numbers are printed: a narrower format, left by somebody else, would cut what is read back."""
 
 _SAME = 5e-4
@@ -205,15 +206,17 @@ class Registers:
     async def require(self, driver: Driver, asked: Asked) -> None:
         """Raise `RegisterChanged` where somebody changed a register; raises as `Driver.batch`, and `UnexpectedReply`.
 
-        One strange answer is no proof: the link may be bad, or somebody changed how numbers are printed (VF).
+        An answer without sense is no proof, and neither is one where somebody changed how numbers are printed (VF): then
+        all are asked again.
         """
         try:
-            if await _difference(asked) is None:
-                return
+            changed = await _difference(asked)
+            doubtful = changed is not None and await driver.value("_VF") != _PRINTED
         except UnexpectedReply:
-            pass
-        await driver.send(_FORMAT)
-        changed = await _difference(self._ask(driver, asked.lines))
+            changed, doubtful = None, True
+        if doubtful:
+            await driver.send(_FORMAT)
+            changed = await _difference(self._ask(driver, asked.lines))
         if changed is not None:
             raise changed
 

@@ -16,6 +16,9 @@ from maya_un.galil.driver import Driver
 from maya_un.galil.record import DataRecord
 from maya_un.values import StopReport
 
+PATIENCE = 30.0
+"""A controller that refuses commands is asked again for so long [s] whether its axes rest."""
+
 
 class Stopping:
     """Ends what moves on the controller that `monitor` keeps."""
@@ -77,18 +80,41 @@ class Stopping:
             return
         try:
             await brake(driver)
-            await self._stop_strays(driver)
-            while self._monitor.moving():
-                await asyncio.sleep(0.02)
-                await self._stop_strays(driver)
+            latest = self._loop.time() + PATIENCE
+            await self._until_rest(driver, latest)
             await asyncio.sleep(SETTLE)  # the encoders follow a little later: whoever plans next begins where they are
-            self._require_on_path(await self._monitor.look())
+            self._require_on_path(await self._until_rest(driver, latest))
             self._monitor.hold(driver)
             if rested is not None:
                 await rested()
         except (NotConnected, MachineError):
             if not driver.lost.done():
                 raise
+
+    async def _until_rest(self, driver: Driver, latest: float) -> DataRecord:
+        """Return the first record that shows all axes at rest; raises as `_resting`."""
+        while True:
+            record = await self._resting(driver, latest)
+            if record is not None:
+                return record
+            await asyncio.sleep(0.02)
+
+    async def _resting(self, driver: Driver, latest: float) -> DataRecord | None:
+        """Return the record once nothing moves, None while something does; brake what a refused stop left moving.
+
+        Raises `CommandRejected` where the controller still refuses to answer at loop time `latest` [s].
+        """
+        try:
+            record = await self._stop_strays(driver)
+        except CommandRejected:
+            if self._loop.time() < latest:
+                return None
+            raise
+        if not self._monitor.moving():
+            return record
+        if record.s.moving and not record.s.stopping:
+            await brake(driver)
+        return None
 
     async def _stop_strays(self, driver: Driver) -> DataRecord:
         """Stop axes that move outside the coordinated sequence, which ST S does not reach; return the record."""

@@ -86,4 +86,4 @@ class Torque:
 
 def commands(limits: Volts) -> list[str]:
     """Return the commands that set torque limits."""
-    return [f"TL{letter}={volts:.4f}" for letter, volts in limits.items()]
+    return [f"TL{letter}={volts + 1e-5:.5f}" for letter, volts in limits.items()]  # rounded up: the controller cuts
