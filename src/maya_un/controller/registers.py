@@ -206,8 +206,8 @@ class Registers:
     async def require(self, driver: Driver, asked: Asked) -> None:
         """Raise `RegisterChanged` where somebody changed a register; raises as `Driver.batch`, and `UnexpectedReply`.
 
-        An answer without sense is no proof, and neither is one where somebody changed how numbers are printed (VF): then
-        all are asked again.
+        An answer without sense is no proof, and neither is one after somebody changed how numbers are printed (VF):
+        then all are asked again.
         """
         try:
             changed = await _difference(asked)
@@ -262,6 +262,8 @@ async def _one_by_one(driver: Driver, names: Sequence[str]) -> dict[str, float]:
 
 
 def _command(operand: str, value: float) -> str:
+    if operand.startswith("_TL"):
+        return torque.commands({operand[3:]: value})[0]
     number = f"{value:.4f}".rstrip("0").rstrip(".")
     if operand[1:3] in _ODD:
         return f"CN {',' * int(operand[3:])}{number}" if operand.startswith("_CN") else f"TM {number}"
