@@ -169,7 +169,7 @@ class Watch:
 
     def _hear_point(self, message: Message) -> None:
         point = Point(message["x"], message["y"], message["z"])
-        if all(map(isfinite, point)):
+        if point != self._point and all(map(isfinite, point)):  # at rest it is told fifty times a second, unchanged
             self._point = point
             self.renew()
 

@@ -278,3 +278,21 @@ async def test_one_that_tells_nothing_is_not_waited_for_for_ever() -> None:
         began = asyncio.get_running_loop().time()
         await teller.watch.settled()
         assert asyncio.get_running_loop().time() - began == pytest.approx(SETTLES)
+
+
+async def test_a_position_that_is_told_again_unchanged_makes_no_new_state() -> None:
+    """At rest it is told fifty times a second."""
+    async with watched() as teller:
+        await teller.says("idle", IDLE)
+        teller.places(Point(0.1, 0.2, 0.3))
+        await turn()
+        await turn()
+        before = teller.watch.state
+        teller.places(Point(0.1, 0.2, 0.3))
+        await turn()
+        await turn()
+        assert teller.watch.state is before
+        teller.places(Point(0.1, 0.2, 0.4))
+        await turn()
+        await turn()
+        assert teller.watch.state is not before
