@@ -13,7 +13,7 @@ from maya_un.events import Event, Kind
 from maya_un.process.job import Job
 from maya_un.process.journal import tables
 from maya_un.process.journal.memory import MemoryJournal
-from maya_un.process.journal.rows import JobRow, Options, Owner, QueueRow, StepRow
+from maya_un.process.journal.rows import JobRow, Options, Owner, StepRow
 from maya_un.process.lease import Lease
 from maya_un.process.process import Process
 from maya_un.process.states import TRANSITIONS, TaskState
@@ -54,7 +54,7 @@ class FrailJournal(MemoryJournal):
         await self._frail()
         await super().add(*jobs)
 
-    async def save(self, *changes: JobRow | QueueRow | tuple[int, StepRow]) -> None:
+    async def save(self, *changes: tables.Change) -> None:
         """Keep newer versions."""
         await self._frail()
         await super().save(*changes)

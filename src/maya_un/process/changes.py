@@ -9,7 +9,7 @@ from typing import Any
 from maya_un.errors import DependencyFailed
 from maya_un.events import EventLog, Kind
 from maya_un.process.items import Item, Items
-from maya_un.process.journal.rows import JobRow, StepRow
+from maya_un.process.journal.rows import Cleared, JobRow, StepRow
 from maya_un.process.ledger import Entry
 from maya_un.process.report import StepRecord
 from maya_un.process.states import TaskState, advance
@@ -55,6 +55,24 @@ class Changes:
                 item.finish()
 
         return Entry((row,), make, tell, sure)
+
+    def cleared(self, row: Cleared) -> Entry:
+        """Return the end of many jobs that only wait; `tell_cleared` tells it, except of those looked at meanwhile."""
+        seen: list[Item] = []
+
+        def make() -> None:
+            seen.extend(self._items.cleared(row))
+
+        def tell() -> None:
+            for item in seen:
+                item.finish()
+
+        return Entry((row,), make, tell)
+
+    def tell_cleared(self, row: Cleared, jobs: Sequence[tuple[int, str, str]]) -> None:
+        """Announce the end of jobs, given by number, name and owner."""
+        for number, name, owner in jobs:
+            self._events.emit(Kind.JOB, row.code, job=number, name=name, state=row.state.value, owner=owner)
 
     def step(self, item: Item, record: StepRecord, row: StepRow, *, sure: bool = True, quiet: bool = False) -> Entry:
         """Return the change of a step to `row`; a `quiet` one is no event."""

@@ -9,7 +9,7 @@ from maya_un.errors import InvalidJob, InvalidRequest, InvalidValue, MayaError, 
 from maya_un.process.changes import Changes
 from maya_un.process.foresight import Foresight
 from maya_un.process.items import Item, Items
-from maya_un.process.journal.rows import JobRow, Options
+from maya_un.process.journal.rows import Cleared, JobRow, Options
 from maya_un.process.ledger import Entry, Ledger
 from maya_un.process.options import read_options
 from maya_un.process.report import JobRecord
@@ -120,7 +120,9 @@ class Editing:
         """
 
         def propose() -> list[Entry]:
-            rows = ((item, item.row) for item in self._items if item.row.owner.name == owner and not item.begun)
+            parked = [self._items.get(number) for number in self._ledger.journal.waiting_of(owner)]
+            items = {*self._items, *parked}
+            rows = ((item, item.row) for item in items if item.row.owner.name == owner and not item.begun)
             return [
                 self._changes.row(item, replace(row, state=TaskState.HELD, proposal=True, approved_by=""))
                 for item, row in rows
@@ -141,8 +143,34 @@ class Editing:
 
         await self._ledger.write(propose)
 
-    async def clear(self, error: MayaError) -> None:
-        """End all that wait, held ones too, some at a time so that others get their turn; raises `StorageFailed`."""
+    async def clear(self, error: MayaError) -> Cleared | None:
+        """End all that wait, held ones too; return what remains to be told. Raises `StorageFailed`.
+
+        Those that only wait end by one change. Others end some at a time, so that everybody gets his turn.
+        """
+        cleared: Cleared | None = None
+
+        def at_once() -> list[Entry]:
+            nonlocal cleared
+            numbers = tuple(number for number in self._items.parked if not self._items.needed(number))
+            if not numbers:
+                return []
+            notice = Notice(error.code, str(error))
+            cleared = Cleared(numbers, TaskState.CANCELLED, notice.code, notice.message, self._submitting.date())
+            return [self._changes.cleared(cleared)]
+
+        await self._ledger.write(at_once)
+        await self._clear_rest(error)
+        return cleared
+
+    async def tell_cleared(self, row: Cleared) -> None:
+        """Tell the end of every job that `row` has ended, some at a time, so that others get their turn."""
+        numbers = sorted(row.numbers)
+        for begin in range(0, len(numbers), _AT_A_TIME):
+            some = await self._ledger.journal.names_of(numbers[begin : begin + _AT_A_TIME])
+            self._changes.tell_cleared(row, some)
+
+    async def _clear_rest(self, error: MayaError) -> None:
         numbers = list(self._items.order)
         for begin in range(0, len(numbers), _AT_A_TIME):
             some = numbers[begin : begin + _AT_A_TIME]

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from weakref import WeakValueDictionary
 
 from maya_un.errors import MayaError, NotFound
-from maya_un.process.journal.rows import JobRow
+from maya_un.process.journal.protocol import Journal
+from maya_un.process.journal.rows import Cleared, JobRow, Waiting
 from maya_un.process.order import MayBegin, Order, Place
 from maya_un.process.report import JobRecord
 from maya_un.process.states import TaskState
+
+AT_HAND = 100
+"""Of jobs that only wait, those behind the first so many are left in the journal."""
 
 REMEMBERED = 200
 """Jobs that have ended and are still known with all they left; the journal has the others."""
@@ -20,7 +25,7 @@ _LINED_UP = {TaskState.QUEUED, TaskState.HELD}
 _GOING_ON = {TaskState.QUEUED, TaskState.PAUSED}
 
 
-@dataclass(slots=True, eq=False)
+@dataclass(slots=True, eq=False, weakref_slot=True)
 class Item:
     """A job in the queue: what is kept of it, and what only this run knows.
 
@@ -75,10 +80,14 @@ class Item:
 class Items:
     """All jobs that have not ended, the order of those that wait, and the last that have ended.
 
+    Of a job that only waits, far behind, no more than the place is in memory; the `journal` has the rest.
     `on_change` is called after every change.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, journal: Journal) -> None:
+        self._journal = journal
+        self._parked: set[int] = set()
+        self._looked_at: WeakValueDictionary[int, Item] = WeakValueDictionary()
         self._alive: dict[int, Item] = {}
         self._ended: dict[int, Item] = {}
         self._order = Order()
@@ -90,8 +99,74 @@ class Items:
         self.on_change: Callable[[], None] = lambda: None
 
     def __iter__(self) -> Iterator[Item]:
+        """Yield what is in memory: all that has begun or waits for others, and what was looked at or ended lately."""
         yield from self._ended.values()
         yield from self._alive.values()
+        yield from (item for number, item in tuple(self._looked_at.items()) if number in self._parked)
+
+    @property
+    def parked(self) -> Collection[int]:
+        """The numbers of jobs that only wait, of which no more than the place is in memory."""
+        return self._parked
+
+    def take_up(self, waiting: Sequence[Waiting]) -> None:
+        """Take up jobs that only wait, in the queue's order, before any other."""
+        self._order.fill((Place.of(one.priority, one.position, one.id), one.owner, one.queued) for one in waiting)
+        self._parked.update(one.id for one in waiting)
+        queued = sum(one.queued for one in waiting)
+        self._counts[TaskState.QUEUED] += queued
+        self._counts[TaskState.HELD] += len(waiting) - queued
+        if waiting:
+            self.on_change()
+
+    def park(self, item: Item) -> None:
+        """Forget all but the place of a job that only waits far behind, and whose end nobody waits for."""
+        plain = not (item.waits_for or item.direct or item.begun or item.record or item.ended)
+        place = self._order.place_of(item.number)
+        if plain and place is not None and place > AT_HAND and self._alive.get(item.number) is item:
+            del self._alive[item.number]
+            self._parked.add(item.number)
+            self._looked_at[item.number] = item
+
+    def cleared(self, row: Cleared) -> list[Item]:
+        """End many jobs that only wait at once; return those that have been looked at meanwhile."""
+        gone = self._parked.intersection(row.numbers)
+        queued = sum(self._order.is_ready(number) for number in gone)
+        self._counts[TaskState.QUEUED] -= queued
+        self._counts[TaskState.HELD] -= len(gone) - queued
+        self._parked -= gone
+        self._order.drop_all(gone)
+        changed = [self._alive[number] for number in row.numbers if number not in gone and number in self._alive]
+        seen = [item for number, item in tuple(self._looked_at.items()) if number in gone]
+        for item in changed:
+            self.replace(item, _ended_by(row, item.row))
+        for item in seen:
+            item.row = _ended_by(row, item.row)
+        self.on_change()
+        return [*changed, *seen]
+
+    def needed(self, number: int) -> bool:
+        """Tell whether another job waits for a job."""
+        return bool(self._dependents.get(number))
+
+    def _item(self, number: int) -> Item | None:
+        """Return a job that has not ended; one of which only the place is in memory is read.
+
+        It is the same object for all who hold it, and forgotten with the last of them unless it is changed.
+        """
+        item = self._alive.get(number)
+        if item is None and number in self._parked:
+            item = self._looked_at.get(number)
+            row = None if item is not None else self._journal.waiting_job(number)
+            if row is not None:
+                item = self._looked_at[number] = Item(row)
+        return item
+
+    def _hold(self, item: Item) -> None:
+        """Have all of a job in memory from now on, because it is at hand, or changes."""
+        if item.number in self._parked:
+            self._parked.discard(item.number)
+            self._alive[item.number] = item
 
     @property
     def order(self) -> Order:
@@ -116,7 +191,7 @@ class Items:
     @property
     def all_ended(self) -> bool:
         """Whether nothing is left, held jobs included."""
-        return not self._alive
+        return not self._alive and not self._parked
 
     def get(self, number: int) -> Item:
         """Return a job that has not ended, or has ended lately; raises `NotFound`."""
@@ -127,17 +202,17 @@ class Items:
 
     def find(self, number: int) -> Item | None:
         """Return a job that has not ended, or has ended lately, None where it is not known."""
-        return self._alive.get(number) or self._ended.get(number)
+        return self._item(number) or self._ended.get(number)
 
     def alive(self, number: int) -> bool:
         """Tell whether a job has not ended."""
-        return number in self._alive
+        return number in self._alive or number in self._parked
 
     def waiting(self, count: int) -> list[Item]:
         """Return the first that wait, held ones among them, in the order of the queue."""
         going_on = [self._alive[number] for number in (*self._interrupted, *self._under_way)]
         left = max(0, count - len(going_on))
-        return [*going_on, *(self._alive[number] for number in self._order.first(left))][:count]
+        return [*going_on, *(self._known(number) for number in self._order.first(left))][:count]
 
     def going_on(self) -> Item | None:
         """Return the job that has begun and is to go on before any other begins."""
@@ -146,7 +221,14 @@ class Items:
     def next(self, may_begin: MayBegin) -> Item | None:
         """Return the job whose turn it is."""
         number = self._order.next(may_begin)
-        return None if number is None else self._alive[number]
+        return None if number is None else self._known(number)
+
+    def _known(self, number: int) -> Item:
+        """Return a job of those at hand."""
+        item = self._item(number)
+        assert item is not None
+        self._hold(item)
+        return item
 
     def next_direct(self, may_begin: MayBegin) -> Item | None:
         """Return the first wish for now."""
@@ -163,6 +245,7 @@ class Items:
 
     def replace(self, item: Item, row: JobRow) -> None:
         """Put a newer version of a job in the place of the one that there is."""
+        self._hold(item)
         self._counts[item.row.state] -= 1
         self._counts[row.state] += 1
         item.row = row
@@ -172,6 +255,7 @@ class Items:
 
     def depend(self, item: Item, numbers: frozenset[int]) -> None:
         """Have a job wait for others."""
+        self._hold(item)
         for number in item.waits_for:
             self._dependents[number].discard(item.number)
         item.waits_for = numbers
@@ -213,6 +297,10 @@ class Items:
         self._ended[item.number] = item
         while len(self._ended) > REMEMBERED:
             del self._ended[next(iter(self._ended))]
+
+
+def _ended_by(end: Cleared, row: JobRow) -> JobRow:
+    return replace(row, state=end.state, code=end.code, message=end.message, ended=end.ended)
 
 
 def _keep(numbers: list[int], number: int, *, among: bool) -> None:

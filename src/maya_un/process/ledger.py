@@ -14,13 +14,13 @@ from typing import NamedTuple
 from maya_un.errors import StorageFailed
 from maya_un.events import EventLog, Kind
 from maya_un.process.journal.protocol import Journal
-from maya_un.process.journal.rows import JobRow, QueueRow, StepRow
+from maya_un.process.journal.rows import Cleared, JobRow, QueueRow, StepRow
 
 RETRY = 2.0
 """What could not be written is tried again after so long [s]."""
 
-Change = JobRow | QueueRow | tuple[int, StepRow]
-"""What the journal saves: a job, the queue's mode, a step of a job."""
+Change = JobRow | QueueRow | Cleared | tuple[int, StepRow]
+"""What the journal saves: a job, the queue's mode, a step of a job, the end of many jobs."""
 
 
 def _nothing() -> None:

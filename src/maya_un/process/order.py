@@ -7,7 +7,7 @@ is ever next: what is held, or waits for another job, keeps its place and lets t
 from __future__ import annotations
 
 from bisect import bisect_left, insort
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterable, Iterator
 from itertools import islice
 from typing import NamedTuple
 
@@ -75,6 +75,28 @@ class Order:
         if ready:
             self._owners[place.number] = owner
             insort(self._ready.setdefault(owner, []), place)
+
+    def fill(self, places: Iterable[tuple[Place, str, bool]]) -> None:
+        """Put many jobs into an empty order: places in the queue's order, owners, and whether they are ready."""
+        for place, owner, ready in places:
+            self._places[place.number] = place
+            self._line.append(place)
+            self._last = max(self._last, place.position)
+            if ready:
+                self._owners[place.number] = owner
+                self._ready.setdefault(owner, []).append(place)
+
+    def is_ready(self, number: int) -> bool:
+        """Tell whether a job may be next."""
+        return number in self._owners
+
+    def drop_all(self, numbers: Container[int]) -> None:
+        """Take many jobs out at once."""
+        self._line = [place for place in self._line if place.number not in numbers]
+        self._places = {place.number: place for place in self._line}
+        self._owners = {number: owner for number, owner in self._owners.items() if number not in numbers}
+        kept = {owner: [one for one in places if one.number not in numbers] for owner, places in self._ready.items()}
+        self._ready = {owner: places for owner, places in kept.items() if places}
 
     def drop(self, number: int) -> None:
         """Take a job out, where it is in."""

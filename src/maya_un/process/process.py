@@ -84,7 +84,7 @@ class Process:
         self._durable = journal is not None
         self.journal: Journal = MemoryJournal() if journal is None else journal
         dates = _loop_time if dates is None else dates
-        self._items = items = Items()
+        self._items = items = Items(self.journal)
         self._ledger = ledger = Ledger(self.journal, controller.events)
         self._pausing = pausing = Pausing(ledger, controller.events, dates)
         self._whole = Whole()
@@ -99,9 +99,9 @@ class Process:
 
     async def open(self) -> None:
         """Take up what the journal knows was not finished; nothing begins by itself. Raises `StorageFailed`."""
-        known = await self.journal.unfinished()
+        known, waiting = await self.journal.left()
         self._submitting.next_id = known.next_id
-        await self._recovering.take_up(known)
+        await self._recovering.take_up(known, waiting)
 
     @property
     def running(self) -> int | None:
@@ -171,7 +171,7 @@ class Process:
 
     async def clear(self) -> None:
         """Cancel all that wait; raises `StorageFailed`."""
-        await self._whole.do(self._editing.clear(Cancelled()))
+        await self._whole.do(self._clear())
         await self.turns.lift()
 
     def end_running(self) -> None:
@@ -251,7 +251,7 @@ class Process:
         """
         self.turns.shut()
         if not self._durable:
-            await self._whole.do(self._editing.clear(Cancelled()))
+            await self._whole.do(self._clear())
         await self.turns.close(interrupt=self._durable, finish=finish)
         if not self._durable:
             for item in [item for item in self._items if not item.row.state.ended]:
@@ -277,6 +277,12 @@ class Process:
             self.turns.pause_by_itself("stop")
         self.turns.wake()
         return number
+
+    async def _clear(self) -> None:
+        """Cancel all that wait; of those that only wait, it is told afterwards, some at a time."""
+        cleared = await self._editing.clear(Cancelled())
+        if cleared is not None:
+            self._whole.begin(self._editing.tell_cleared(cleared))
 
     async def _cancel_waiting(self, item: Item) -> None:
         await self._editing.cancel(item.number, Cancelled(), unless=lambda: item is self.turns.running)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from maya_un.errors import Cancelled, MayaError, NotFound
 from maya_un.process.changes import Changes
 from maya_un.process.editing import Editing
 from maya_un.process.items import Item, Items
-from maya_un.process.journal.rows import JobRow, QueueRow, StepRow, Unfinished
+from maya_un.process.journal.rows import JobRow, QueueRow, StepRow, Unfinished, Waiting
 from maya_un.process.ledger import Entry
 from maya_un.process.pausing import BY_ITSELF
 from maya_un.process.recovery import Decision, Situation, choices, decide
@@ -33,12 +34,13 @@ class Recovering:
         self._changes = changes
         self._editing = editing
 
-    async def take_up(self, known: Unfinished) -> None:
-        """Put everything in that was not finished: what was under way is interrupted, and nothing begins by itself.
+    async def take_up(self, known: Unfinished, waiting: Sequence[Waiting] = ()) -> None:
+        """Put everything in that was not finished; `waiting` are the jobs that only wait.
 
-        Raises `StorageFailed`.
+        What was under way is interrupted, and nothing begins by itself. Raises `StorageFailed`.
         """
-        numbers = {row.id for row in known.jobs}
+        self._items.take_up(waiting)
+        numbers = {*(row.id for row in known.jobs), *(one.id for one in waiting)}
         for row in known.jobs:
             steps = known.steps.get(row.id, ())
             waits_for = frozenset(one for one in row.options.depends_on if one in numbers)

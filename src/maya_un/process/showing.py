@@ -71,7 +71,8 @@ class Showing:
 
     def lines(self) -> list[JobLine]:
         """Return a line for every job that has not ended, or ended lately, in the order they came."""
-        return [self._line(item) for item in sorted(self._items, key=lambda item: item.number)]
+        parked = [self._items.get(number) for number in tuple(self._items.parked)]
+        return [self._line(item) for item in sorted({*self._items, *parked}, key=lambda item: item.number)]
 
     def line_of(self, row: JobRow) -> JobLine:
         """Return the line of a kept job, as it is now where more is known than was kept."""

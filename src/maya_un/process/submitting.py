@@ -121,6 +121,7 @@ class Submitting:
         self._items.add(item)
         self._changes.tell(row)
         await self.hold_where_failed(item)
+        self._items.park(item)
         return row.id
 
     async def _write(self, row: JobRow, steps: list[StepRow]) -> None:

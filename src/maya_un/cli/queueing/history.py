@@ -57,7 +57,9 @@ def _found(client: Client, wanted: Wanted) -> list[dict[str, Any]]:
 
 def _query(wanted: Wanted, below: int | None, limit: int) -> str:
     asked = {"owner": wanted.owner, "text": wanted.text, "below": below, "limit": limit, "state": list(wanted.states)}
-    return urlencode({key: value for key, value in asked.items() if value not in (None, [])}, doseq=True)
+    return urlencode(
+        {key: value for key, value in asked.items() if value not in (None, [])}, doseq=True, errors="surrogatepass"
+    )
 
 
 def _csv(jobs: Sequence[Mapping[str, Any]]) -> str:

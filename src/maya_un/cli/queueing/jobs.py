@@ -63,7 +63,7 @@ def submit(file: str, options: Options, settings: Settings, *, wait: bool) -> in
     client = Client.find()
     since = client.get("/v1/status")["last_event"]
     body = job.model_dump(mode="json", exclude_none=True, warnings=False)
-    query = urlencode({key: _plain(value) for key, value in options.said().items()}, doseq=True)
+    query = urlencode({key: _plain(value) for key, value in options.said().items()}, doseq=True, errors="surrogatepass")
     with called(_OPTIONS):
         accepted = client.post(f"/v1/jobs?{query}" if query else "/v1/jobs", body)
     if not wait:
@@ -130,7 +130,9 @@ def release(job: int, version: str | None, settings: Settings) -> int:
     """Let a job wait for its turn that was held; a proposal is approved as it is shown, or in the `version` said."""
     client = Client.find()
     report = client.get(f"/v1/jobs/{job}")
-    line = client.post(f"/v1/jobs/{job}/release?{urlencode({'version': version or report['version']})}")
+    line = client.post(
+        f"/v1/jobs/{job}/release?{urlencode({'version': version or report['version']}, errors='surrogatepass')}"
+    )
     if line["proposal"] and not settings.json:
         steps = [f"  {step['index']:>3}  {step['step']}" for step in report["steps"]]
         output.say("\n".join([word("approved", settings.language, **line), *steps]))

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from maya_un.process.journal import listing, tables
 from maya_un.process.journal.protocol import Filter
-from maya_un.process.journal.rows import AuditRow, EventRow, JobRow, StepRow, Unfinished
+from maya_un.process.journal.rows import AuditRow, EventRow, JobRow, Left, StepRow, Unfinished
 from maya_un.process.journal.tables import Bodies, Change
 
 T = TypeVar("T")
@@ -40,6 +40,26 @@ class SqlJournal(ABC):
     @abstractmethod
     def note(self, *rows: EventRow | AuditRow) -> None:
         """Keep events and audit entries soon, before any later `save`."""
+
+    @abstractmethod
+    def look(self, work: Work[T]) -> T:
+        """Return what `work` reads at once, in the loop: one row, or a few. Raises `StorageDamaged`."""
+
+    async def left(self) -> Left:
+        """Return what was not finished, of jobs that only wait no more than their places."""
+        return await self.read(tables.left)
+
+    def waiting_job(self, number: int) -> JobRow | None:
+        """Return a job that only waits, at once; None where there is none."""
+        return self.look(lambda connection: tables.waiting_job(connection, number))
+
+    def waiting_of(self, owner: str) -> list[int]:
+        """Return the numbers of an owner's jobs that only wait, at once."""
+        return self.look(lambda connection: tables.waiting_of(connection, owner))
+
+    async def names_of(self, numbers: Sequence[int]) -> list[tuple[int, str, str]]:
+        """Return numbers, names and owners of jobs."""
+        return await self.read(lambda connection: tables.names_of(connection, numbers))
 
     async def unfinished(self) -> Unfinished:
         """Return the queue's mode and every job that has not ended; to be asked before anything is written."""

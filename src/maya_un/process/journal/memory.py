@@ -43,6 +43,10 @@ class MemoryJournal(SqlJournal):
         """Return what `work` reads."""
         return work(self._connection)
 
+    def look(self, work: Work[T]) -> T:
+        """Return what `work` reads."""
+        return work(self._connection)
+
     def note(self, *rows: EventRow | AuditRow) -> None:
         """Keep events and audit entries."""
         if not self._closed:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from maya_un.process.journal.rows import AuditRow, EventRow, JobRow, QueueRow, StepRow, Unfinished
+from maya_un.process.journal.rows import AuditRow, Cleared, EventRow, JobRow, Left, QueueRow, StepRow, Unfinished
 from maya_un.process.states import TaskState
 
 
@@ -38,12 +38,28 @@ class Journal(Protocol):
         """Return what was not finished when the file was opened."""
         ...
 
+    async def left(self) -> Left:
+        """Return what was not finished when the file was opened; of jobs that only wait, their places."""
+        ...
+
+    def waiting_job(self, number: int) -> JobRow | None:
+        """Return a job that only waits, at once; None where there is none."""
+        ...
+
+    def waiting_of(self, owner: str) -> list[int]:
+        """Return the numbers of an owner's jobs that only wait, at once."""
+        ...
+
+    async def names_of(self, numbers: Sequence[int]) -> list[tuple[int, str, str]]:
+        """Return numbers, names and owners of jobs, in the order of their numbers."""
+        ...
+
     async def add(self, *jobs: JobRow) -> None:
         """Keep new jobs, all of them or none."""
         ...
 
-    async def save(self, *changes: JobRow | QueueRow | tuple[int, StepRow]) -> None:
-        """Keep newer versions of jobs, of the queue's mode, of steps (the job's number, the step); all or none."""
+    async def save(self, *changes: JobRow | QueueRow | Cleared | tuple[int, StepRow]) -> None:
+        """Keep newer versions of jobs, the queue, steps (the job's number, the step), ends of many; all or none."""
         ...
 
     async def job(self, number: int) -> tuple[JobRow, tuple[StepRow, ...]] | None:

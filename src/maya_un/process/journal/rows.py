@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any
+from typing import Any, NamedTuple
 
 from maya_un.process.states import TaskState
 
@@ -111,6 +111,33 @@ class Unfinished:
     jobs: tuple[JobRow, ...]
     steps: dict[int, tuple[StepRow, ...]] = field(default_factory=dict)
     next_id: int = 1
+
+
+class Waiting(NamedTuple):
+    """As much of a job as the queue needs while it only waits; the rest stays in the file."""
+
+    id: int
+    priority: int
+    position: float
+    owner: str
+    queued: bool
+
+
+class Left(NamedTuple):
+    """What the file knew when it was opened: what `Unfinished` says of all but the jobs that only wait, and those."""
+
+    unfinished: Unfinished
+    waiting: list[Waiting]
+
+
+class Cleared(NamedTuple):
+    """The end of many jobs that only wait, all for one reason."""
+
+    numbers: tuple[int, ...]
+    state: TaskState
+    code: int
+    message: str
+    ended: str
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,6 +29,7 @@ class _Opened(NamedTuple):
     lock: file.Lock
     writer: sqlite3.Connection
     reader: sqlite3.Connection
+    looker: sqlite3.Connection
     seen: file.Seen
     run: int
 
@@ -42,7 +43,7 @@ class SqliteJournal(SqlJournal):
     def __init__(self, path: Path, opened: _Opened, keep: StorageConfig) -> None:
         super().__init__()
         self.path = path
-        self._lock, self._writer, self._reader, self._seen, self._run = opened
+        self._lock, self._writer, self._reader, self._looker, self._seen, self._run = opened
         self._keep = keep
         self._noted = 0
         self._reading = ThreadPoolExecutor(1, thread_name_prefix="journal reader")
@@ -65,6 +66,13 @@ class SqliteJournal(SqlJournal):
     async def read(self, work: Work[T]) -> T:
         """Do `work` on the connection for reading."""
         return await asyncio.get_running_loop().run_in_executor(self._reading, self._read, work)
+
+    def look(self, work: Work[T]) -> T:
+        """Do `work` in the loop, on a connection of its own: pages that others read do not hold it up."""
+        try:
+            return work(self._looker)
+        except sqlite3.Error as error:
+            raise faults.at_reading(error, self.path) from error
 
     def note(self, *rows: EventRow | AuditRow) -> None:
         """Keep events and audit entries with the next batch, within `batches.FLUSH` where there is none."""
@@ -89,6 +97,7 @@ class SqliteJournal(SqlJournal):
     async def close(self) -> None:
         """Write what is noted, close the file, and let the next one in."""
         try:
+            self._looker.close()
             await asyncio.get_running_loop().run_in_executor(self._reading, self._reader.close)
             self._reading.shutdown()
             await self._batches.close(self._writer.close)
@@ -135,7 +144,9 @@ def _open(path: Path, keep: StorageConfig) -> _Opened:
             run = _counted(writer, keep)
             reader = file.open_for_reading(path)
             undo.callback(reader.close)
-            opened = _Opened(lock, writer, reader, file.Seen(path), run)
+            looker = file.open_for_reading(path)
+            undo.callback(looker.close)
+            opened = _Opened(lock, writer, reader, looker, file.Seen(path), run)
         except (sqlite3.Error, OSError) as error:
             raise faults.at_opening(error, path) from error
         undo.pop_all()

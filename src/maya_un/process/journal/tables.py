@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sqlite3
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -9,11 +10,21 @@ from typing import Any
 from maya_un.config import StorageConfig
 from maya_un.process.journal import encoding
 from maya_un.process.journal.encoding import AUDIT, EVENT, JOB, STEP, marks, updates
-from maya_un.process.journal.rows import AuditRow, EventRow, JobRow, QueueRow, StepRow, Unfinished
+from maya_un.process.journal.rows import (
+    AuditRow,
+    Cleared,
+    EventRow,
+    JobRow,
+    Left,
+    QueueRow,
+    StepRow,
+    Unfinished,
+    Waiting,
+)
 from maya_un.process.states import TaskState
 
-Change = JobRow | QueueRow | tuple[int, StepRow]
-"""A newer version of a job, of the queue's mode, of a step (the job's number, the step)."""
+Change = JobRow | QueueRow | Cleared | tuple[int, StepRow]
+"""A newer version of a job, of the queue's mode, of a step (the job's number, the step), the end of many jobs."""
 
 LARGEST = 2**63 - 1
 """The largest whole number of SQLite; no number of ours comes near."""
@@ -31,7 +42,17 @@ _ADD_EVENT = f"INSERT OR REPLACE INTO events ({EVENT}) VALUES ({marks(EVENT)})"
 _ADD_AUDIT = f"INSERT INTO audit ({AUDIT}) VALUES ({marks(AUDIT)})"
 ALIVE = ", ".join(f"'{state}'" for state in TaskState if not state.ended)
 """The states of jobs that have not ended, as SQL lists them."""
+_WAITS = (
+    "state IN ('queued', 'held') AND began = '' AND depends_on = '[]' "
+    "AND NOT EXISTS (SELECT 1 FROM steps WHERE steps.job = jobs.id)"
+)
+"""Jobs that only wait, as SQL knows them: nothing of them has begun or was left out, and they wait for no other."""
+_IN_ORDER = "ORDER BY priority DESC, position, id"
+_CLEAR = "UPDATE jobs SET state = ?, code = ?, message = ?, ended = ? WHERE id IN (SELECT value FROM json_each(?))"
 _WITH_BODY = f"SELECT {JOB}, body FROM jobs LEFT JOIN bodies ON bodies.job = jobs.id"
+
+
+_BODIES = 1000
 
 
 class Bodies:
@@ -51,6 +72,8 @@ class Bodies:
             self._known.pop(row.id, None)
         else:
             self._known[row.id] = (row.body, row.name, row.options.notes)
+            if len(self._known) > _BODIES:
+                del self._known[next(iter(self._known))]
         return not same
 
     def forget(self) -> None:
@@ -73,6 +96,9 @@ def save(connection: sqlite3.Connection, bodies: Bodies, changes: Iterable[Chang
             _write_body(connection, bodies, change)
         elif isinstance(change, QueueRow):
             connection.execute(_SAVE_QUEUE, (change.paused, change.reason, change.by, change.since))
+        elif isinstance(change, Cleared):
+            values = (change.state.value, change.code, change.message, change.ended, json.dumps(change.numbers))
+            connection.execute(_CLEAR, values)
         else:
             connection.execute(_SAVE_STEP, encoding.step_values(*change))
 
@@ -98,10 +124,38 @@ def begin_run(connection: sqlite3.Connection) -> int:
     return int(connection.execute("SELECT value FROM meta WHERE name = 'run'").fetchone()[0])
 
 
-def unfinished(connection: sqlite3.Connection) -> Unfinished:
-    """Return the queue's mode, and every job that has not ended, in the queue's order."""
+def left(connection: sqlite3.Connection) -> Left:
+    """Return what was not finished; of jobs that only wait, no more than the queue needs."""
+    waiting = f"SELECT id, priority, position, owner, state = 'queued' FROM jobs WHERE {_WAITS} {_IN_ORDER}"
+    owners: dict[str, str] = {}
+    found = [
+        Waiting(number, priority, position, owners.setdefault(owner, owner), bool(queued))
+        for number, priority, position, owner, queued in connection.execute(waiting)
+    ]
+    return Left(unfinished(connection, f"state IN ({ALIVE}) AND NOT ({_WAITS})"), found)
+
+
+def waiting_job(connection: sqlite3.Connection, number: int) -> JobRow | None:
+    """Return a job with its body, None where there is none."""
+    return _one(connection, "jobs.id = ?", bounded(number))
+
+
+def waiting_of(connection: sqlite3.Connection, owner: str) -> list[int]:
+    """Return the numbers of an owner's jobs that only wait."""
+    asked = f"SELECT id FROM jobs WHERE owner = ? AND {_WAITS} ORDER BY id"
+    return [number for (number,) in connection.execute(asked, (owner,)).fetchall()]
+
+
+def names_of(connection: sqlite3.Connection, numbers: Sequence[int]) -> list[tuple[int, str, str]]:
+    """Return numbers, names and owners of jobs, in the order of their numbers."""
+    asked = "SELECT id, name, owner FROM jobs WHERE id IN (SELECT value FROM json_each(?)) ORDER BY id"
+    return connection.execute(asked, (json.dumps(numbers),)).fetchall()
+
+
+def unfinished(connection: sqlite3.Connection, which: str = f"state IN ({ALIVE})") -> Unfinished:
+    """Return the queue's mode, and every job that has not ended, in the queue's order; `which` of them, in SQL."""
     mode = connection.execute('SELECT paused, reason, "by", since FROM queue').fetchone()
-    jobs = connection.execute(f"{_WITH_BODY} WHERE state IN ({ALIVE}) ORDER BY priority DESC, position, id").fetchall()
+    jobs = connection.execute(f"{_WITH_BODY} WHERE {which} {_IN_ORDER}").fetchall()
     steps: dict[int, list[StepRow]] = {}
     of_jobs = (
         f'SELECT {STEP} FROM steps WHERE job IN (SELECT id FROM jobs WHERE state IN ({ALIVE})) ORDER BY job, "index"'

@@ -281,6 +281,16 @@ def test_the_history_is_asked_for_what_was_said(serve: Serve, capsys: pytest.Cap
     assert service.asked == [("GET", "/v1/jobs?owner=ana&text=a+b&limit=5&state=done&state=failed", None)]
 
 
+@pytest.mark.parametrize("option", ["--state", "--owner", "--text"])
+def test_history_option_with_bytes_that_are_no_utf8_is_asked_as_they_are(
+    option: str, serve: Serve, capsys: pytest.CaptureFixture[str]
+) -> None:
+    service = serve(**{"/v1/jobs": [Several([])]})
+    assert printed(["history", option, os.fsdecode(b"\xff")], capsys) == "Nothing has been done yet.\n"
+    (asked,) = service.asked
+    assert f"{option.removeprefix('--')}=%ED%B3%BF" in asked[1]
+
+
 def test_a_long_history_is_read_page_after_page(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     service = serve(**{"/v1/jobs": [Several(PAST), Several(PAST[:1]), Several([])]})
     assert len(json.loads(printed(["history", "10", "--json"], capsys))["jobs"]) == 4
