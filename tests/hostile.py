@@ -1,8 +1,12 @@
-"""Requests that cost far more to answer than to send, and a crowd that sends them to a running Maya."""
+"""Requests that cost far more to answer than to send, and a crowd that sends them to a running Maya.
+
+`python -m tests.hostile PORT KIND` sends those of a kind until it is killed; it says `here` when it begins.
+"""
 
 from __future__ import annotations
 
 import json
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -91,4 +95,14 @@ def crowded(port: int, request: Hostile, count: int) -> Iterator[Crowd]:
         yield crowd
     finally:
         for thread in threads:
-            thread.join(120.0)
+            thread.join()
+
+
+def main() -> None:
+    """Send without end."""
+    with crowded(int(sys.argv[1]), KINDS[sys.argv[2]], sys.maxsize):
+        print("here", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -6,6 +6,7 @@ import json
 from typing import Any
 
 from maya_un.errors import InvalidRequest
+from maya_un.process.decoding import require_few
 
 
 def decoded(text: str | bytes) -> dict[str, Any]:
@@ -23,6 +24,7 @@ def decoded(text: str | bytes) -> dict[str, Any]:
 
 def parsed(text: str | bytes) -> Any:
     """Return the value that a text says in JSON; raises `ValueError`, and `InvalidRequest` if it nests too deeply."""
+    require_few(text, "message")
     try:
         value = json.loads(text)
         if "\\u" in (text if isinstance(text, str) else text.decode()):
