@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from contextlib import suppress
 from math import degrees
+from typing import TYPE_CHECKING
 
-from maya_un.api.messages import Distance, Reach, to_data
 from maya_un.cli import output
 from maya_un.cli.client import Client
 from maya_un.cli.configure import configuration
@@ -16,6 +16,9 @@ from maya_un.config import Config
 from maya_un.errors import MayaError
 from maya_un.kinematics.workspace import Workspace
 from maya_un.values import Joints, Point
+
+if TYPE_CHECKING:
+    from maya_un.api.messages import Distance, Reach
 
 _PATIENCE = 1.0
 """How long the running robot may take to tell its configuration [s]."""
@@ -49,6 +52,8 @@ def reach(point: Point, settings: Settings) -> int:
     The zones are those of the running robot, else of the configuration. Exit code 0 where it can, 1 where not: both are
     answers.
     """
+    from maya_un.api.messages import Reach, to_data
+
     found = Reach.of(Workspace.of(_in_force(settings)), point)
     joints = None if found.joints is None else found.joints._asdict()
     nearest = None if found.nearest is None else found.nearest._asdict()
