@@ -7,18 +7,18 @@ from math import degrees
 from typing import TYPE_CHECKING
 
 from maya_un.cli import output
-from maya_un.cli.client import Client
 from maya_un.cli.configure import configuration
 from maya_un.cli.report import table
 from maya_un.cli.settings import Settings
 from maya_un.cli.words import word
 from maya_un.config import Config
 from maya_un.errors import MayaError
-from maya_un.kinematics.workspace import Workspace
+from maya_un.kinematics.ranges import Ranges
 from maya_un.values import Joints, Point
 
 if TYPE_CHECKING:
     from maya_un.api.messages import Distance, Reach
+    from maya_un.kinematics.workspace import Workspace
 
 _PATIENCE = 1.0
 """How long the running robot may take to tell its configuration [s]."""
@@ -36,13 +36,16 @@ def point_text(point: Point) -> str:
 
 def fk(joints: Joints, settings: Settings) -> int:
     """Print where `joints` (rad, m, m) hold the gripper [m]; raises `Unreachable`."""
-    point = Workspace.of(configuration(settings)).fk(joints)
+    config = configuration(settings)
+    ranges = Ranges.configured(config)
+    quick = not config.zones and ranges.within(joints)
+    point = ranges.mechanism.fk(joints) if quick else _workspace(config).fk(joints)
     return output.answer(point._asdict(), point_text(point), settings)
 
 
 def ik(point: Point, settings: Settings) -> int:
     """Print the joints (rad, m, m) that hold the gripper at `point` [m]; raises `Unreachable`."""
-    joints = Workspace.of(_in_force(settings)).require(point)
+    joints = _workspace(_in_force(settings)).require(point)
     return output.answer(joints._asdict(), joints_text(joints), settings)
 
 
@@ -54,12 +57,19 @@ def reach(point: Point, settings: Settings) -> int:
     """
     from maya_un.api.messages import Reach, to_data
 
-    found = Reach.of(Workspace.of(_in_force(settings)), point)
+    found = Reach.of(_workspace(_in_force(settings)), point)
     joints = None if found.joints is None else found.joints._asdict()
     nearest = None if found.nearest is None else found.nearest._asdict()
     value = {**to_data(found), "joints": joints, "nearest": nearest}
     output.answer(value, _reach_text(found, settings.language), settings)
     return output.DONE if found.reachable else output.FAILED
+
+
+def _workspace(config: Config) -> Workspace:
+    """Return the whole workspace, whose arrays take a while to import."""
+    from maya_un.kinematics.workspace import Workspace
+
+    return Workspace.of(config)
 
 
 def _in_force(settings: Settings) -> Config:
@@ -68,6 +78,8 @@ def _in_force(settings: Settings) -> Config:
     A file that is named counts, and so does the usual one where the robot does not tell.
     """
     if settings.config is None:
+        from maya_un.cli.client import Client
+
         with suppress(MayaError):
             return Config.model_validate(Client.find(_PATIENCE).get("/v1/config"))
     return configuration(settings)

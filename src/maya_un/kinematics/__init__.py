@@ -1,14 +1,18 @@
 """Maya's mechanism as mathematics: where the gripper is, what the lines carry, what can be reached.
 
 Everything here is pure: no time, no wire, no state. Lengths are in metres, angles in radians, line tensions in
-multiples of the load.
+multiples of the load. Names are imported when they are used: `closed` and `ranges` alone need no arrays.
 """
 
-from maya_un.kinematics.mechanism import Floats, Mechanism
-from maya_un.kinematics.section import Section
-from maya_un.kinematics.statics import hanging, slack, tension
-from maya_un.kinematics.workspace import Limit, Margins, Reason, Stroke, Verdict, Workspace
-from maya_un.kinematics.zones import Box, Cylinder, HalfSpace, Zone
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from maya_un.kinematics.mechanism import Floats, Mechanism
+    from maya_un.kinematics.section import Section
+    from maya_un.kinematics.statics import hanging, slack, tension
+    from maya_un.kinematics.workspace import Limit, Margins, Reason, Stroke, Verdict, Workspace
+    from maya_un.kinematics.zones import Box, Cylinder, HalfSpace, Zone
 
 __all__ = [
     "Box",
@@ -28,3 +32,19 @@ __all__ = [
     "slack",
     "tension",
 ]
+
+_HOMES = {
+    "mechanism": ("Floats", "Mechanism"),
+    "section": ("Section",),
+    "statics": ("hanging", "slack", "tension"),
+    "workspace": ("Limit", "Margins", "Reason", "Stroke", "Verdict", "Workspace"),
+    "zones": ("Box", "Cylinder", "HalfSpace", "Zone"),
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Return what a module of this package defines."""
+    for home, names in _HOMES.items():
+        if name in names:
+            return getattr(import_module(f"{__name__}.{home}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,26 +1,16 @@
-"""Forward and inverse kinematics of Maya (manual, figures 7 to 9, with the corrections of its formulas).
-
-A boom turns about a vertical axis by α (axis a, clockwise from +y seen from above). Two lines of free lengths b
-and c run from two anchors on the boom, at height H and radial distances Δ and D, to the point where they meet;
-the gripper point hangs Φ below. With W = D − Δ, u = d − Δ and h = H − Φ − z the lines and the piece of boom
-between the anchors are a triangle:
-
-    u = (W² + b² − c²) / 2W     h = √(b² − u²)      x = (Δ + u) sin α   y = (Δ + u) cos α   z = H − Φ − h
-    b = √(u² + h²)              c = √((W − u)² + h²)                    α = atan2(x, y)
-"""
+"""The kinematics of Maya in arrays, and its derivatives; the formulas are those of `closed`."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import atan2, cos, hypot, isfinite, pi, sin, sqrt, tau
+from math import cos, sin, sqrt, tau
 
 import numpy as np
 from numpy.typing import NDArray
 
-from maya_un.config import Config
-from maya_un.errors import Unreachable
+from maya_un.kinematics.closed import ClosedForm, no_triangle
 from maya_un.kinematics.statics import tension
-from maya_un.values import Joints, Point
+from maya_un.values import Joints
 
 Floats = NDArray[np.float64]
 """An array of double precision numbers; the shape stands where it is used."""
@@ -30,76 +20,8 @@ _BLOCK = 4096
 
 
 @dataclass(frozen=True, slots=True)
-class Mechanism:
-    """The lengths of one Maya [m], and the maths that needs nothing else.
-
-    `height` is H, `length` D, `delta` Δ, `drop` Φ, `width` W = D − Δ. `turn_start` [rad] is where the
-    boom's angle is counted from: `ik` gives angles in [turn_start, turn_start + 2π).
-    """
-
-    height: float
-    length: float
-    delta: float
-    drop: float
-    width: float
-    turn_start: float
-
-    @classmethod
-    def of(cls, config: Config) -> Mechanism:
-        """Return the mechanism of a configuration; angles are counted around the middle of axis a."""
-        geometry, boom = config.geometry, config.axes.a
-        return cls(
-            height=geometry.height,
-            length=geometry.length,
-            delta=geometry.delta,
-            drop=geometry.gripper_height,
-            width=geometry.width,
-            turn_start=0.5 * (boom.minimum + boom.maximum) - pi,
-        )
-
-    @property
-    def reach_down(self) -> float:
-        """Depth of the meeting point below the anchors when the gripper point touches z = 0: H − Φ [m]."""
-        return self.height - self.drop
-
-    def section(self, joints: Joints) -> tuple[float, float]:
-        """Return (u, h²) of the meeting point [m, m²]; h² is negative where the lines cannot meet."""
-        _, b, c = joints
-        W = self.width
-        u = 0.5 * W + (b - c) * (b + c) / (2.0 * W)
-        return u, (b - u) * (b + u)
-
-    def fk(self, joints: Joints) -> Point:
-        """Return the gripper point of joints whose lines are taut.
-
-        Raises `Unreachable` where b, c and W form no triangle.
-        """
-        a, b, c = joints
-        W = self.width
-        u = 0.5 * W + (b - c) * (b + c) / (2.0 * W)
-        square = (b - u) * (b + u)
-        if not square >= 0.0:
-            raise _no_triangle(joints)
-        d = self.delta + u
-        return Point(d * sin(a), d * cos(a), self.height - self.drop - sqrt(square))
-
-    def ik(self, point: Point) -> Joints:
-        """Return the joints that hold the gripper at `point`.
-
-        Raises `Unreachable` where the lines would have to meet above their anchors, and for numbers that are
-        not finite. Strokes and tension are the workspace's affair.
-        """
-        x, y, z = point
-        h = self.height - self.drop - z
-        u = hypot(x, y) - self.delta
-        beyond = self.width - u
-        if not (h >= 0.0 and isfinite(u + h)):
-            raise _no_lines(point, h)
-        a = atan2(x, y)
-        if a < self.turn_start:
-            a += tau
-        square = h * h
-        return Joints(a, sqrt(square + u * u), sqrt(square + beyond * beyond))
+class Mechanism(ClosedForm):
+    """The lengths of one Maya [m], and the maths that needs nothing else; see `ClosedForm`."""
 
     def jacobian(self, joints: Joints) -> Floats:
         """Return ∂(x, y, z)/∂(a, b, c), shape (3, 3), in m/rad and m/m.
@@ -111,7 +33,7 @@ class Mechanism:
         W = self.width
         u, square = self.section(joints)
         if not square > 0.0:
-            raise _no_triangle(joints)
+            raise no_triangle(joints)
         pull_b, pull_c = tension(u, sqrt(square), W)
         d, s, k = self.delta + u, sin(a), cos(a)
         return np.array(
@@ -194,23 +116,3 @@ class Mechanism:
         out[:, 0] = self.angles(x, y)
         if above.any():
             out[above, 1:] = np.nan
-
-
-def _no_triangle(joints: Joints) -> Unreachable:
-    a, b, c = joints
-    return Unreachable(
-        target=f"a = {a:.4f} rad, b = {b:.4f} m, c = {c:.4f} m",
-        reason="lines of these lengths cannot meet below the boom",
-        nearest="none",
-    )
-
-
-def _no_lines(point: Point, h: float) -> Unreachable:
-    finite = isfinite(h) and isfinite(point.x) and isfinite(point.y)
-    return Unreachable(
-        target=f"({point.x:.4f}, {point.y:.4f}, {point.z:.4f}) m",
-        reason=f"its lines would have to meet {-h * 1e3:.3g} mm above their anchors"
-        if finite
-        else "it is not a place: not finite",
-        nearest="none",
-    )

@@ -30,6 +30,7 @@ from maya_un.kinematics.limits import (
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.membership import Flags, Membership
 from maya_un.kinematics.nearest import Search
+from maya_un.kinematics.ranges import TOLERANCE, Ranges
 from maya_un.kinematics.section import Section
 from maya_un.kinematics.statics import tension
 from maya_un.kinematics.zones import Zone, clearances, zone_of
@@ -37,14 +38,11 @@ from maya_un.values import FARTHEST, Joints, Point
 
 __all__ = ["TOLERANCE", "Limit", "Margins", "Reason", "Stroke", "Verdict", "Workspace"]
 
-TOLERANCE = 1e-9
-"""Limits hold to this much (m, rad, and as a share of the tension limit): rounding of double precision."""
-
 _INSETS = (1e-6, 1e-5, 1e-4)
 
 
 @dataclass(frozen=True, slots=True)
-class Workspace:
+class Workspace(Ranges):
     """The set of reachable joints and places of one machine.
 
     `boom`, `line_b`, `line_c` are the ranges of the axes (rad, m, m), `tension_limit` is a multiple of the
@@ -52,10 +50,6 @@ class Workspace:
     """
 
     mechanism: Mechanism
-    boom: Stroke
-    line_b: Stroke
-    line_c: Stroke
-    tension_limit: float
     grain: tuple[float, float, float]
     zones: tuple[Zone, ...] = ()
 
@@ -107,24 +101,7 @@ class Workspace:
 
     def contains(self, joints: Joints) -> bool:
         """Whether the joints keep every limit (to `TOLERANCE`); False for numbers that are not finite."""
-        a, b, c = joints
-        if not (
-            self.boom[0] - TOLERANCE <= a <= self.boom[1] + TOLERANCE
-            and self.line_b[0] - TOLERANCE <= b <= self.line_b[1] + TOLERANCE
-            and self.line_c[0] - TOLERANCE <= c <= self.line_c[1] + TOLERANCE
-        ):
-            return False
-        mechanism = self.mechanism
-        W = mechanism.width
-        u = 0.5 * W + (b - c) * (b + c) / (2.0 * W)
-        square = (b - u) * (b + u)
-        if not (-TOLERANCE <= u <= W + TOLERANCE and square > 0.0):
-            return False
-        deepest = mechanism.height - mechanism.drop + TOLERANCE
-        pull = self.tension_limit * (1.0 + TOLERANCE) * W * sqrt(square)
-        if not (square <= deepest * deepest and (W - u) * b <= pull and u * c <= pull):
-            return False
-        return not self.zones or self._is_clear(joints)
+        return self.within(joints) and (not self.zones or self._is_clear(joints))
 
     def contains_many(self, joints: Floats, out: Flags | None = None) -> Flags:
         """Return for joints of shape (n, 3) which rows `contains` accepts, shape (n,); in `out` where it is given."""

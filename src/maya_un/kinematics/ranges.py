@@ -1,0 +1,53 @@
+"""Every limit of the workspace but its zones, for single joints; it needs no arrays, so that it is quick to import."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+from typing import TYPE_CHECKING
+
+from maya_un.kinematics.closed import ClosedForm
+from maya_un.values import Joints
+
+if TYPE_CHECKING:
+    from maya_un.config import Config
+    from maya_un.kinematics.limits import Stroke
+
+TOLERANCE = 1e-9
+"""Limits hold to this much (m, rad, and as a share of the tension limit): rounding of double precision."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ranges:
+    """What the joints of one machine may be, zones aside: see `workspace.Workspace`."""
+
+    mechanism: ClosedForm
+    boom: Stroke
+    line_b: Stroke
+    line_c: Stroke
+    tension_limit: float
+
+    @classmethod
+    def configured(cls, config: Config) -> Ranges:
+        """Return the ranges of a configuration, whose zones do not count."""
+        a, b, c = ((axis.minimum, axis.maximum) for axis in (config.axes.a, config.axes.b, config.axes.c))
+        return Ranges(ClosedForm.of(config), a, b, c, config.safety.tension_limit)
+
+    def within(self, joints: Joints) -> bool:
+        """Whether the joints keep every limit (to `TOLERANCE`); False for numbers that are not finite."""
+        a, b, c = joints
+        if not (
+            self.boom[0] - TOLERANCE <= a <= self.boom[1] + TOLERANCE
+            and self.line_b[0] - TOLERANCE <= b <= self.line_b[1] + TOLERANCE
+            and self.line_c[0] - TOLERANCE <= c <= self.line_c[1] + TOLERANCE
+        ):
+            return False
+        mechanism = self.mechanism
+        W = mechanism.width
+        u = 0.5 * W + (b - c) * (b + c) / (2.0 * W)
+        square = (b - u) * (b + u)
+        if not (-TOLERANCE <= u <= W + TOLERANCE and square > 0.0):
+            return False
+        deepest = mechanism.height - mechanism.drop + TOLERANCE
+        pull = self.tension_limit * (1.0 + TOLERANCE) * W * sqrt(square)
+        return square <= deepest * deepest and (W - u) * b <= pull and u * c <= pull
