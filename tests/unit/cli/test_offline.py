@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from maya_un import runtime
 from maya_un.cli.main import main
 from maya_un.config import Config
+from maya_un.kinematics.ranges import Ranges
+from maya_un.kinematics.workspace import Workspace
 from maya_un.runtime import Running
+from maya_un.values import Joints
 from tests.unit.cli.servers import http_service
 
 
@@ -149,3 +156,20 @@ def test_the_configuration_named_is_the_one_used(tmp_path: Path, capsys: pytest.
     file.write_text("[safety]\ntension_limit = 2.0\n")
     assert answered("reach 0 1.3 2.0", capsys)["reachable"] is True
     assert answered(f"reach 0 1.3 2.0 --config {file}", capsys, code=1)["reachable"] is False
+
+
+def test_fk_imports_no_arrays() -> None:
+    program = (
+        "import sys; from maya_un.cli.main import main; main('fk 0.5 1.5 1.5'.split()); print('numpy' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "False"
+
+
+@given(a=st.floats(-0.5, 4.0), b=st.floats(0.2, 3.0), c=st.floats(0.2, 3.0))
+def test_ranges_are_the_workspace_without_zones(a: float, b: float, c: float) -> None:
+    config, joints = Config(), Joints(a, b, c)
+    ranges, workspace = Ranges.configured(config), Workspace.of(config)
+    assert ranges.within(joints) is workspace.contains(joints)
+    if ranges.within(joints):
+        assert ranges.mechanism.fk(joints) == workspace.fk(joints)
