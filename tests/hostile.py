@@ -53,6 +53,9 @@ KINDS = {
 }
 """Every kind by its name."""
 
+HARMLESS = Hostile("POST", "/v1/preview", b" " * 900_000)
+"""As long as the longest, and refused at once: what carrying it costs, and nothing else."""
+
 
 def said(port: int, request: Hostile, patience: float = 60.0) -> tuple[int, Any]:
     """Send a request; return the status and the answer."""

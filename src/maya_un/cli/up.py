@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 import socket
+import sys
 from collections.abc import AsyncIterator, Callable
 from contextlib import AbstractAsyncContextManager, ExitStack, asynccontextmanager, nullcontext
 from functools import partial
@@ -105,6 +106,7 @@ def up(options: Options, settings: Settings) -> int:
     Raises what starting raises: `AlreadyRunning`, `AddressInUse`, `StorageInUse`, `ConnectFailed` and their kin.
     """
     reserve_descriptors(own=_FILES)
+    sys.setswitchinterval(_TURN)
     options.remote.check()
     config = configuration(settings)
     address = target_address(options.address, config.controller.address)
@@ -136,6 +138,10 @@ def journal_file(named: str | None) -> Path | None:
         return own_state_folder() / "maya.db"
     require_place(Path(named))
     return Path(named)
+
+
+_TURN = 0.001
+"""The robot's loop waits so long at most for the interpreter's lock while the server's thread is in Python [s]."""
 
 
 async def _serve(robot: _Robot, options: Options, doors: _Doors, settings: Settings) -> None:
