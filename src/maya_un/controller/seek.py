@@ -224,7 +224,10 @@ class Seeker:
             raise foreign
 
     def _require_on_way(self, before: Look, look: Look, counts: Mapping[int, int]) -> None:
-        """Raise `PositionChanged` where the reference is not on the way of the step."""
+        """Raise `PositionChanged` where the reference is not on the way of the step; axes not in it stay exactly."""
+        for axis in set(range(3)) - counts.keys():
+            if look.reference[axis] != before.reference[axis]:
+                raise self._reckoning.changed(axis, look.reference[axis] - before.reference[axis])
         ends = [here + counts.get(axis, 0) for axis, here in enumerate(before.reference)]
         astray = self._reckoning.astray(np.array([before.reference, ends], dtype=np.float64), look.reference)
         if astray is not None:
