@@ -56,6 +56,11 @@ class TinyDisk:
                 continue
         os.close(file)
 
+    def remount(self, how: str) -> None:
+        """Mount it anew for reading only ("ro"), or for writing ("rw"); no file may be open for writing."""
+        anew = f"remount,{how}"
+        subprocess.run(["mount", "-o", anew, str(self.folder)], capture_output=True, check=True)
+
     def make_room(self, process: int) -> None:
         """Remove what fills it."""
         self._filler.unlink()

@@ -20,6 +20,7 @@ from tests.system.robots import Running, up
 pytestmark = pytest.mark.system
 
 TWIN = "--speed 100"
+UNIT = Path(__file__).resolve().parents[2] / "contrib" / "systemd" / "maya.service"
 LONG = {"name": "long", "steps": ["home", *[{"gripper": state} for state in ("open", "close") * 10]]}
 """A homing, which takes a while, and steps that would follow at once."""
 SHORT = {"name": "short", "steps": [{"gripper": "open"}], "parts": {f"part{n}": [0.5, 1.1] for n in range(300)}}
@@ -95,7 +96,48 @@ def test_on_a_full_disk_the_step_under_way_ends_and_none_begins(state: Path, kin
         if isinstance(place, TinyDisk):
             place.fill(robot.pid)
             code, said = refused()
-            assert (code, "error 5002" in said, "full" in said) == (2, True, True), said
+            assert (code, "error 5014" in said, "full" in said) == (1, True, True), said
+
+
+@pytest.mark.parametrize("kind", kinds())
+def test_disk_that_fills_up_at_rest_is_told_by_readiness_and_halts_the_queue(state: Path, kind: str) -> None:
+    with disk(kind, state) as place, up(TWIN) as robot:
+        robot.until(lambda answer: answer["ready"], "/v1/ready")
+        fill(robot, place)
+        reasons = robot.until(lambda answer: not answer["ready"], "/v1/ready")["reasons"]
+        assert [reason["code"] for reason in reasons] == [5007]
+        queue = robot.ask("GET", "/v1/queue")[1]
+        assert (queue["mode"], queue["reason"]) == ("paused", "storage")
+        place.make_room(robot.pid)
+        robot.until(lambda answer: answer["ready"], "/v1/ready")
+        robot.end()
+
+
+def test_disk_that_is_full_is_told_by_readiness_before_anything_else_is_written(state: Path) -> None:
+    with disk("quota", state) as place, up(TWIN) as robot:
+        robot.until(lambda answer: answer["ready"], "/v1/ready")
+        place.fill(robot.pid)
+        reasons = robot.until(lambda answer: not answer["ready"], "/v1/ready")["reasons"]
+        assert [reason["code"] for reason in reasons] == [5007]
+        assert robot.ask("GET", "/v1/queue")[1]["reason"] == "storage"
+        place.make_room(robot.pid)
+        robot.until(lambda answer: answer["ready"], "/v1/ready")
+        robot.end()
+
+
+@pytest.mark.skipif("tiny disk" not in kinds(), reason="mounting is not allowed here")
+def test_start_on_a_read_only_disk_ends_so_that_systemd_tries_again(state: Path) -> None:
+    with disk("tiny disk", state) as place:
+        assert isinstance(place, TinyDisk)
+        with up(TWIN) as robot:
+            robot.end()
+        place.remount("ro")
+        code, said = refused()
+        place.remount("rw")
+        assert (code, "error 5014" in said) == (1, True), said
+        assert "RestartPreventExitStatus=2" in UNIT.read_text(encoding="utf-8")
+        with up(TWIN) as robot:
+            robot.end()
 
 
 def test_a_stop_needs_no_disk(state: Path) -> None:

@@ -159,6 +159,10 @@ class Service:
         """Stop a held jog on its path; where there is none, nothing happens."""
         await self._held.release()
 
+    async def check_storage(self) -> str:
+        """Return why nothing can be written down now, "" where it can; where it cannot, the queue is paused."""
+        return await self._process.check_storage()
+
     async def job(self, number: int) -> JobReport:
         """Return what is known of a job now, also of one that ended long ago; raises `NotFound`."""
         return await self._process.shown.report(number)

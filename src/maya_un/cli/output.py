@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from maya_un.cli.settings import Settings
-from maya_un.errors import FileUnwritable, MayaError
+from maya_un.errors import FileUnwritable, MayaError, StorageUnavailable
 
 DONE = 0
 """Everything asked for was done."""
@@ -101,8 +101,11 @@ def concluded(report: Mapping[str, Any], settings: Settings) -> int:
 
 
 def exit_code(code: int) -> int:
-    """Return the exit code of an error's code: 2 for wrong requests and configuration (4xxx, 5xxx), else 1."""
-    return REFUSED if 4000 <= code < 5999 else FAILED
+    """Return the exit code of an error's code: 2 for wrong requests and configuration (4xxx, 5xxx), else 1.
+
+    A disk that is full or read-only is neither: 1, by which systemd starts `maya up` again.
+    """
+    return REFUSED if 4000 <= code < 5999 and code != StorageUnavailable.code else FAILED
 
 
 def _plain(value: object) -> object:

@@ -21,7 +21,7 @@ MayaError
 │   └── InvalidConfig 5001 · FileUnwritable 5002 · AddressInUse 5003 · AlreadyRunning 5004
 │       FileNotOurs 5005 · NothingToRevert 5006 · StorageFailed 5007 · StorageDamaged 5008
 │       StorageTooNew 5009 · StorageInUse 5010 · MasterGone 5011 · RosMissing 5012
-│       TooFewDescriptors 5013 · WorkerFailed 5020
+│       TooFewDescriptors 5013 · StorageUnavailable 5014 · WorkerFailed 5020
 └── MachineError            the machine did something unexpected: motion ends, a person recovers
     ├── LinkLost 1001 · ConnectFailed 1002 · LinkTimeout 1003 · CommandRejected 1004
     │   WrongController 1005 · UnexpectedReply 1006 · ParameterMismatch 1007
@@ -97,6 +97,7 @@ from maya_un.errors.house import (
     StorageFailed,
     StorageInUse,
     StorageTooNew,
+    StorageUnavailable,
     TooFewDescriptors,
     WorkerFailed,
 )
@@ -245,6 +246,7 @@ __all__ = [
     "StorageFailed",
     "StorageInUse",
     "StorageTooNew",
+    "StorageUnavailable",
     "StreamLagging",
     "StrokeDiffers",
     "SwitchBlocks",

@@ -83,6 +83,12 @@ class TooFewDescriptors(RequestError):
     code = 5013
 
 
+class StorageUnavailable(RequestError):
+    """The file of the queue cannot be written just now: the disk is full or read-only. A later start may succeed."""
+
+    code = 5014
+
+
 class WorkerFailed(RequestError):
     """The process that works things out beside the robot's loop ended, or cannot begin."""
 

@@ -135,6 +135,7 @@ SENTENCES: dict[int, str] = {
     5011: "No ROS master answers at {uri}. Start `roscore`, or roslaunch, which starts one; ROS_MASTER_URI says where it is.",
     5012: "ROS cannot be used from here ({reason}). `scripts/ros` sets up what is needed on Debian and Ubuntu.",
     5013: "This process may open only {limit} files and connections at once, and {used} are open already; {least} more are needed. Raise the limit: `ulimit -n 1024`, or LimitNOFILE=1024 in a systemd unit.",
+    5014: "{path} cannot be written now: {reason}. Make room on the disk, or mount it for writing, and start again; systemd tries again by itself.",
     5020: "It could not be worked out: the worker process failed ({reason}). Nothing has moved. Say it again; if it fails again, look at the log and restart `maya up`.",
     5999: "Something went wrong inside ({reason}). This is a defect of ours; please report it with the log.",
 }

@@ -135,6 +135,7 @@ SENTENCES: dict[int, str] = {
     5011: "Ningún maestro de ROS responde en {uri}. Inicie `roscore`, o roslaunch, que inicia uno; ROS_MASTER_URI dice dónde está.",
     5012: "Desde aquí no se puede usar ROS ({reason}). `scripts/ros` instala lo necesario en Debian y Ubuntu.",
     5013: "Este proceso solo puede abrir {limit} archivos y conexiones a la vez, y ya hay {used} abiertos; se necesitan {least} más. Suba el límite: `ulimit -n 1024`, o LimitNOFILE=1024 en una unidad de systemd.",
+    5014: "{path} no se puede escribir ahora: {reason}. Libere espacio en el disco, o móntelo para escritura, e inicie de nuevo; systemd lo intenta otra vez por sí mismo.",
     5020: "No se pudo calcular: el proceso auxiliar falló ({reason}). Nada se ha movido. Dígalo otra vez; si vuelve a fallar, mire el registro y reinicie `maya up`.",
     5999: "Algo falló por dentro ({reason}). Es un defecto nuestro; repórtelo con el registro.",
 }

@@ -79,6 +79,23 @@ class Ledger:
         """Write what is still unwritten; raises `StorageFailed`."""
         await self.write(tuple)
 
+    async def check(self) -> None:
+        """See whether the journal can be written; where it cannot, the queue is paused as after any such failure."""
+        if self._closed:
+            return
+        async with self._turn:
+            try:
+                await self.journal.probe()
+            except StorageFailed as error:
+                self._failed((), error)
+                return
+            if self._failing and not self._unwritten:
+                self._works()
+                self.on_success()
+        if self._failing:
+            with suppress(StorageFailed):
+                await self.flush()
+
     async def close(self) -> None:
         """Write what can be written; what cannot is lost with this run."""
         self._closed = True

@@ -103,6 +103,11 @@ class Process:
         self._submitting.next_id = known.next_id
         await self._recovering.take_up(known, waiting)
 
+    async def check_storage(self) -> str:
+        """Return why nothing can be written down now, "" where it can; then the queue is paused."""
+        await self._whole.do(self._ledger.check())
+        return self._ledger.failing
+
     @property
     def running(self) -> int | None:
         """Number of the job under way, None where there is none."""

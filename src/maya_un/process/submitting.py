@@ -10,7 +10,7 @@ from contextlib import asynccontextmanager
 from dataclasses import asdict, dataclass, replace
 from typing import NamedTuple
 
-from maya_un.errors import InvalidValue, KeyReused
+from maya_un.errors import InvalidValue, KeyReused, StorageFailed
 from maya_un.process.changes import Changes, failed_dependency
 from maya_un.process.items import Item, Items
 from maya_un.process.journal.protocol import Journal
@@ -115,7 +115,11 @@ class Submitting:
         )
         row = replace(row, position=self._items.order.end(row.id))
         steps = [StepRow(index, TaskState.SKIPPED) for index in range(1, skipped + 1)]
-        await self._write(row, steps)
+        try:
+            await self._write(row, steps)
+        except StorageFailed:
+            await self._ledger.check()
+            raise
         record = JobRecord.kept(written.expansion, steps) if steps else None
         item = Item(row, record, self.not_done(standing.waits_for), asked.direct)
         self._items.add(item)

@@ -32,11 +32,22 @@ async def readiness(bridge: Bridge, language: str) -> Readiness:
             found += await bridge.asked(_obstacles)
     except TimeoutError:
         found += [ServiceNotAnswering(reason=f"the robot's loop is busy for more than {PATIENCE:g} s")]
-    failing = storage_of(bridge).failing
+    failing = await _failing(bridge)
     if failing:
         found.append(StorageFailed(reason=failing))
     reasons = tuple(Notice(error.code, error.text(language)) for error in found)
     return Readiness(not reasons, reasons)
+
+
+async def _failing(bridge: Bridge) -> str:
+    """Return why the journal cannot be written, "" where it can: a disk may fill up while nothing is written."""
+    if not isinstance(bridge.journal, SqliteJournal):
+        return ""
+    try:
+        async with asyncio.timeout(PATIENCE):
+            return await bridge.asked(lambda service: service.check_storage())
+    except TimeoutError:
+        return bridge.journal.failing or f"the disk does not answer within {PATIENCE:g} s"
 
 
 def storage_of(bridge: Bridge) -> Storage:

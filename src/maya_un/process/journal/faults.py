@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import sqlite3
 from pathlib import Path
 
-from maya_un.errors import FileUnwritable, MayaError, StorageDamaged, StorageFailed
+from maya_un.errors import FileUnwritable, MayaError, StorageDamaged, StorageFailed, StorageUnavailable
+
+_PASSING = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.EFBIG})
 
 _DAMAGED = ("SQLITE_CORRUPT", "SQLITE_NOTADB")
 
@@ -39,7 +43,27 @@ def at_opening(error: sqlite3.Error | OSError, path: Path) -> MayaError:
     """Return what to raise where a file cannot be opened for writing."""
     if is_damage(error):
         return StorageDamaged(path=path, reason=str(error))
+    if is_passing(error, path):
+        return StorageUnavailable(path=path, reason=reason(error))
     return FileUnwritable(path=path, reason=reason(error))
+
+
+def is_passing(error: BaseException | None, path: Path) -> bool:
+    """Tell whether the disk is at fault, full or read-only, and not the file."""
+    if isinstance(error, OSError):
+        return error.errno in _PASSING
+    name = str(getattr(error, "sqlite_errorname", ""))
+    return name.startswith(("SQLITE_FULL", "SQLITE_IOERR")) or (
+        name.startswith(("SQLITE_READONLY", "SQLITE_CANTOPEN")) and _is_read_only(path)
+    )
+
+
+def _is_read_only(path: Path) -> bool:
+    """Tell whether the file system of a file is mounted for reading only."""
+    try:
+        return bool(os.statvfs(path.parent).f_flag & os.ST_RDONLY)
+    except OSError:
+        return False
 
 
 def at_writing(error: sqlite3.Error | OSError) -> StorageFailed:

@@ -61,6 +61,10 @@ class SqlJournal(ABC):
         """Return numbers, names and owners of jobs."""
         return await self.read(lambda connection: tables.names_of(connection, numbers))
 
+    async def probe(self) -> None:
+        """Write a row and take it back, which shows whether the file can be written; raises `StorageFailed`."""
+        await self.write(tables.probe)
+
     async def unfinished(self) -> Unfinished:
         """Return the queue's mode and every job that has not ended; to be asked before anything is written."""
         return await self.read(tables.unfinished)

@@ -54,6 +54,10 @@ class Journal(Protocol):
         """Return numbers, names and owners of jobs, in the order of their numbers."""
         ...
 
+    async def probe(self) -> None:
+        """Write something and take it back, which shows whether the file can be written."""
+        ...
+
     async def add(self, *jobs: JobRow) -> None:
         """Keep new jobs, all of them or none."""
         ...

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 from maya_un.config import StorageConfig
+from maya_un.errors import FileUnwritable
 from maya_un.process.journal import batches, faults, file, tables
 from maya_un.process.journal.batches import Asked, Batches, Outcome
 from maya_un.process.journal.journal import SqlJournal, Work
@@ -53,8 +54,8 @@ class SqliteJournal(SqlJournal):
     async def open(cls, path: Path, keep: StorageConfig | None = None) -> SqliteJournal:
         """Open the file at `path`, or make it, and hold it until `close`; `keep` is how much of the past stays in it.
 
-        Raises `StorageInUse`, `StorageDamaged`, `StorageTooNew`, `FileNotOurs`, `FileUnwritable`; a file that is
-        refused is left as it is.
+        Raises `StorageInUse`, `StorageDamaged`, `StorageTooNew`, `FileNotOurs`, `FileUnwritable`,
+        `StorageUnavailable`; a file that is refused is left as it is.
         """
         keep = StorageConfig() if keep is None else keep
         return cls(path, await asyncio.get_running_loop().run_in_executor(None, _open, path, keep), keep)
@@ -149,6 +150,10 @@ def _open(path: Path, keep: StorageConfig) -> _Opened:
             opened = _Opened(lock, writer, reader, looker, file.Seen(path), run)
         except (sqlite3.Error, OSError) as error:
             raise faults.at_opening(error, path) from error
+        except FileUnwritable as error:
+            if isinstance(error.__cause__, OSError) and faults.is_passing(error.__cause__, path):
+                raise faults.at_opening(error.__cause__, path) from error
+            raise
         undo.pop_all()
         return opened
 

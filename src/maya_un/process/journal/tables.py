@@ -118,6 +118,12 @@ def note(connection: sqlite3.Connection, rows: Iterable[EventRow | AuditRow]) ->
             connection.execute(_ADD_AUDIT, encoding.audit_values(row))
 
 
+def probe(connection: sqlite3.Connection) -> None:
+    """Write a row and take it back: to write what is there already, SQLite would write nothing."""
+    connection.execute("INSERT INTO meta VALUES ('probe', 0)")
+    connection.execute("DELETE FROM meta WHERE name = 'probe'")
+
+
 def begin_run(connection: sqlite3.Connection) -> int:
     """Count one more opening of the file, and return which it is."""
     connection.execute("UPDATE meta SET value = value + 1 WHERE name = 'run'")
