@@ -51,6 +51,12 @@ class StandIn:
         if self.error is not None:
             raise self.error
 
+    failing = ""
+    """Why nothing can be written down."""
+
+    async def check_storage(self) -> str:
+        return self.failing
+
     async def status(self) -> Now:
         self._note("status")
         if self.hangs:

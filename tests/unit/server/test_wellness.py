@@ -55,7 +55,9 @@ async def test_with_a_loop_that_hangs_it_is_not_and_says_so_in_time() -> None:
 async def test_with_a_journal_that_cannot_be_written_it_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(SqliteJournal, "failing", property(lambda _: "no room is left"))
     monkeypatch.setattr(SqliteJournal, "commits", property(lambda _: 7))
-    bridge = bridge_to(StandIn(), object.__new__(SqliteJournal))
+    service = StandIn()
+    service.failing = "no room is left"
+    bridge = bridge_to(service, object.__new__(SqliteJournal))
     found = await readiness(bridge, "en")
     assert [reason.code for reason in found.reasons] == [5007]
     assert "no room is left" in found.reasons[0].message
