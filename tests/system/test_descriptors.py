@@ -79,7 +79,7 @@ def own_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("limit", [32, 48, 64])
+@pytest.mark.parametrize("limit", [40, 48, 64])
 @pytest.mark.parametrize("said", BEGUN)
 def test_stop_with_descriptors_used_up_is_answered(limit: int, said: str, own_folders: Path) -> None:
     with limited(limit, "up --port 0") as service:
