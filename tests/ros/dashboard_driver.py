@@ -221,7 +221,8 @@ class Driver(QObject):
 
     def do_title_of_another(self, number: int, language: str) -> Any:
         """Return the title of one more dashboard, in a language that is chosen after it was opened."""
-        another = Dashboard(StandIn(), "en", number)
+        robot: Any = StandIn()
+        another = Dashboard(robot, "en", number)
         another.speak(language)
         return another.windowTitle()
 

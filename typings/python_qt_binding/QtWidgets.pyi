@@ -6,3 +6,4 @@ def __getattr__(name: str) -> Any: ...
 
 class QWidget(QObject):
     def showEvent(self, event: Any) -> None: ...  # noqa: N802 - Qt's name
+    def resizeEvent(self, event: Any) -> None: ...  # noqa: N802 - Qt's name

@@ -12,7 +12,7 @@ import asyncio
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from typing import Generic, NamedTuple, TypeVar, cast
+from typing import Any, Generic, NamedTuple, TypeVar, cast
 
 from maya_un.errors import (
     CommandRejected,
@@ -437,7 +437,7 @@ def _again(error: MayaError) -> MayaError:
     return type(error)(**error.details)
 
 
-def _look(future: asyncio.Future[str]) -> None:
+def _look(future: asyncio.Future[Any]) -> None:
     """Take note of the outcome, so that a future nobody awaits is no complaint."""
     if not future.cancelled():
         future.exception()

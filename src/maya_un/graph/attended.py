@@ -22,6 +22,7 @@ from maya_un.graph.protocol import (
     Publisher,
     Quick,
     Refused,
+    Request,
     Subscription,
 )
 from maya_un.graph.table import Form, asked_by_call, asked_by_topic
@@ -87,7 +88,7 @@ class Attended:
 
         return self._graph.serve(service, kind, looked_at, quick)
 
-    async def call(self, service: str, request: Message, kind: str = "") -> Message:
+    async def call(self, service: str, request: Request, kind: str = "") -> Message:
         """Return the answer of a service."""
         return await self._graph.call(service, request, kind)
 

@@ -18,6 +18,7 @@ from maya_un.process.states import TaskState
 from maya_un.robot.approach import Approach
 from maya_un.values import Point
 from maya_un.workers import Staff
+from tests.virtual_time import turn
 
 JOB = {
     "parts": {"cube": [0.5, 1.1]},
@@ -79,7 +80,7 @@ async def test_a_stop_while_a_step_is_planned_keeps_it_from_beginning() -> None:
             await robot.controller.home()
             before = robot.controller.state.counts
             running = asyncio.ensure_future(robot.robot.run(Approach(Point(0.5, 1.1, 0.4))))
-            await asyncio.sleep(0)
+            await turn()
             await robot.service.stop()
             with pytest.raises(Stopped):
                 await running

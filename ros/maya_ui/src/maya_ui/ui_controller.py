@@ -199,13 +199,13 @@ class UiController:
         """Look again and again who is there."""
         if self._prepare is not None:
             self._prepare()
-        self._graph = _Part(self._heard)
+        graph = self._graph = _Part(self._heard)
         if self._ended.is_set():
-            self._graph.leave(threading.Event())
+            graph.leave(threading.Event())
             return
         in_thread(self._watch_master)
-        while self._graph is not None and not self._ended.wait(LOOK):
-            self._graph.look()
+        while not self._ended.wait(LOOK):
+            graph.look()
 
     def _watch_master(self) -> None:
         """Look whether the master answers; a thread of its own, since one that hangs does not."""

@@ -51,6 +51,7 @@ async def test_a_cut_ends_every_link_and_no_motion() -> None:
     virtual = made()
     drivers = [await Driver.open(virtual.loopback(), timeout=1.0) for _ in range(2)]
     await drivers[0].batch(["SHA", "PRA=50000", "BGA"])
+    await drivers[1].send("TP")
     await elapse(0.5)
     virtual.cut()
     await asyncio.wait([driver.lost for driver in drivers])
