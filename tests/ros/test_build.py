@@ -28,7 +28,8 @@ def programs(space: Path) -> dict[str, set[str]]:
 
 
 def test_catkin_lint_finds_nothing() -> None:
-    said = run(["catkin_lint", "-W2", "--strict", "--offline", str(PACKAGES)], ROOT)
+    # catkin 0.8.0 takes no metapackage that asks for a newer CMake than 2.8.3
+    said = run(["catkin_lint", "-W2", "--strict", "--offline", "--ignore", "cmake_ancient", str(PACKAGES)], ROOT)
     assert "found 0 problems" in said
 
 

@@ -94,7 +94,7 @@ def test_qcodes_drives_motors_planes_and_the_probe_arm(tmp_path: Path) -> None:
         assert plane["came back"]
         assert plane["vector_speed"] == 20_000
         assert "question mark returned by controller" in plane["after, from a host"]
-    assert said["told"] == "2 Command works in a program only"
+    assert said["told"] == "2 Command only valid from program"
     assert said["arm"]["corners"] == [[0, 0, 0], [1600, 0, 0], [1600, 1200, 0]]
     assert said["arm"]["at"] == [1, 3]
     assert said["off"] == ["off", "off", "off"]
@@ -174,7 +174,7 @@ def test_the_gclib_example_runs_through_the_command() -> None:
     assert said.splitlines() == [
         "127.0.0.1, DMC4133 Rev 1.3k, 41330, IHA IHB",
         "after a move: 3000, 0, 0",
-        "refused: question mark returned by controller - 90 No such axis",
+        "refused: question mark returned by controller - 90 Only A B C D valid operand",
         "corner 1",
         "corner 2",
         "an array: [2.5, -3.0]",
