@@ -139,7 +139,7 @@ def test_a_paused_queue_is_shown_and_resumed(screen: Screen) -> None:
     assert screen.read("light")["kind"] == "warn"
     assert "The queue is paused (a job failed)." in screen.text("banner_text")
     screen.ask("add", command="home", target=[0, 0, 0])
-    assert screen.text("queue_why") == "The queue is paused: what you give to it waits."
+    assert screen.text("queue_why") == "The queue is paused: your tasks wait in it."
     screen.click("start")
     assert "It waits, because the queue is paused." in screen.text("note")
     assert screen.read("note")["kind"] == "warn"

@@ -53,7 +53,7 @@ _ADDRESSES = "sim, real (the configured controller), HOST or HOST:PORT"
 Address = Annotated[str, typer.Option(help=_ADDRESSES)]
 SkipHome = Annotated[bool, typer.Option("--skip-home", help="take over the homing whose mark stands in the controller")]
 TakeOver = Annotated[
-    bool, typer.Option("--take-over", help="at rest, take the controller from another program that owns it")
+    bool, typer.Option("--take-over", help="take the controller, at rest, from the program that owns it")
 ]
 _KINDS = "ends in .svg, .png or .pdf; default:"
 WorkspacePicture = Annotated[str | None, typer.Option(metavar="FILE", help=f"{_KINDS} maya-workspace.svg")]
@@ -393,13 +393,13 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     seed: Seed = None,
     table: Table = None,
     record: Annotated[
-        str | None, typer.Option(metavar="FILE", help="adds what the mechanics see: motion, loads, stalls, drops")
+        str | None, typer.Option(metavar="FILE", help="records the mechanics: motion, loads, stalls, drops")
     ] = None,
 ) -> int:
     """Serve a virtual DMC-41x3 on TCP and UDP.
 
     Prints its address when it listens; Ctrl-C ends it. Faults on demand: maya dmc fault.
-    --record writes a line of JSON at once for each contact and drop, and every 50 ms of motion.
+    --record writes one line of JSON for each contact and drop, and one for every 50 ms of motion.
     """
     from maya_un.cli import serve as command
 

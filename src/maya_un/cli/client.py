@@ -87,10 +87,10 @@ class Client:
 
 
 def _named(refusal: NotSignedIn) -> NotSignedIn:
-    """Return a refusal of the token that this machine shows by itself, with where that token comes from."""
+    """Return a refusal of this machine's own token, with the file or variable that the token comes from."""
     origin = credentials.origin()
     said = refusal.details["reason"]
-    return NotSignedIn(reason=f"{said}; the token shown is that of {origin}") if origin else refusal
+    return NotSignedIn(reason=f"{said}; it comes from {origin}") if origin else refusal
 
 
 def _decode(response: HTTPResponse, text: bytes) -> Any:

@@ -26,7 +26,7 @@ PATIENCE = 1.0
 """Longest wait for an answer [s]."""
 
 _ASK = "MG _BV{F1.0}"
-"""How many axes there are, in a format of its own: whoever used the controller before may have set another."""
+"""How many axes there are, in a format of its own, because earlier users of the controller may have set another."""
 
 
 class Socket:
@@ -117,9 +117,9 @@ def conform(address: str, moves: bool, bench: bool, settings: Settings) -> int:
 
 
 def held(host: str, port: int, allowed: set[Demand]) -> Outcome:
-    """Hold the controller at an address to all vectors that demand no more than is allowed.
+    """Check the controller at an address with all vectors whose demands are allowed.
 
-    One that may be `Demand.FRESH` is brought to that state before each of them, by a reset before each group.
+    With `Demand.FRESH` allowed, restore the factory settings before each vector, and reset before each group.
     """
     axes = axes_of(host, port)
     asyncio.run(_require_free(host, port))

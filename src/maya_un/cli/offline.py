@@ -73,7 +73,7 @@ def _workspace(config: Config) -> Workspace:
 
 
 def _in_force(settings: Settings) -> Config:
-    """Return the configuration of the running robot, which has the zones of its run; without one, the file's.
+    """Return the configuration of the running robot, with its zones; without a robot, that of the file.
 
     A file that is named counts, and so does the usual one where the robot does not tell.
     """

@@ -35,7 +35,7 @@ class LineFile:
             os.close(descriptor)
 
     def add(self, line: str) -> None:
-        """Add a line; after a failure nothing more is written, so that no line is missing in between."""
+        """Add a line; write nothing after a failure, so that no line is missing in between."""
         data = line.encode("utf-8")
         try:
             while data and self._failure is None:

@@ -51,7 +51,7 @@ MEMORY = "memory"
 
 
 _FILES = 24
-"""The service opens about so many files besides its connections: the journal, locks, its listeners, its workers."""
+"""Number of files, about, that the service opens besides its connections: journal, locks, listeners, workers."""
 
 
 class Options(NamedTuple):
@@ -141,7 +141,7 @@ def journal_file(named: str | None) -> Path | None:
 
 
 _TURN = 0.001
-"""The robot's loop waits so long at most for the interpreter's lock while the server's thread is in Python [s]."""
+"""Longest wait of the robot's loop for the interpreter's lock while the server's thread runs Python [s]."""
 
 
 async def _serve(robot: _Robot, options: Options, doors: _Doors, settings: Settings) -> None:
@@ -171,7 +171,7 @@ async def _serve(robot: _Robot, options: Options, doors: _Doors, settings: Setti
 
 @asynccontextmanager
 async def _running(robot: _Robot) -> AsyncIterator[Stack]:
-    """Wire the stack on its journal, which is closed last; one that was made for a start that failed is removed."""
+    """Wire the stack on its journal and close the journal last; remove a new journal if the start fails."""
     new = robot.journal is not None and not robot.journal.exists()
     started = False
     try:

@@ -31,7 +31,7 @@ Work = Callable[[], object]
 class Registrar:
     """Does what needs the master, one thing after the other, in a thread of its own; returns at once.
 
-    While no master answers it waits, and everybody else goes on: what is to be registered then is not known to others.
+    While no master answers it waits, and everybody else goes on: other nodes do not find the new names until then.
     `speed` is how fast the loop's clock runs.
     """
 
@@ -75,7 +75,7 @@ class Registrar:
                 told(lambda at: at.getPid())
             except (MasterGone, rosgraph.MasterException) as gone:
                 if not missed:
-                    rospy.logwarn("%s Until it does, what this node begins is not known to others.", gone)
+                    rospy.logwarn("%s Until it does, other nodes do not find new names of this one.", gone)
                 missed = True
                 self._wait.wait(LOOK)
             else:

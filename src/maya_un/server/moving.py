@@ -40,7 +40,7 @@ from maya_un.server.exchange import answer, sent
 from maya_un.server.routes import Routes
 from maya_un.values import StopReport
 
-TakeOver = Annotated[bool, Query(description="at rest, take the controller from another program that owns it")]
+TakeOver = Annotated[bool, Query(description="take the controller, at rest, from the program that owns it")]
 _TAG = "moving"
 
 AnyJog = Annotated[JogBy | JogHold | JogRelease, sent(JogBy, JogHold, JogRelease, choose=kind_of_jog)]

@@ -232,7 +232,7 @@ def test_first_user_replaces_an_old_token_and_sets_it_aside(
     aside = place.with_name("token.old")
     text = printed("maya user add root --role admin", capsys)
     assert credentials.token() == TOKEN
-    assert f"The token that was kept there before is in {aside} now." in text
+    assert f"The former token is in {aside} now." in text
     assert aside.read_text() == f"{OLD}\n"
     assert aside.stat().st_mode & 0o777 == 0o600
     assert "another token" not in text
@@ -251,9 +251,9 @@ def test_refused_token_is_told_with_the_place_it_came_from(
         monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, None))
         assert "the token shown" not in printed("maya user", capsys, code=2)
         place = files.keep_token(OLD)
-        assert f"it is wrong; the token shown is that of {place}" in printed("maya user", capsys, code=2)
+        assert f"it is wrong; it comes from {place}" in printed("maya user", capsys, code=2)
         monkeypatch.setenv("MAYA_TOKEN", OLD)
-        assert "the token shown is that of $MAYA_TOKEN" in printed("maya user", capsys, code=2)
+        assert "it comes from $MAYA_TOKEN" in printed("maya user", capsys, code=2)
 
 
 def test_the_owner_of_the_file_gets_in_again(state: Path, capsys: pytest.CaptureFixture[str]) -> None:

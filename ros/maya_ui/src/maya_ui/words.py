@@ -40,16 +40,16 @@ WORDS: dict[str, tuple[str, str]] = {
     "holding_no": ("the gripper is empty", "la pinza está vacía"),
     "between_steps": ("between two steps", "entre dos pasos"),
     "queue_paused": (
-        "The queue is paused ({reason}). What waits there does not begin: press Resume queue.",
-        "La cola está en pausa ({reason}). Lo que espera no empieza: pulse Reanudar cola.",
+        "The queue is paused ({reason}). Waiting jobs do not begin: press Resume queue.",
+        "La cola está en pausa ({reason}). Los trabajos en espera no empiezan: pulse Reanudar cola.",
     ),
     "queue_interrupted": (
         "Job {job} was interrupted at {step} when the robot's program ended. Look at the robot, then press Decide.",
         "El trabajo {job} se interrumpió en {step} al terminar el programa del robot. Mire el robot y pulse Decidir.",
     ),
     "queue_waits": (
-        "The queue is paused: what you give to it waits.",
-        "La cola está en pausa: lo que le entregue espera.",
+        "The queue is paused: your tasks wait in it.",
+        "La cola está en pausa: sus tareas esperan en ella.",
     ),
     "queue_runs": ("The queue is not paused.", "La cola no está en pausa."),
     "decide_first": (

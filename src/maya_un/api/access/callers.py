@@ -96,7 +96,7 @@ class Callers:
         return self._caller(await self._verified(text, source), lease, source)
 
     def current(self, caller: Caller) -> Caller:
-        """Return a caller with the role that he has now.
+        """Return a caller with the current role.
 
         Raises `NotSignedIn` where his token was revoked or has expired, or where he showed none and users are kept.
         """
@@ -106,12 +106,12 @@ class Callers:
             return caller
         token = self._register.tokens.get(caller.token)
         if token is None or token.user != caller.name or self._expired(token):
-            raise NotSignedIn(reason="what was shown has expired or was revoked")
+            raise NotSignedIn(reason="the one shown has expired or was revoked")
         role = self._register.users[token.user].role
         return replace(caller, role=role, implicit=caller.implicit and allowed(role, Operation.LEND))
 
     def current_of(self, asked: Sequence[Caller]) -> list[Caller | MayaError]:
-        """Return each of some callers with the role that he has now, or why he has none any more."""
+        """Return each of some callers with the current role, or the reason for having none any more."""
 
         def found(caller: Caller) -> Caller | MayaError:
             try:

@@ -44,7 +44,7 @@ def add(name: str, role: str, settings: Settings, *, with_password: bool) -> int
 
 
 def _kept_first(token: str, language: str) -> str:
-    """Keep the first token of all, and return what its owner should know."""
+    """Store the first token of all, and return a note for its owner."""
     aside = files.set_aside()
     said = [word("kept", language, file=files.keep_token(token))]
     if aside is not None:

@@ -67,16 +67,16 @@ _WORDS: dict[str, tuple[str, str]] = {
         "sus órdenes lo muestran.",
     ),
     "aside": (
-        "The token that was kept there before is in {file} now.",
-        "El token que estaba guardado allí está ahora en {file}.",
+        "The former token is in {file} now.",
+        "El token anterior está ahora en {file}.",
     ),
     "other_token": (
-        "${name} holds another token, which your commands show first. Unset it, or put the new token into it.",
-        "${name} contiene otro token, que sus órdenes muestran antes. Bórrela o ponga en ella el token nuevo.",
+        "${name} holds another token, which your commands use first. Unset it, or put the new token into it.",
+        "${name} contiene otro token, que sus órdenes usan primero. Bórrela o ponga en ella el token nuevo.",
     ),
     "void_removed": (
-        "Your token in {file} was one of them; it is removed.",
-        "Su token en {file} era uno de ellos; se eliminó.",
+        "Your token in {file} was one of them and was removed.",
+        "Su token en {file} era uno de ellos y se eliminó.",
     ),
     "changed": ("{name} is {role}.", "{name} es {role}."),
     "password_changed": (

@@ -64,7 +64,7 @@ def download(address: str, file: str, source: Source, label: str | None, setting
 
 
 def told(source: Source) -> str:
-    """Return what was downloaded, and what was changed before."""
+    """Return a text with the number of downloaded lines and the changes made before."""
     return "; ".join((f"{lines(source.text)} downloaded", *source.changes))
 
 
@@ -84,7 +84,7 @@ async def _download(place: str, text: str, start: str | None) -> None:
 
 
 async def load(driver: Driver, text: str) -> None:
-    """Replace the controller's program; the one before is put back where the controller does not take the new one.
+    """Replace the controller's program; restore the former one if the controller refuses the new one.
 
     Raises `ProgramRuns`, `ProgramLost`, and as the driver does.
     """
@@ -99,7 +99,7 @@ async def load(driver: Driver, text: str) -> None:
 
 
 async def _kept(driver: Driver) -> str | None:
-    """Return the program in the controller, None where it tells none, for it is locked."""
+    """Return the program in the controller, None if it is locked."""
     try:
         return await driver.upload()
     except CommandRejected:
