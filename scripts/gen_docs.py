@@ -180,8 +180,8 @@ def _role_lines() -> Iterator[str]:
     own = " and ".join(f"`{operation}`" for operation in Operation if operation in OWN)
     yield f"\nWhoever may `{Operation.PROPOSE}` may {own} jobs of his own. `{Operation.STOP}` and `{Operation.ABORT}`"
     yield "need neither a lease nor more than a valid token, and on the robot's own machine not even that."
-    yield "\nThe table holds for every edge: HTTP, the stream, rosbridge and the ROS graph, whose"
-    yield "[names](graph.md) say what they ask for."
+    yield "\nThe table holds for every edge: HTTP, the stream, rosbridge and the ROS graph, where"
+    yield "[each name](graph.md) states the operation that it needs."
 
 
 def _role_row(operation: Operation, rule: Rule) -> str:

@@ -53,11 +53,11 @@ other one, {FAR.burst:g} at once. More are answered 429, with `Retry-After`; sto
 is at most {BODY_LIMIT // 1_000_000} MB where it may carry a job, {LONG // 1024} kB elsewhere; it has at most
 {MOST_VALUES:,} values and arrives within {BODY_PATIENCE:g} s.
 
-Previews, inspections and what they need are worked out in a process of their own. Each user may have
-{PEOPLE_BOUNDS.each} under way; more are answered 429 (4030). One that takes more than {PEOPLE_BOUNDS.seconds:g} s of
-computing is refused (4031), so is one that needs more than {PEOPLE_BOUNDS.memory >> 30} GB or {MOST_SAMPLED:,} samples
-(4032). A job names at most
-{MOST_NAMES} parts, {MOST_NAMES} places and {MOST_NAMES} pallets. A request whose caller goes away is given up.
+A separate worker process computes previews and inspections. Each user may have
+{PEOPLE_BOUNDS.each} under way; further ones are answered 429 (4030). A request is refused if it takes more than
+{PEOPLE_BOUNDS.seconds:g} s of computing (4031), or needs more than {PEOPLE_BOUNDS.memory >> 30} GB or
+{MOST_SAMPLED:,} samples (4032). A job names at most {MOST_NAMES} parts, {MOST_NAMES} places and
+{MOST_NAMES} pallets. If the caller disconnects, the work on its request ends.
 Stop waits for none of them.
 
 ## What every answer has

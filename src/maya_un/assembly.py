@@ -46,7 +46,7 @@ from maya_un.virtual.wire.server import VirtualController
 from maya_un.workers import Bounds, Staff, Workers
 
 OWN_BOUNDS = Bounds(seconds=60.0, most=256, each=128)
-"""What the robot waits for is bounded by the bounds of a job; it is asked for in pieces."""
+"""Bounds of the work that the robot waits for: those of a job; it is requested in pieces."""
 
 PEOPLE_BOUNDS = Bounds(seconds=30.0, most=256, each=4, nicer=5)
 

@@ -25,7 +25,7 @@ WANTED = 1024
 """The soft limit on descriptors is raised to this where the hard one allows; select() watches no more."""
 
 LEAST = 12
-"""So many descriptors must be left for a program that listens; what it opens besides is added."""
+"""Descriptors that a listening program needs at least, besides those that it opens itself."""
 
 KEPT = 16
 """So many descriptors are kept back for the robot at most: its link, the journal, recordings, configuration."""
@@ -54,7 +54,7 @@ _log = logging.getLogger("maya.connections")
 
 
 class Share(NamedTuple):
-    """What a listener may use: descriptors numbered below `full` for any request, below `most` for a stop."""
+    """The share of a listener: descriptors numbered below `full` for any request, below `most` for a stop."""
 
     full: int
     most: int
@@ -66,7 +66,7 @@ class Share(NamedTuple):
 
 
 ALL = Share(sys.maxsize, sys.maxsize)
-"""The share of who need not look at descriptors."""
+"""The share of a listener that need not limit its descriptors."""
 
 
 class Shares(NamedTuple):
@@ -87,7 +87,7 @@ class Shares(NamedTuple):
 
     @classmethod
     def now(cls) -> Shares:
-        """Divide what this process may open."""
+        """Divide the descriptors that this process may open."""
         limit, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
         return cls.of(WANTED if limit == resource.RLIM_INFINITY else limit, _used())
 

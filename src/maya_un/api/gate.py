@@ -30,7 +30,7 @@ def unheard(_caller: Caller, _operation: Operation, _code: int, _detail: str) ->
 
 
 Current = Callable[[Caller], Caller]
-"""Returns a caller with the rights that he has now; raises `NotSignedIn` where they have ended."""
+"""Returns a caller with the current rights; raises `NotSignedIn` if they have ended."""
 
 
 def unchanged(caller: Caller) -> Caller:

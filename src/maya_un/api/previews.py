@@ -1,4 +1,4 @@
-"""What people ask of jobs and places that moves nothing, as JSON from end to end, so that nothing of it holds a loop.
+"""Answer questions of people about jobs and places; nothing moves. All is JSON, so that no answer holds a loop.
 
 A long job comes as the bytes of a request, and every answer is bytes. With a worker it is read, worked out and written
 there; only the bytes pass through this process. Everybody who asks has his turn.
@@ -25,7 +25,7 @@ from maya_un.workers import Work, Workers
 T = TypeVar("T")
 
 MOST_SAMPLES = 10_000
-"""Samples of one motion that may be asked for."""
+"""Most samples of one motion that a request may ask for."""
 
 _PIECE = 1 << 18
 
@@ -109,7 +109,7 @@ class Previews:
 
 
 def require_samples(samples: int) -> None:
-    """Raise `InvalidValue` for so many samples of a motion as may not be asked for."""
+    """Raise `InvalidValue` for a number of samples that is not allowed."""
     if not 2 <= samples <= MOST_SAMPLES:
         raise InvalidValue(key="samples", value=samples, reason=f"it must be 2 to {MOST_SAMPLES}")
 

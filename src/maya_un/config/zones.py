@@ -12,7 +12,7 @@ from maya_un.config.base import Contradiction, Metres, Section, flaw
 from maya_un.errors import InvalidRequest
 
 MOST_ZONES = 100
-"""So many zones are kept out of; every step of a job takes longer to plan with every one."""
+"""Most zones; each one makes the planning of every step longer."""
 
 Coordinate = Annotated[float, Field(ge=-10.0, le=10.0)]
 """A coordinate in the base frame [m]; the bounds catch millimetres."""

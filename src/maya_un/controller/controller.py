@@ -47,7 +47,7 @@ from maya_un.values import AXES, Joints, Progress, State, StopReport
 from maya_un.workers import Workers
 
 _Way = Callable[[Wish, Joints], Awaitable[Route]]
-"""Tells which way a wish goes from where the robot is."""
+"""Returns the path of a command from the robot's position."""
 
 
 class GalilController:

@@ -80,7 +80,7 @@ class Execution:
         return tuple(i for i in range(3) if axes[i].letter in move.axes)
 
     def _blocked(self, record: DataRecord, run: Run, refusal: CommandRejected) -> SwitchBlocks | None:
-        """Return the error for a switch that is active before a motion towards it, None where it is something else."""
+        """Return the error for a switch that is active before a motion towards it, None for another cause."""
         if refusal.details["tc"] != ErrorCode.BEGIN_AT_LIMIT:
             return None
         ways = run.move.segments.counts

@@ -33,7 +33,7 @@ _PROGRAM_RUNS = 17
 
 @dataclass(frozen=True, slots=True)
 class Watch:
-    """What an answer to the guard's question says; one without sense is `garbled` and proves nothing.
+    """The meaning of an answer to the guard's question; a senseless answer is `garbled` and proves nothing.
 
     `ours` tells whether the controller still belongs to this program.
     """
@@ -125,7 +125,7 @@ class Guard:
             raise await self.lost(driver)
 
     async def lost(self, driver: Driver) -> OwnershipLost | GuardNotRunning:
-        """Return the error for a controller that is ours no more; one that is nobody's was reset."""
+        """Return the error for a controller that we lost; a controller without an owner was reset."""
         holder = await self.owner.holder(driver)
         return OwnershipLost(holder=holder) if holder else GuardNotRunning()
 

@@ -40,7 +40,7 @@ MOVING_RATE, REST_RATE = 20.0, 4.0
 """Groups of registers read in a second, at most: of the first group while something moves, and of all in turn."""
 
 _NAMED = (AbortInput, AmplifierFault, CommandRejected, PositionChanged, RegisterChanged, ForeignMotion, UnexpectedReply)
-"""Errors that have their cause in them; our own command that was refused explains a register that differs."""
+"""Errors that name their cause; a refused command of ours explains a register that differs."""
 
 
 class Lookout:
@@ -91,7 +91,7 @@ class Lookout:
                 await driver.batch(monitor.registers.torque(monitor.torque.most))
 
     async def claim(self, driver: Driver, *, take_over: bool = False) -> None:
-        """Make the controller ours; raises `ControllerOwned`, `ControllerMoves`. The twin of a dry run is anyway."""
+        """Make the controller ours (a dry run's twin always is); raises `ControllerOwned`, `ControllerMoves`."""
         if self._guard is not None:
             await self._guard.claim(driver, self._monitor.link.address, self._moving, take_over=take_over)
 
@@ -158,7 +158,7 @@ class Lookout:
         return self._monitor.moving()
 
     def _on_returned(self, driver: Driver) -> None:
-        """Take the beat up again on a new connection, once nothing moves: what moves is for the guard to stop."""
+        """Beat again on a new connection once nothing moves: the guard has to stop a motion under way."""
         if self._guard is not None:
             self._begin(self._resume(driver, self._guard))
 
@@ -220,7 +220,7 @@ class Lookout:
             await self._tell(driver, changed)
 
     def _void_by(self, changed: RegisterChanged) -> None:
-        """Make the homing void where a register changed that says what the counts mean."""
+        """Make the homing void if a register changed that defines what counts mean."""
         if str(changed.details["register"])[:2] in MEANING:
             self._monitor.displace(changed)
 
@@ -270,7 +270,7 @@ class Lookout:
             monitor.enter_fault(found)
 
     def _met(self, record: DataRecord) -> MayaError | None:
-        """Return what befell the motion under way, None where all is well; a homing looks for limits itself."""
+        """Return the error of the motion under way, None if all is well; a homing checks limits itself."""
         monitor, run = self._monitor, self._monitor.run
         found = None if run is None else faults.grave(record, monitor.order, run.members)
         found = found or monitor.motor_off()

@@ -3,7 +3,7 @@
 The token is the axis user variable ZAB: it is always there, no burn brings it back, and a reset makes it 0, which means
 nobody's (Galil DMC-41x3, command ZA). An owner lives as long as its beat does, TIME written into `mayabeat` again and
 again. The controller executes one command at a time, so every write here is one command that takes effect only while
-the token is what its writer believes:
+the token has the value that its writer expects:
 
 - a claim swaps the token only where it is still the one that was seen, with the same last beat;
 - a beat, and whatever arms the guard, changes nothing once the token is somebody else's;
@@ -61,12 +61,12 @@ class Held(NamedTuple):
 
     @property
     def age(self) -> float:
-        """How long ago the last beat was [s]; TIME wraps, and what is none is infinitely old."""
+        """Age of the last beat [s]: TIME wraps; without a beat it is infinite."""
         return float("inf") if self.beat is None else (self.time - self.beat) % _WRAP / SAMPLES
 
 
 class Ownership:
-    """What this program has of a controller; `patience` is how long an owner may be silent [s] and stay the owner."""
+    """This program's ownership of a controller; an owner stays it while silent for at most `patience` [s]."""
 
     def __init__(self, patience: float) -> None:
         self._patience = patience
@@ -141,7 +141,7 @@ class Ownership:
         return await self.did(driver)
 
     async def holder(self, driver: Driver) -> str:
-        """Return who says to own the controller, for people; "" where it is nobody's."""
+        """Return the name of the controller's owner for people, "" if nobody owns it."""
         if (await self.look(driver)).token == 0:
             return ""
         try:
@@ -152,7 +152,7 @@ class Ownership:
         return f"{''.join(names).strip()} (process {process})"
 
     async def sign(self, driver: Driver) -> None:
-        """Write down who we are and by which connection we came; nothing of it replaces what another owner wrote."""
+        """Write our name and connection into the controller, but never over those of another owner."""
         (handle,) = await _numbers(driver, "_IA3")
         letter = LETTERS[handle]
         mine = {
@@ -218,7 +218,7 @@ class Ownership:
 
 
 async def living_owner(driver: Driver) -> str:
-    """Return whose the controller is, "" where it is nobody's that lives; asks only, for whoever wants to know."""
+    """Return the name of the living owner, "" without one; writes nothing."""
     observer = Ownership(SILENT)
     try:
         (token,) = await _numbers(driver, "_ZAB")
@@ -232,7 +232,7 @@ async def living_owner(driver: Driver) -> str:
 
 
 async def _numbers(driver: Driver, *operands: str) -> list[int]:
-    """Return whole numbers, printed so that no format somebody set (VF) can cut them."""
+    """Return whole numbers, printed in a format of our own, so that VF cannot cut them."""
     command = f"MG {','.join(f'{operand}{{F10.0}}' for operand in operands)}"
     reply = await driver.send(command)
     words = reply.split()

@@ -1,4 +1,4 @@
-"""The planning of the controller floor without a controller: what is previewed on paper is what would be carried out.
+"""The planning of the controller floor without a controller: a preview on paper equals the real motion.
 
 In a worker (`maya_un.workers`) there is one, made by `prepare`; the functions of this module work on it there.
 """

@@ -20,7 +20,7 @@ from maya_un.workers import Answer, Workers
 T = TypeVar("T")
 
 OWN = "motion"
-"""Whose turn a plan is that the robot waits for."""
+"""Principal whose turn the robot's own plans use."""
 
 
 class Planning:
@@ -45,7 +45,7 @@ class Planning:
 
 
 async def _unless_ended(wish: Wish, work: Coroutine[Any, Any, Answer[T]]) -> T:
-    """Return what work comes to; a stop does not wait for that."""
+    """Return the result of work; a stop does not wait for it."""
     task = asyncio.ensure_future(work)
     try:
         await wish.wait(inf, task)

@@ -89,7 +89,7 @@ class Controller(Protocol):
 
     @property
     def stops(self) -> int:
-        """How often stop or abort was said: whoever is between two motions learns of it here."""
+        """Number of stops and aborts so far; compare it between two motions to notice one."""
         ...
 
     def watch(self) -> AsyncIterator[State]:

@@ -1,4 +1,4 @@
-"""Where the axes have to be by what this program did: a position that changes without it is another's doing.
+"""Expected positions of the axes from this program's commands: any other change is foreign.
 
 The reference of an axis (Galil DMC-41x3, command RP) changes by motion, by DP, and by SH, which takes it to where the
 axis is. So at rest it stays exactly, and in motion it stays on the path.
@@ -30,7 +30,7 @@ Counts = Sequence[float]
 
 
 class Reckoning:
-    """What is known of the positions of Maya's axes at rest."""
+    """Known positions of Maya's axes at rest."""
 
     def __init__(self, config: Config, order: faults.Order) -> None:
         self._config = config
@@ -83,7 +83,7 @@ class Reckoning:
         return PositionChanged(axis=AXES[axis], distance=self.shown(axis, counts))
 
     def shown(self, axis: int, counts: float) -> str:
-        """Return a way in counts of an axis (0 to 2) for people."""
+        """Return a distance in counts of an axis (0 to 2) as text."""
         way = abs(counts) / self._units.per_unit[axis]
         return f"{way * 57.29577951308232:.2f} deg" if axis == 0 else f"{way * 1000.0:.2f} mm"
 

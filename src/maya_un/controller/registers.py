@@ -1,4 +1,4 @@
-"""The registers that safety stands on: declared once, written at connect, and read again and again.
+"""The registers that safety depends on: declared once, written at connect, and read again and again.
 
 Some have a value that the configuration asks for. The others, as gains and types of motors and encoders, belong to the
 machine: they have to stay as they were when this program connected. Those of the coordinate system are what the last
@@ -56,7 +56,7 @@ GROUPS = (
     Group(axes="NB NF NZ"),
     Group(axes="OA OT OV BW"),
 )
-"""Every register that safety stands on (Galil DMC-41x3); while something moves, each look reads the first group."""
+"""Every register that safety depends on (Galil DMC-41x3); while something moves, each look reads the first group."""
 
 MEANING = frozenset({"MT", "CE", "DV", "AF", "GR"})
 """Registers without which the counts mean something else: a change of them makes the homing void."""
@@ -109,7 +109,7 @@ async def identify(driver: Driver, address: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """A question about registers that is on its way, and what the answer has to say."""
+    """A question about registers on its way, and the expected answer."""
 
     answers: asyncio.Future[list[str]]
     lines: Sequence[Line]
@@ -139,7 +139,7 @@ class Line(NamedTuple):
 
 
 class Registers:
-    """The registers of one controller, and what they have to be."""
+    """The registers of one controller, and their expected values."""
 
     def __init__(self, config: Config) -> None:
         self._wanted = wanted(config)

@@ -122,7 +122,7 @@ class UnknownInterface(RequestError):
 class ServiceFailed(RequestError):
     """A service of the graph failed, or went away before it answered.
 
-    A reason that another edge has said as this error already is said once, without the code that it ended with.
+    If the reason repeats this error's own message, the message appears once, without its code.
     """
 
     code = 4020
@@ -147,19 +147,19 @@ class NotOverRos(RequestError):
 
 
 class TooMuchAsked(RequestError):
-    """More is being worked out already than may be at once, for one who asks or for all."""
+    """Too many computations run at once, for one caller or for all."""
 
     code = 4030
 
 
 class TakesTooLong(RequestError):
-    """To work something out takes more computing than is allowed."""
+    """A computation takes longer than is allowed."""
 
     code = 4031
 
 
 class TooLarge(RequestError):
-    """To work something out needs more memory than is allowed, or its answer is too long."""
+    """A computation needs more memory than is allowed, or its answer is too long."""
 
     code = 4032
 

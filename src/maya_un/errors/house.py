@@ -90,7 +90,7 @@ class StorageUnavailable(RequestError):
 
 
 class WorkerFailed(RequestError):
-    """The process that works things out beside the robot's loop ended, or cannot begin."""
+    """The worker process that computes beside the robot's loop ended, or cannot start."""
 
     code = 5020
 

@@ -72,7 +72,7 @@ class NodeGone(MachineError):
 
 
 class ProgramLost(RequestError):
-    """A download failed, and the program that was there before could not be put back."""
+    """A download failed, and the former program could not be restored."""
 
     code = 1040
 
@@ -96,7 +96,7 @@ class TwinNotFound(RequestError):
 
 
 class ControllerOwned(RequestError):
-    """Another program that lives owns the controller; nothing was written to it."""
+    """Another running program owns the controller; nothing was written to it."""
 
     code = 1030
 
@@ -108,6 +108,6 @@ class OwnershipLost(MachineError):
 
 
 class ControllerMoves(RequestError):
-    """Axes move by what another program sent, so the controller changes its owner later."""
+    """Axes move by commands of another program, so the controller cannot change its owner yet."""
 
     code = 1032

@@ -156,7 +156,7 @@ class PositionChanged(MachineError):
 
 
 class RegisterChanged(MachineError):
-    """A register that safety stands on is not what this program wrote or found."""
+    """A register that safety depends on no longer has the value that this program wrote or found."""
 
     code = 2312
 

@@ -43,7 +43,7 @@ class Source:
 
     @property
     def changes(self) -> tuple[str, ...]:
-        """What was changed, in words; empty where nothing was."""
+        """Texts about the changes; empty without any."""
         found = (
             (self.remarks, "left out {} of remarks for the host"),
             (self.tabs, "turned tabs into blanks in {}"),

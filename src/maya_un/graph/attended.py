@@ -1,4 +1,4 @@
-"""A graph at which wishes are looked at before they are carried out: who may ask for them, one table decides."""
+"""A graph that checks commands before it carries them out; one table decides who may give them."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ def anything(_: Operation) -> None:
 
 
 class Attended:
-    """A `graph` whose services, actions and topics are refused to whoever uses it, as far as `permit` says.
+    """A `graph` whose services, actions and topics are open to its users only as far as `permit` allows.
 
-    What this process itself asks of the graph is not looked at. Questions that are answered at once, and cancels, are
+    Requests of this process itself are not checked. Questions that are answered at once, and cancels, are
     open to everybody. See `graph.protocol.Graph`.
     """
 
@@ -50,7 +50,7 @@ class Attended:
 
     @property
     def directory(self) -> Directory:
-        """What there is in it."""
+        """Its topics, services, actions and nodes."""
         return self._graph.directory
 
     @property

@@ -1,4 +1,4 @@
-"""Whose wish it is that is carried out in a graph: known where it comes in, asked for where it meets the gate.
+"""The principal of each command in a graph: set where the command comes in, read where it meets the gate.
 
 It goes with what a message sets going, tasks included, so that nobody on the way has to hand it on.
 """
@@ -12,19 +12,19 @@ from contextvars import ContextVar
 from maya_un.api.access.caller import ROS, Caller
 
 Who = Callable[[], Caller]
-"""Tells who it is at this instant."""
+"""Returns the principal at this instant."""
 
 _CALLER: ContextVar[Caller] = ContextVar("caller", default=ROS)
 
 
 def caller() -> Caller:
-    """Return whose wish this is: the graph's own (`ROS`) where nobody else's."""
+    """Return the principal of this command: the graph itself (`ROS`) unless another one is set."""
     return _CALLER.get()
 
 
 @contextmanager
 def acting_for(who: Caller) -> Iterator[None]:
-    """Have everything that begins in the block be the wish of `who`."""
+    """Make `who` the principal of everything that begins in the block."""
     token = _CALLER.set(who)
     try:
         yield

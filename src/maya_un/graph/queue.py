@@ -40,7 +40,7 @@ class Call(Protocol):
 
 
 Asker = Callable[[], Awaitable[Caller]]
-"""Tells whose wish it is."""
+"""Returns the principal of the command."""
 
 
 async def _sender() -> Caller:

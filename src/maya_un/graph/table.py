@@ -205,9 +205,9 @@ def rows(*floors: Floor) -> tuple[Row, ...]:
 
 
 def asked_by_topic(topic: str) -> Operation:
-    """Return the operation that is asked for by who publishes on a topic; that of an action's goal, too.
+    """Return the operation that publishing on a topic needs, or sending an action's goal.
 
-    A cancel is a stop. Who speaks where Maya speaks, or where nobody of Maya's listens, takes part in the graph.
+    A cancel is a stop. Publishing on a topic of Maya's own, or on one that Maya does not hear, needs `GRAPH`.
     """
     row = _BY_NAME.get(topic)
     if row is not None and row.form is Form.TOPIC:
@@ -238,7 +238,7 @@ def type_of_topic(topic: str) -> str | None:
 
 
 def asked_by_call(name: str, form: Form) -> Operation:
-    """Return the operation that is asked for by who calls a service, or has an action carried out."""
+    """Return the operation that calling a service or an action needs."""
     row = _BY_NAME.get(name)
     return Operation.GRAPH if row is None or row.form is not form else row.asks or Operation.GRAPH
 

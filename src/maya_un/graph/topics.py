@@ -25,7 +25,7 @@ class Member(Protocol):
 
     @property
     def who(self) -> Who | None:
-        """Tells for whom it acts; None where for whoever made it act."""
+        """Returns the principal for whom it acts, None for the one that triggered it."""
         ...
 
     def keep(self, held: Outlet | Inlet) -> None:

@@ -1,6 +1,6 @@
-"""What is worked out of jobs in a worker (`maya_un.workers`); each function yields where others may have their turn.
+"""Computations about jobs in a worker (`maya_un.workers`); each function yields where others may take a turn.
 
-Long lists of tasks cross in pieces: to read a long one at a time would hold the loop of whoever asked. `taught` is a
+Long lists of tasks cross in pieces: reading a long one at once would hold the caller's loop. `taught` is a
 pickle of what is taught, or of the error why nobody can tell.
 """
 
@@ -33,14 +33,14 @@ PIECE = 50
 
 
 class Rest(NamedTuple):
-    """What there is of an expansion besides its tasks."""
+    """An expansion without its tasks."""
 
     parts: dict[str, Point | None]
     remarks: tuple[str, ...]
 
 
 class Kept(NamedTuple):
-    """What there is of a written job besides its tasks."""
+    """A written job without its tasks."""
 
     name: str
     body: Body

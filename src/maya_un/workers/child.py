@@ -1,7 +1,7 @@
 """The worker process: takes requests from a pipe, works on each for a slice of time at most, and answers.
 
 It bounds its own memory, and lowers its priority where that is wanted. The kernel ends it where one slice takes far too
-long. It ends when whoever started it has gone.
+long. It ends when the process that started it has gone.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ SLICE = 0.02
 """A request has its turn for about so long [s, computing]."""
 
 LONGEST = 5
-"""The kernel ends a worker that does not come to an end of one slice in so long [s, computing]."""
+"""Longest slice before the kernel ends the worker [s, computing]."""
 
 _Work = Generator[Any, None, Any]
 

@@ -31,7 +31,7 @@ _ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 class Answer(NamedTuple, Generic[T]):
-    """What work has come to: what it handed over on the way, and what it returned."""
+    """Outcome of work: the pieces that it handed over on the way, and its result."""
 
     parts: list[Any]
     value: T
@@ -53,7 +53,7 @@ class Bounds:
 
 
 class Staff(NamedTuple):
-    """Who works beside the loop: one for what the robot waits for, one for what people ask."""
+    """The workers beside the loop: one for the robot, one for the requests of people."""
 
     own: Workers
     people: Workers
@@ -117,7 +117,7 @@ class Workers:
                 raise
 
     def close(self) -> None:
-        """End the process; whoever waits is refused."""
+        """End the process; requests that wait are refused."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
@@ -213,7 +213,7 @@ class Workers:
         return process.returncode or 0
 
     def _failed(self, request: Request | None, code: int) -> None:
-        """Do what follows from the end of the process: what it was working on is refused, or tried once more."""
+        """Handle the end of the process: its requests are refused, or tried once more."""
         if request is not None and code == -signal.SIGXCPU:
             self._over(request, TakesTooLong(seconds=f"{self._bounds.seconds:g}"))
         elif request is not None and request.again:

@@ -11,7 +11,7 @@ from typing import Any
 from maya_un.errors import TooMuchAsked
 
 OPEN = 4
-"""Requests of so many people are under way at once in a worker; what those of others need of memory comes later."""
+"""Most people whose requests are under way at once in a worker; others need no memory yet."""
 
 
 @dataclass(eq=False, slots=True)
@@ -33,7 +33,7 @@ class Request:
 
 
 class Circle:
-    """Holds requests, `most` in all and `each` of one; whoever calls sees that one thread does at a time."""
+    """Holds requests, `most` in all and `each` of one principal; callers ensure that one thread acts at a time."""
 
     def __init__(self, most: int, each: int) -> None:
         self._most = most

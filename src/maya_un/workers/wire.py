@@ -1,4 +1,4 @@
-"""How a worker and whoever asks it talk: the length of a message in four bytes, then the message as a pickle.
+"""The protocol between a worker and its pool: the length of a message in four bytes, then a pickle.
 
 Both ends are our own processes over pipes that nobody else has; a pickle of anybody else is never read.
 """
@@ -16,7 +16,7 @@ _AT_ONCE = 1 << 20
 
 
 class Ask(IntEnum):
-    """What a worker is told: prepare itself, begin a request, go on with one, forget one."""
+    """Commands for a worker: prepare itself, begin a request, go on with one, forget one."""
 
     PREPARE = 0
     BEGIN = 1
@@ -25,7 +25,7 @@ class Ask(IntEnum):
 
 
 class Told(IntEnum):
-    """What a worker answers.
+    """Answers of a worker.
 
     A request is not done yet (`MORE`), has handed something over (`PART`), is done, was refused with an error of the
     house, needed too much time or memory, or failed by a defect.

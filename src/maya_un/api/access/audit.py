@@ -23,20 +23,20 @@ _LONGEST = 200
 _OFTEN = frozenset({Operation.JOG})
 
 SINGLY = 10
-"""So many refusals and stops of one caller from one machine are written down each, then they are counted."""
+"""Number of refusals and stops of one caller from one machine that get a row each; further ones are counted."""
 
 COUNTED = 60.0
-"""How long they are counted before one row tells how many more there were [s, real time]; each time twice as long."""
+"""Time of counting until one row gives the number of further ones [s, real time]; it doubles each time."""
 
 LONGEST = 3600.0
-"""They are never counted for longer than this [s, real time]."""
+"""Longest time of counting [s, real time]."""
 
 _REPEATED = frozenset({Operation.STOP, Operation.ABORT})
 _MOST_CALLERS = 10_000
 
 
 class _Spell:
-    """What one caller from one machine asked for in vain, or stopped, of late: so many, and since when in one row."""
+    """Recent refusals and stops of one caller from one machine: their number, and when their common row began."""
 
     def __init__(self, length: float) -> None:
         self.length = length
@@ -103,7 +103,7 @@ class Audit:
         asyncio.get_running_loop().call_later(spell.length * self._speed, self._end, key, spell)
 
     def _end(self, key: tuple[str, str], spell: _Spell) -> None:
-        """Tell how many more there were, and count on for longer; a caller who was silent all the time is forgotten."""
+        """Write how many more there were and count on for longer; forget a caller who was silent all the time."""
         if spell.last is not None:
             self._note(replace(spell.last, date=self._date(), detail=f"and {spell.more} more in {spell.length:.0f} s"))
             spell.more, spell.last, spell.length = 0, None, min(2.0 * spell.length, LONGEST)

@@ -88,7 +88,7 @@ RULES: dict[Operation, Rule] = {
 
 
 STOPPING = frozenset({Operation.STOP, Operation.ABORT})
-"""What this machine's own people may ask for without a token, whether users are kept or not."""
+"""Operations that people at this machine may use without a token, whether users are kept or not."""
 
 
 def allowed(role: Role, operation: Operation) -> bool:

@@ -1,11 +1,11 @@
-"""Where requests come from, as they are counted: one machine is one source, however many addresses it has."""
+"""Sources of requests, for counting: one machine is one source, however many addresses it has."""
 
 from __future__ import annotations
 
 from ipaddress import IPv6Address, ip_address
 
 LOOPBACK = "127.0.0.1"
-"""What stands for this machine, whichever of its loopback addresses asks."""
+"""The one name of this machine for all of its loopback addresses."""
 
 
 def counted(source: str) -> str:

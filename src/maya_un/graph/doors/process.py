@@ -126,7 +126,7 @@ class ProcessDoor:
         ]
 
     def _teller(self, status: Publisher) -> Callable[[], None]:
-        """Return what tells how the queue is, where that has changed."""
+        """Return a function that publishes the state of the queue if it has changed."""
         last = ""
 
         def tell() -> None:
