@@ -244,6 +244,8 @@ class Runner:
                 failed = replace(step.row, code=error.code)
                 self._shared.changes.tell_step(self._item, step, failed, attempt=attempt + 1)
                 await asyncio.sleep(RETRY_AFTER)
+                if self._item.end_by is not None:  # somebody said stop meanwhile, when nothing moved
+                    raise self._item.end_by from None
             else:
                 return
 

@@ -255,6 +255,21 @@ async def test_what_does_no_harm_is_tried_again() -> None:
         assert report.duration == pytest.approx(2 * 30.0 + 60.0 + 2 * runner.RETRY_AFTER)
 
 
+async def test_a_stop_before_the_next_try_is_the_end_of_the_job() -> None:
+    async with Machine().running() as floor:
+        floor.controller.fail_at = {1: Busy(doing="x")}
+        number = await floor.process.submit(HOME, asked(retries=2))
+        await floor.until(1, 1)
+        while not floor.controller.calls:
+            await elapse(0.01)
+        await elapse(30.0 + runner.RETRY_AFTER / 2)
+        assert not any(event.code for event in floor.told(Kind.JOB))
+        floor.process.turns.halt(Stopped())
+        report = await floor.process.result(number)
+        assert (report.state, report.code) == (TaskState.CANCELLED, Stopped.code)
+        assert floor.controller.names() == ["home"]
+
+
 @pytest.mark.parametrize("error", [Stopped(), PathRefused(reason="x", where="y")])
 async def test_a_pick_is_never_tried_again_and_nothing_is_after_a_stop(error: Stopped | PathRefused) -> None:
     async with Machine().running() as floor:
