@@ -12,7 +12,7 @@ from collections.abc import Generator, Sequence
 from typing import TypeVar
 
 from maya_un.controller.protocol import Controller
-from maya_un.errors import MayaError
+from maya_un.errors import MayaError, TakesTooLong, TooLarge, TooMuchAsked, WorkerFailed
 from maya_un.process import desk
 from maya_un.process.inspection import JobInspection, inspected
 from maya_un.process.job import Job
@@ -71,6 +71,19 @@ class Foresight:
             worker = self._staff.people if whose == REPORT else self._staff.own
             answer = await worker.run(desk.expand_kept, body, self._grasp_height, whose=whose, each=SUBMITTED)
             return Expansion(_joined(answer.parts), answer.value.parts, answer.value.remarks)
+        return await self._expanded_here(body, steps)
+
+    async def expanded_anyway(self, body: Body) -> Expansion:
+        """Return what a kept job comes to, also where no worker can be had: what it has done must not be forgotten.
+
+        Raises as `written.expanded` does.
+        """
+        try:
+            return await self.expanded(body)
+        except (WorkerFailed, TakesTooLong, TooLarge, TooMuchAsked):
+            return await self._expanded_here(body, _LONG + 1)
+
+    async def _expanded_here(self, body: Body, steps: int) -> Expansion:
         if steps <= _LONG:
             return expanded(body, self._grasp_height)
         return await asyncio.get_running_loop().run_in_executor(None, expanded, body, self._grasp_height)

@@ -100,7 +100,7 @@ class Recovering:
         if not steps:
             return None
         try:
-            return JobRecord.kept(await self._shared.foresight.expanded(row.body), steps)
+            return JobRecord.kept(await self._shared.foresight.expanded_anyway(row.body), steps)
         except MayaError:
             return None
 

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 import pytest
 
-from maya_un.errors import AnswerNeeded, GripperEmpty, GripperNotEmpty, InvalidValue, NotFound, NotHomed, WrongState
+from maya_un.errors import (
+    AnswerNeeded,
+    GripperEmpty,
+    GripperNotEmpty,
+    InvalidValue,
+    NotFound,
+    NotHomed,
+    WorkerFailed,
+    WrongState,
+)
+from maya_un.process.foresight import Foresight
 from maya_un.process.states import TaskState
 from maya_un.process.view import QueueMode
 from maya_un.robot.primitives import Home
@@ -43,6 +53,18 @@ async def test_nothing_moves_after_a_restart() -> None:
         assert view.recovery.state == floor.controller.state
         report = await floor.process.shown.report(1)
         assert [step.state.value for step in report.steps] == ["interrupted", "queued", "queued"]
+
+
+async def test_what_was_done_is_known_without_a_worker_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def failed(*_: object, **__: object) -> None:
+        raise WorkerFailed(reason="no memory")
+
+    machine = await killed_at(2)
+    monkeypatch.setattr(Foresight, "expanded", failed)
+    async with machine.running() as floor:
+        monkeypatch.undo()
+        report = await floor.process.shown.report(1)
+        assert [step.state.value for step in report.steps] == ["done", "interrupted", "queued"]
 
 
 async def test_the_phase_that_was_under_way_is_known() -> None:
