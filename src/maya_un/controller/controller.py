@@ -338,6 +338,7 @@ class GalilController:
             if await driver.value("_AB") == 0.0:  # pressed meanwhile: no motor is switched on again
                 raise AbortInput
             await monitor.power(driver)
+            self._lookout.begin()
             void = monitor.displaced is not None or isinstance(monitor.fault, LimitReached)
             if void or not await monitor.adopt(driver):
                 monitor.homed = False

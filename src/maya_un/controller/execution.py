@@ -12,7 +12,7 @@ from maya_un.controller.planner import Plan
 from maya_un.controller.run import OnVia, Run
 from maya_un.controller.seek import SETTLE
 from maya_un.controller.wish import Wish
-from maya_un.errors import CommandRejected, EndNotReached, Stopped, SwitchBlocks, TrajectoryRefused
+from maya_un.errors import CommandRejected, EndNotReached, Faulted, Stopped, SwitchBlocks, TrajectoryRefused
 from maya_un.galil.codes import ErrorCode
 from maya_un.galil.driver import Driver
 from maya_un.galil.record import DataRecord
@@ -55,6 +55,9 @@ class Execution:
         await self._lookout.load(driver, [*note, *monitor.registers.torque(limits), *commands(move, ratio)])
         # Between this look at wish and pace and the bytes of BGS nothing can come in: no await stands there.
         wish.check()
+        if monitor.fault is not None:  # it ended the pause in which this wish waited
+            monitor.hold(driver)
+            raise Faulted(fault=str(monitor.fault))
         if monitor.pace.ratio != ratio:
             monitor.hold(driver)
             return False

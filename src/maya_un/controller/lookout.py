@@ -63,8 +63,8 @@ class Lookout:
         monitor.on_returned = self._on_returned
 
     def begin(self) -> None:
-        """Read the record at the configured rate from now on."""
-        if self._live:
+        """Read the record at the configured rate from now on, also where a defect ended that."""
+        if self._live and (self._looking is None or self._looking.done()):
             self._looking = self._loop.create_task(self._keep_looking(), name="state stream")
 
     async def close(self) -> None:
@@ -85,7 +85,7 @@ class Lookout:
     async def _leave_torque(self, guard: Guard) -> None:
         """Leave motors to the next program that can lift what any path needs, and no more."""
         monitor = self._monitor
-        if monitor.link.up and monitor.registers.known and not monitor.moving():
+        if monitor.link.up and monitor.registers.written and not monitor.moving():
             driver = monitor.link.driver
             if await guard.owner.holds(driver):
                 await driver.batch(monitor.registers.torque(monitor.torque.most))

@@ -153,6 +153,11 @@ class Registers:
         """Whether they have been written and noted since this program connected."""
         return bool(self._expected)
 
+    @property
+    def written(self) -> bool:
+        """Whether they have been written once, be it before a link was lost."""
+        return bool(self._kept)
+
     def sent(self, commands: Iterable[str]) -> None:
         """Note what commands of ours set, those of the coordinate system and TL; said as they are written."""
         if not self._expected:

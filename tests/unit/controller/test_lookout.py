@@ -11,9 +11,11 @@ from maya_un.errors import (
     AmplifierFault,
     Faulted,
     FollowingError,
+    InternalError,
     MachineError,
     MotorOff,
     NotHomed,
+    PositionChanged,
     RegisterChanged,
 )
 from maya_un.testing import Rig, rig
@@ -121,3 +123,35 @@ async def test_following_error_by_a_foreign_error_limit_names_the_register() -> 
         with pytest.raises(RegisterChanged) as failure:
             await move
         assert failure.value.details == {"register": "ERC", "found": "5", "wanted": "8000"}
+
+
+async def test_after_a_defect_recover_has_somebody_look_out_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with homed(live=True) as bench:
+        lookout = bench.controller._lookout
+
+        async def broken(_: object) -> None:
+            raise ValueError("a defect")
+
+        with monkeypatch.context() as patch:
+            patch.setattr(lookout, "_judge", broken)
+            await elapse(0.5)
+        assert lookout._looking is not None
+        assert isinstance(lookout._looking.exception(), ValueError)
+        await bench.controller.recover()
+        await foreign(bench, "DPB=1000")
+        await elapse(0.5)
+        assert bench.controller.state.fault is not None
+        assert bench.controller.state.fault.code == PositionChanged.code
+
+
+async def test_a_fault_that_ends_a_pause_begins_no_motion_that_waited_in_it() -> None:
+    async with homed(live=True) as bench:
+        await bench.controller.pause(ahead=True)
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(1.0)
+        bench.controller._monitor.enter_fault(InternalError(reason="a defect"))
+        with pytest.raises(Faulted):
+            await move
+        await elapse(1.0)
+        assert b"BGS" not in bench.sent.replace(b"_BGS", b"")
+        assert await foreign(bench, "MG _TLB,_TLC,mayamove") == ["0.1248 0.1248 0.0000"]

@@ -8,6 +8,7 @@ from maya_un.config.load import parse
 from maya_un.controller.torque import FRICTION, HOLD, HOMING, SPARE, Torque, commands
 from maya_un.virtual.maya.statics import Statics
 from tests.unit.controller.bench import FAR, HERE, foreign, homed
+from tests.virtual_time import elapse
 
 PER_LOAD = Config().homing.torque_per_load
 STEP = 20.0 / 65536.0
@@ -53,3 +54,14 @@ async def test_lines_have_torque_only_while_they_move() -> None:
         assert await foreign(bench, "MG _TLB,_TLC") == ["0.1248 0.1248"]
         await bench.controller.move(HERE._replace(b=FAR.b, c=FAR.c))
         assert bytes(bench.sent).decode()[len(moved) :].count("TL") == 0
+
+
+async def test_after_a_lost_link_the_next_program_still_finds_torque_limits_that_lift() -> None:
+    async with homed(live=True) as bench:
+        transport = bench.controller._monitor.link.driver._transport
+        await transport.close()
+        await elapse(3.0)
+        await bench.controller.close()
+        volts = [float(word) for word in (await foreign(bench, "MG _TLB,_TLC"))[0].split()]
+        most = Torque(bench.controller.config).most
+        assert volts == pytest.approx([most["B"], most["C"]], abs=1e-3)
