@@ -46,6 +46,14 @@ def test_what_cannot_be_read_of_an_event_is_left_out(text: str) -> None:
     assert event(text).word == text.partition(" ")[0]
 
 
+def test_seen_with_an_event_before_the_floor_is_found_keeps_it() -> None:
+    one = Seen()
+    one.take(Happened("idle", IDLE))
+    one.take(Presence(master=True, process=True))
+    one.take(ALL)
+    assert one.standing == IDLE
+
+
 def test_a_floor_that_is_gone_takes_with_it_what_it_said() -> None:
     one = seen()
     one.take(Position(0.4, 1.1, 0.7))

@@ -43,7 +43,8 @@ class Seen:
             self.under = None
 
     def _meet(self, presence: Presence) -> None:
-        if not presence.controller:
+        # The last event is sent once to a new subscriber, and may come before the floor's actions are found.
+        if self.presence.controller and not presence.controller:
             self._standing = self._position = self._joints = None
         if not presence.process:
             self.queue = Queue()
