@@ -206,7 +206,6 @@ class Book:
             self._text = text
         else:
             replace_file(self._path, text)
-        self._known = (text, taught)
 
 
 def require_known(name: str, known: Taught, what: str = "pose or pallet") -> None:

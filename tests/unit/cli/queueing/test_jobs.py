@@ -105,7 +105,10 @@ def test_a_submission_can_be_followed_and_tells_what_it_waits_for(
         ("interrupted", {"/v1/queue": {**VIEW, "recovery": {"job": 7}}}, "job 7 was interrupted"),
         (
             "queued",
-            {"/v1/lease": {"holder": "berta", "implicit": False, "yours": False, "since": 12.4}},
+            {
+                "/v1/queue": {**VIEW, "waiting": [LINE]},
+                "/v1/lease": {"holder": "berta", "implicit": False, "yours": False, "since": 12.4},
+            },
             "berta drives",
         ),
         ("queued", {"/v1/queue": {**VIEW, "waiting": [LINE], "running": {"id": 3}}}, "its turn, number 1."),
