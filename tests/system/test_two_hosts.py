@@ -150,7 +150,8 @@ def test_a_person_takes_the_controller_over_and_back(tmp_path: Path) -> None:
                 two.send(signal.SIGTERM)
                 assert two.end()[0] == 0
             assert wire.numbers("_XQ7")[0] >= 0.0
-            assert done("jog r 0.05", env=first)[0] == 0
+            code, said = done("jog r 0.05", env=first)
+            assert code == 0, said
 
 
 def told(host: dict[str, str], code: int) -> None:

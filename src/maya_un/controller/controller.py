@@ -340,6 +340,8 @@ class GalilController:
             await monitor.power(driver)
             self._lookout.begin()
             void = monitor.displaced is not None or isinstance(monitor.fault, LimitReached)
+            if isinstance(monitor.fault, OwnershipLost):  # another program moved the axes
+                void = void or not await self._kept(driver)
             if void or not await monitor.adopt(driver):
                 monitor.homed = False
                 await marker.erase(driver)
@@ -432,6 +434,13 @@ class GalilController:
 
         await self._stopping.rest(driver, lambda: self._monitor.fail(named, driver), name)
         return named
+
+    async def _kept(self, driver: Driver) -> bool:
+        try:
+            await self._require_kept(driver)
+        except PositionNotKept:
+            return False
+        return True
 
     async def _require_kept(self, driver: Driver) -> None:
         """Raise `PositionNotKept` where the references are not where a motion of ours left them."""

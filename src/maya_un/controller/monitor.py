@@ -25,6 +25,7 @@ from maya_un.errors import (
     MotorOff,
     NotConnected,
     NotHomed,
+    OwnershipLost,
 )
 from maya_un.events import EventLog, Kind
 from maya_un.galil.driver import Driver
@@ -126,7 +127,7 @@ class Monitor:
 
     def _reckon(self, record: DataRecord) -> None:
         """Notice a position that changes, or an axis that moves, without a motion of ours."""
-        if self.under_way:
+        if self.under_way or isinstance(self.fault, OwnershipLost):  # what moves is ours, or the new owner's
             self.reckoning.forget()
             return
         found = self.reckoning.compare(record)

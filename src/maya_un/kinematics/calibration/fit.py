@@ -115,11 +115,12 @@ class _Problem:
         return step, inliers
 
     def require_told(self, step: Floats, inliers: NDArray[np.bool_]) -> None:
-        """Raise `NotIdentifiable` where the rows that are no outliers leave a direction unknown."""
+        """Raise `NotIdentifiable` where the rows that are no outliers leave a direction unknown, or mirror an axis."""
         identify.require_enough(self._seen.chosen(inliers), self._free)
         missed = self.residuals(step)[inliers]
         scale = self.scale(missed)
         weighted = self.jacobian(step)[inliers].reshape(-1, len(self._free)) / scale
+        identify.require_same_senses(self._now, self.at(step))
         names = identify.unknown(weighted, self._free)
         if names:
             joints = model.joints(self.at(step), self._seen.counts[inliers])

@@ -70,6 +70,18 @@ def require_enough(observations: Observations, free: Sequence[str]) -> None:
         raise NotIdentifiable(what=listed(free), reason=reason, remedy=f"measure at least {needed}, better 20")
 
 
+def require_same_senses(now: Parameters, fitted: Parameters) -> None:
+    """Raise `NotIdentifiable` where an axis of the fit counts the other way: a mirrored frame fits such a machine."""
+    turned = [
+        name
+        for name, before, after in zip(FITTED, now, fitted, strict=False)
+        if name.startswith("pulses") and before * after <= 0.0
+    ]
+    if turned:
+        reason = "they fit only a machine that counts the other way"
+        raise NotIdentifiable(what=listed(turned), reason=reason, remedy=SUSPECTS)
+
+
 def refusal(names: Sequence[str], joints: Floats, points: Floats, scatter: float) -> NotIdentifiable:
     """Return the refusal of points that cannot tell `names` apart.
 
