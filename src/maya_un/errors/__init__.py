@@ -16,6 +16,7 @@ MayaError
 │   │   EventsForgotten 4013 · WrongState 4014 · AnswerNeeded 4015 · StreamLagging 4016
 │   │   DependencyFailed 4017 · InvalidMessage 4018 · UnknownInterface 4019 · ServiceFailed 4020
 │   │   NotOverRos 4021 · JobChanged 4022 · TooMuchAsked 4030 · TakesTooLong 4031 · TooLarge 4032
+│   │   StepExpired 4040 · StepOfOtherRobot 4041 · StepNotBegun 4042
 │   ├── NotSignedIn 4101 · NotAllowed 4102 · LeaseHeld 4103 · LeaseNeeded 4104 · LeaseLost 4105
 │   │   TooManyRequests 4106 · CertificateRefused 4110
 │   └── InvalidConfig 5001 · FileUnwritable 5002 · AddressInUse 5003 · AlreadyRunning 5004
@@ -65,6 +66,9 @@ from maya_un.errors.asking import (
     NotTaught,
     ServiceFailed,
     SpeedOnRealMachine,
+    StepExpired,
+    StepNotBegun,
+    StepOfOtherRobot,
     StreamLagging,
     TakesTooLong,
     TooLarge,
@@ -241,6 +245,9 @@ __all__ = [
     "ServiceNotAnswering",
     "ServiceNotRunning",
     "SpeedOnRealMachine",
+    "StepExpired",
+    "StepNotBegun",
+    "StepOfOtherRobot",
     "Stopped",
     "StorageDamaged",
     "StorageFailed",

@@ -164,6 +164,24 @@ class TooLarge(RequestError):
     code = 4032
 
 
+class StepExpired(RequestError):
+    """A step came, or its turn came, after its deadline."""
+
+    code = 4040
+
+
+class StepOfOtherRobot(RequestError):
+    """A step names another robot."""
+
+    code = 4041
+
+
+class StepNotBegun(RequestError):
+    """The robot stopped, or the step before failed, before this step began."""
+
+    code = 4042
+
+
 class NotSignedIn(RequestError):
     """A request came without a token, or with one that is not valid."""
 

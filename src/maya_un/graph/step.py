@@ -1,10 +1,12 @@
-"""The steps of a process as JSON text, as the laboratory's cloud sends them, and how they ended.
+"""The steps of a remote process as JSON text, their progress and their results.
 
-    {"id": "7", "command": "pick", "args": {"x": 0.5, "y": 1.1, "z": 0.4}}
+    {"id": "7", "command": "pick", "args": {"x": 0.5, "y": 1.1, "z": 0.4}, "robot": "MAYA", "deadline": …}
+    {"id": "7", "state": "executing", "date": …}
     {"id": "7", "success": true, "error": null, "code": null, "started": …, "finished": …, "warnings": []}
 
-A command is pick, place, approach (args x, y, z in metres), gripper (args open), home or can_teleop (no args). What
-else stands in args is ignored, and the result says so.
+The commands are pick, place and approach (args x, y, z in metres), gripper (args open), home and can_teleop (no args).
+Other args are ignored, and the result lists them. `robot` and `deadline` are optional: a step for another robot and a
+step that would begin after its deadline (ISO 8601 with a time zone) are refused.
 """
 
 from __future__ import annotations
@@ -12,6 +14,8 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import UTC, datetime
+from enum import StrEnum
 from hashlib import sha256
 from typing import Any
 
@@ -35,13 +39,40 @@ _ARGUMENTS: dict[str, tuple[str, ...]] = {
 """The commands, and what each needs."""
 
 
+class State(StrEnum):
+    """The states of a step before its result."""
+
+    ACCEPTED = "accepted"
+    EXECUTING = "executing"
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """A step came into a state on a date (ISO 8601, UTC)."""
+
+    id: str
+    state: State
+    date: str
+
+    @property
+    def text(self) -> str:
+        """The JSON text."""
+        return json.dumps({"id": self.id, "state": self.state.value, "date": self.date})
+
+
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A command that can be understood. `warnings` say what of it was ignored or is missing."""
+    """A valid command. `warnings` list the parts that were ignored or are missing."""
 
     id: str
     primitive: Primitive
     warnings: tuple[str, ...] = ()
+    robot: str | None = None
+    deadline: str | None = None
+
+    def expired(self, date: str) -> bool:
+        """Tell whether the deadline lies before `date` (ISO 8601, UTC)."""
+        return self.deadline is not None and _instant(self.deadline) < _instant(date)
 
     @property
     def digest(self) -> str:
@@ -113,7 +144,8 @@ def step_of(data: Mapping[str, Any], id_: str) -> Step:
     """
     command = data.get("command")
     if command is None:
-        raise InvalidRequest(key="command", reason="it is missing")
+        reason = "it is missing. Name a command, or set the default command of this robot in the robot's document"
+        raise InvalidRequest(key="command", reason=reason)
     if not isinstance(command, str) or command not in _ARGUMENTS:
         raise UnknownName(name=str(command)[:64], known=", ".join(_ARGUMENTS))
     args = data.get("args", {})
@@ -125,7 +157,32 @@ def step_of(data: Mapping[str, Any], id_: str) -> Step:
         if name not in args:
             raise InvalidRequest(key=f"args.{name}", reason="it is missing")
     warnings = [f"args.{name} was ignored" for name in map(_shown, args) if name not in needed]
-    return Step(id_, _primitive(command, args), tuple(warnings))
+    return Step(id_, _primitive(command, args), tuple(warnings), _robot_of(data), _deadline_of(data))
+
+
+def _robot_of(data: Mapping[str, Any]) -> str | None:
+    found = data.get("robot")
+    if found is not None and not isinstance(found, str):
+        raise InvalidRequest(key="robot", reason="it must be the name of a robot")
+    return found
+
+
+def _deadline_of(data: Mapping[str, Any]) -> str | None:
+    found = data.get("deadline")
+    if found is None:
+        return None
+    reason = "it must be a date and time with a time zone, like 2026-01-31T12:00:00Z"
+    try:
+        if isinstance(found, str) and _instant(found).tzinfo is not None:
+            return found
+    except (ValueError, OverflowError) as error:
+        raise InvalidRequest(key="deadline", reason=reason) from error
+    raise InvalidRequest(key="deadline", reason=reason)
+
+
+def _instant(date: str) -> datetime:
+    found = datetime.fromisoformat(date)
+    return found if found.tzinfo is None else found.astimezone(UTC)
 
 
 def _primitive(command: str, args: Mapping[str, Any]) -> Primitive:

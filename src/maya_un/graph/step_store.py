@@ -22,18 +22,25 @@ NAME = "steps.db"
 """The file within the state folder."""
 
 _APPLICATION = 0x4D617973
-_VERSION = 1
+_VERSION = 2
 _TABLE = """
 CREATE TABLE steps (
     id TEXT PRIMARY KEY, digest TEXT NOT NULL, started TEXT NOT NULL, warnings TEXT NOT NULL,
     result TEXT, told INTEGER NOT NULL DEFAULT 0
 ) WITHOUT ROWID
 """
+_TO_VERSION_2 = ("ALTER TABLE steps ADD COLUMN begun TEXT", "UPDATE steps SET begun = started")
+"""In version 1 a step was written down when it began."""
+
+_COLUMNS = "id, digest, started, warnings, result, told, begun"
 
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """A step as it is kept: `result` is None while it is under way, or was when a program ended."""
+    """A step as it is stored: `started` is the date of its acceptance, `begun` that of its begin, None before it.
+
+    `result` is None while the step waits or runs, and if a program ended then.
+    """
 
     id: str
     digest: str
@@ -41,6 +48,7 @@ class Kept:
     warnings: tuple[str, ...]
     result: Result | None
     told: bool
+    begun: str | None
 
 
 class StepStore:
@@ -65,23 +73,25 @@ class StepStore:
 
     async def find(self, id_: str) -> Kept | None:
         """Return the step of an id, None where there was none."""
-        asked = "SELECT id, digest, started, warnings, result, told FROM steps WHERE id = ?"
+        asked = f"SELECT {_COLUMNS} FROM steps WHERE id = ?"
         rows = await self._do(lambda connection: connection.execute(asked, (id_,)).fetchall())
         return _kept(rows[0]) if rows else None
 
     async def unfinished(self) -> list[Kept]:
         """Return the steps without a result, and those whose result nobody was told, the oldest first."""
-        asked = (
-            "SELECT id, digest, started, warnings, result, told FROM steps "
-            "WHERE result IS NULL OR NOT told ORDER BY started, id"
-        )
+        asked = f"SELECT {_COLUMNS} FROM steps WHERE result IS NULL OR NOT told ORDER BY started, id"
         return [_kept(row) for row in await self._do(lambda connection: connection.execute(asked).fetchall())]
 
-    async def begin(self, id_: str, digest: str, started: str, warnings: tuple[str, ...]) -> None:
-        """Keep that a step begins; it must be on the disk before anything moves."""
+    async def accept(self, id_: str, digest: str, started: str, warnings: tuple[str, ...]) -> None:
+        """Store a step that is accepted."""
         values = (id_, digest, started, json.dumps(warnings))
         added = "INSERT INTO steps (id, digest, started, warnings) VALUES (?, ?, ?, ?)"
         await self._do(lambda connection: connection.execute(added, values))
+
+    async def begin(self, id_: str, date: str) -> None:
+        """Store that a step begins; this must be on the disk before anything moves."""
+        changed = "UPDATE steps SET begun = ? WHERE id = ?"
+        await self._do(lambda connection: connection.execute(changed, (date, id_)))
 
     async def end(self, id_: str, result: Result) -> None:
         """Keep how a step ended."""
@@ -93,10 +103,6 @@ class StepStore:
         values = (result.id, _written(result))
         changed = "UPDATE steps SET told = 1 WHERE id = ? AND result = ? AND NOT told"
         await self._do(lambda connection: connection.execute(changed, values))
-
-    async def forget(self, id_: str) -> None:
-        """Forget a step of which nothing was done: it may come again."""
-        await self._do(lambda connection: connection.execute("DELETE FROM steps WHERE id = ?", (id_,)))
 
     async def close(self) -> None:
         """Close the file, and let the next one in."""
@@ -148,19 +154,21 @@ def _require_ours(connection: sqlite3.Connection, path: Path) -> None:
 
 
 def _set_up(connection: sqlite3.Connection) -> None:
-    """Make an empty file ours, whole or not at all."""
-    if connection.execute("PRAGMA user_version").fetchone()[0] == _VERSION:
+    """Create the table, or bring it to this version, whole or not at all."""
+    version = connection.execute("PRAGMA user_version").fetchone()[0]
+    if version == _VERSION:
         return
     connection.execute("BEGIN IMMEDIATE")
-    connection.execute(_TABLE)
+    for statement in (*(() if version else (_TABLE,)), *_TO_VERSION_2):
+        connection.execute(statement)
     connection.execute(f"PRAGMA application_id = {_APPLICATION}")
     connection.execute(f"PRAGMA user_version = {_VERSION}")
     connection.execute("COMMIT")
 
 
-def _kept(row: tuple[str, str, str, str, str | None, int]) -> Kept:
-    id_, digest, started, warnings, result, told = row
-    return Kept(id_, digest, started, tuple(json.loads(warnings)), _result(result), bool(told))
+def _kept(row: tuple[str, str, str, str, str | None, int, str | None]) -> Kept:
+    id_, digest, started, warnings, result, told, begun = row
+    return Kept(id_, digest, started, tuple(json.loads(warnings)), _result(result), bool(told), begun)
 
 
 def _written(result: Result) -> str:

@@ -1,9 +1,9 @@
-"""Steps of a process that comes from elsewhere: /step_command, carried out as a task, answered on /step_result.
+"""Carry out the steps of a remote process: /step_command in, one result for each on /step_result.
 
-Every command has one result. An id is carried out at most once, whatever happens: that it begins is on the disk before
-anything moves, and what was under way when this program ended is never repeated; its result is `INTERRUPTED`. The same
-command once more is answered with the result that there is. One step at a time: another one meanwhile is refused, and
-may come again.
+Steps run one at a time, in the order in which they were accepted. The store writes down that a step is accepted, begins
+and ends; the robot moves only after that. An id runs at most once, and the same command again gets the stored result.
+After a crash nothing runs by itself: every step without a result ends as `INTERRUPTED`. A step that does not succeed
+ends the steps behind it, because a process continues only from where its last step left the robot.
 """
 
 from __future__ import annotations
@@ -12,72 +12,91 @@ import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
 from contextlib import asynccontextmanager, suppress
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 from uuid import uuid4
 
 from maya_un.api.access.operations import Operation
-from maya_un.errors import Busy, Cancelled, InternalError, KeyReused, MayaError, NodeGone, StorageFailed
+from maya_un.errors import (
+    Busy,
+    Cancelled,
+    InternalError,
+    KeyReused,
+    MayaError,
+    NodeGone,
+    StepExpired,
+    StepNotBegun,
+    StepOfOtherRobot,
+    StorageFailed,
+)
 from maya_un.graph.attended import Permit, anything
 from maya_un.graph.primitives import to_message
 from maya_un.graph.protocol import Ended, Graph, Message, Outcome, Publisher
-from maya_un.graph.step import INTERRUPTED, Result, Step, id_of, read, step_of
+from maya_un.graph.step import INTERRUPTED, Progress, Result, State, Step, id_of, read, step_of
 from maya_un.graph.step_store import Kept, StepStore
-from maya_un.graph.table import STEP_COMMAND, STEP_RESULT, TASK
+from maya_un.graph.table import EVENT, STEP_COMMAND, STEP_RESULT, STEP_STATUS, TASK
+
+MOST_WAITING = 1000
+"""Steps that may wait; further ones are refused."""
 
 _LOOK = 0.5
-"""How often it is looked whether anybody listens to results [s]."""
+"""How often the bridge checks whether anybody subscribes to results [s]."""
+
+_STOPS = frozenset({"stopped", "fault", "estop"})
+"""Events of the robot after which no step that waits may begin."""
 
 Do = Callable[[Message], Awaitable[Ended]]
-"""Has the goal of a task carried out; raises `NodeGone` where nobody is there to do so."""
+"""Carries out the goal of a task; raises `NodeGone` if no node serves it."""
+
+Ending = tuple[str | None, str | None]
+"""Code and sentence of the error that ended a step, None and None after success."""
 
 _UNKNOWN = (
-    f"{INTERRUPTED}: the program ended while this step was under way. It is not known how far it came, and it is not "
-    "repeated; look at the robot."
+    f"{INTERRUPTED}: the program ended while this step was under way. It is not known how far the step came, and it is "
+    "not repeated. Look at the robot."
+)
+_UNTOUCHED = (
+    f"{INTERRUPTED}: the program ended before this step began. Send it again under another id if it is still needed."
 )
 _NAMELESS = "it came without an id, so the same command again would be carried out again"
 
 
-class _Ending(NamedTuple):
-    """Code and sentence of what ended a step early; and whether any of it can have been done."""
-
-    error: tuple[str | None, str | None]
-    begun: bool = True
-
-    @classmethod
-    def by(cls, error: MayaError, *, begun: bool = True) -> _Ending:
-        return cls((str(error.code), str(error)), begun)
-
-
-class _UnderWay(NamedTuple):
-    """The step under way, and its result to come."""
-
-    id: str
-    result: asyncio.Task[Result]
-
-
 class Steps:
-    """Carries out steps, one at a time, each at most once.
+    """Carry out steps in order, each at most once.
 
-    `do` has a task carried out, `date` tells the date (ISO 8601, UTC); a target is checked by the robot floor. `permit`
-    raises where nobody may ask for a step.
+    `do` carries out a task, `date` returns the date (ISO 8601, UTC). `name` is the name of this robot, which refuses
+    the steps of another one. `permit` raises where nobody may ask for a step. `report` receives every change of a
+    step's state. The robot checks targets itself.
     """
 
-    def __init__(self, store: StepStore, do: Do, date: Callable[[], str], permit: Permit = anything) -> None:
-        self._permit = permit
+    def __init__(
+        self,
+        store: StepStore,
+        do: Do,
+        date: Callable[[], str],
+        *,
+        name: str | None = None,
+        permit: Permit = anything,
+        report: Callable[[Progress], None] | None = None,
+    ) -> None:
         self._store = store
         self._do = do
         self._date = date
-        self._turn = asyncio.Lock()
-        self._under_way: _UnderWay | None = None
+        self._name = name
+        self._permit = permit
+        self._report = report or (lambda _: None)
+        self._admission = asyncio.Lock()
+        self._order = asyncio.Lock()
+        self._waiting: dict[str, asyncio.Task[Result]] = {}
         self._doing: asyncio.Task[Ended] | None = None
+        self._halts = 0
         self._closed = False
 
     async def take_up(self) -> list[Result]:
-        """Return the results that nobody was told before the program ended: what was under way is `INTERRUPTED`."""
-        return [await self._taken_up(kept) for kept in await self._store.unfinished()]
+        """Return the results that nobody received before the program ended; the rest ends as `INTERRUPTED`."""
+        return [await self._interrupted(kept) for kept in await self._store.unfinished()]
 
     async def answer(self, text: str) -> Result:
-        """Return how the step ended that a command asks for, or why it is refused; never raises a `MayaError`."""
+        """Return the result of a command, or why it is refused; raises no `MayaError`."""
         date, id_ = self._date(), None
         warnings: tuple[str, ...] = ()
         try:
@@ -88,91 +107,131 @@ class Steps:
             step = step_of(data, id_)
             step = replace(step, warnings=(*warnings, *step.warnings))
             self._permit(Operation.WISH)
-            task = await self._admitted(step, date)
+            answer = await self._admitted(step, date)
         except MayaError as error:
             return Result.refused(id_, error, date, warnings)
-        return task if isinstance(task, Result) else await asyncio.shield(task)
+        return answer if isinstance(answer, Result) else await asyncio.shield(answer)
 
     async def told(self, result: Result) -> None:
-        """Keep that somebody was told of a result; where that cannot be, the next run tells it again."""
+        """Store that somebody received a result; if the store fails, the next run sends the result again."""
         with suppress(StorageFailed):
             await self._store.told(result)
 
-    async def close(self) -> None:
-        """End the step under way on its path, and return when its result is kept."""
-        self._closed = True
+    def halt(self) -> None:
+        """Cancel the step under way, and let no step begin that waits."""
+        self._halts += 1
         if self._doing is not None:
             self._doing.cancel()
-        if self._under_way is not None:
-            await asyncio.wait({self._under_way.result})
+
+    async def close(self) -> None:
+        """End every step, and return when all results are stored."""
+        self._closed = True
+        self.halt()
+        while self._waiting:
+            await asyncio.wait(self._waiting.values())
 
     async def _admitted(self, step: Step, date: str) -> Result | asyncio.Task[Result]:
-        """Begin a step, or return what is known of it; raises `KeyReused`, `Busy`, `StorageFailed`."""
-        async with self._turn:
+        """Accept a step, or return what is known of it; raises the `MayaError` that refuses it."""
+        async with self._admission:
             kept = await self._store.find(step.id)
-            under_way = self._under_way
             if kept is not None:
                 if kept.digest != step.digest:
                     raise KeyReused(key=step.id)
-                if under_way is not None and under_way.id == step.id:
-                    return under_way.result
-                return kept.result or await self._taken_up(kept)
-            if under_way is not None:
-                raise Busy(doing=f"step {under_way.id}")
-            if self._closed:
-                raise Cancelled
-            await self._store.begin(step.id, step.digest, date, step.warnings)
-            task = asyncio.get_running_loop().create_task(self._carry_out(step, date), name="step")
-            self._under_way = _UnderWay(step.id, task)
+                return kept.result or self._waiting.get(step.id) or await self._interrupted(kept)
+            self._check(step)
+            await self._store.accept(step.id, step.digest, date, step.warnings)
+            work = self._carry_out(step, date, self._halts)
+            task = asyncio.get_running_loop().create_task(work, name=f"step {step.id}")
+            self._waiting[step.id] = task
+            task.add_done_callback(lambda _: self._waiting.pop(step.id))
+            self._report(Progress(step.id, State.ACCEPTED, date))
             return task
 
-    async def _carry_out(self, step: Step, started: str) -> Result:
-        """Carry out a step that is kept as begun, and keep how it ended."""
-        self._doing = asyncio.get_running_loop().create_task(self._ended(step), name="step's task")
+    def _check(self, step: Step) -> None:
+        """Raise the `MayaError` for which a step cannot be accepted."""
+        if self._closed:
+            raise Cancelled
+        if step.robot is not None and self._name is not None and step.robot != self._name:
+            raise StepOfOtherRobot(robot=step.robot, name=self._name)
+        if len(self._waiting) >= MOST_WAITING:
+            raise Busy(doing=f"{MOST_WAITING} steps")
+        self._require_in_time(step)
+
+    def _require_in_time(self, step: Step) -> None:
+        if step.expired(self._date()):
+            raise StepExpired(deadline=step.deadline)
+
+    async def _carry_out(self, step: Step, accepted: str, halts: int) -> Result:
+        """Carry out an accepted step when its turn comes, and store how it ended; `halts` is of its acceptance."""
+        async with self._order:
+            try:
+                code, sentence = await self._ended(step, halts)
+            except MayaError as error:
+                code, sentence = str(error.code), str(error)
+            result = Result(step.id, sentence, code, accepted, self._date(), step.warnings)
+            if code not in (None, str(StepNotBegun.code)):
+                self._halts += 1  # the steps that wait now do not begin
+            await self._store_end(result)
+            return result
+
+    async def _ended(self, step: Step, halts: int) -> Ending:
+        """Return how a step ended whose turn has come; raises the `MayaError` for which it does not begin."""
+        if halts != self._halts:
+            raise Cancelled if self._closed else StepNotBegun()
+        self._require_in_time(step)
+        date = self._date()
+        await self._store.begin(step.id, date)
+        if halts != self._halts:
+            raise StepNotBegun
+        self._report(Progress(step.id, State.EXECUTING, date))
+        self._doing = asyncio.get_running_loop().create_task(self._task(step), name="step's task")
         try:
             await asyncio.wait({self._doing})
-            ending = _ending(self._doing)
-            code, sentence = ending.error
-            result = Result(step.id, sentence, code, started, self._date(), step.warnings)
-            await self._keep(result, begun=ending.begun)
-            return result
+            return _ending(self._doing)
         finally:
-            self._under_way = self._doing = None
+            self._doing = None
 
-    async def _ended(self, step: Step) -> Ended:
+    async def _task(self, step: Step) -> Ended:
         return await self._do({"task": to_message(step.primitive)})
 
-    async def _keep(self, result: Result, *, begun: bool) -> None:
-        """Keep a result, or forget a step of which nothing was done, so that it may come again.
-
-        Where that cannot be written, the step will be `INTERRUPTED` for the next run of this program.
-        """
+    async def _store_end(self, result: Result) -> None:
+        """Store a result. If the store fails, the step is `INTERRUPTED` for the next run of this program."""
         assert result.id is not None
         try:
-            await (self._store.end(result.id, result) if begun else self._store.forget(result.id))
+            await self._store.end(result.id, result)
         except MayaError as error:
-            message = f"the result of step {result.id} was not kept: {error}"
+            message = f"the result of step {result.id} was not stored: {error}"
             asyncio.get_running_loop().call_exception_handler({"message": message, "exception": error})
 
-    async def _taken_up(self, kept: Kept) -> Result:
-        """Return the result of a step that is not under way, `INTERRUPTED` where it has none."""
+    async def _interrupted(self, kept: Kept) -> Result:
+        """Return the result of a step that is not under way, `INTERRUPTED` if it has none."""
         if kept.result is not None:
             return kept.result
-        result = Result(kept.id, _UNKNOWN, INTERRUPTED, kept.started, self._date(), kept.warnings)
+        sentence = _UNKNOWN if kept.begun else _UNTOUCHED
+        result = Result(kept.id, sentence, INTERRUPTED, kept.started, self._date(), kept.warnings)
         await self._store.end(kept.id, result)
         return result
 
 
 @asynccontextmanager
 async def bridged(
-    graph: Graph, store: StepStore, date: Callable[[], str], permit: Permit = anything
+    graph: Graph, store: StepStore, date: Callable[[], str], permit: Permit = anything, *, name: str | None = None
 ) -> AsyncIterator[Steps]:
-    """Carry out the steps of /step_command on the robot behind /task while the block runs, as far as `permit` says.
+    """Carry out the steps of /step_command with /task while the block runs, as far as `permit` allows.
 
-    First the results are told that an earlier run could not tell, as soon as anybody listens.
+    Results that an earlier run could not send are sent as soon as anybody subscribes. After a stop or a fault of the
+    robot no step begins that waited then.
     """
-    steps = Steps(store, lambda goal: graph.do(TASK.name, TASK.type, goal), date, permit)
-    publisher = graph.advertise(STEP_RESULT.name, STEP_RESULT.type, queue_size=STEP_RESULT.queue_size)
+    results = graph.advertise(STEP_RESULT.name, STEP_RESULT.type, queue_size=STEP_RESULT.queue_size)
+    status = graph.advertise(STEP_STATUS.name, STEP_STATUS.type, queue_size=STEP_STATUS.queue_size)
+    steps = Steps(
+        store,
+        lambda goal: graph.do(TASK.name, TASK.type, goal),
+        date,
+        name=name,
+        permit=permit,
+        report=lambda progress: status.publish({"data": progress.text}),
+    )
     tasks: set[asyncio.Task[None]] = set()
 
     def begin(work: Coroutine[Any, Any, None]) -> None:
@@ -181,11 +240,16 @@ async def bridged(
         task.add_done_callback(tasks.discard)
 
     async def answer(text: str) -> None:
-        await _tell(publisher, steps, await steps.answer(text))
+        await _send(results, steps, await steps.answer(text))
+
+    def happened(event: Message) -> None:
+        if event["data"].partition(" ")[0] in _STOPS:
+            steps.halt()
 
     for result in await steps.take_up():
-        begin(_tell(publisher, steps, result))
-    heard = graph.subscribe(
+        begin(_send(results, steps, result))
+    events = graph.subscribe(EVENT.name, EVENT.type, happened, queue_size=EVENT.queue_size)
+    commands = graph.subscribe(
         STEP_COMMAND.name,
         STEP_COMMAND.type,
         lambda message: begin(answer(message["data"])),
@@ -194,22 +258,23 @@ async def bridged(
     try:
         yield steps
     finally:
-        heard.close()
+        commands.close()
         await steps.close()
         await _settled(tasks)
-        publisher.close()
+        for held in (events, results, status):
+            held.close()
 
 
-async def _tell(publisher: Publisher, steps: Steps, result: Result) -> None:
-    """Publish a result as soon as anybody listens; who was told is kept, so that the next run does not tell again."""
-    while not publisher.readers:  # noqa: ASYNC110 - they come and go elsewhere, and nobody says so
+async def _send(publisher: Publisher, steps: Steps, result: Result) -> None:
+    """Publish a result as soon as anybody subscribes, and store that somebody received it."""
+    while not publisher.readers:  # noqa: ASYNC110 - the graph does not report when a subscriber comes
         await asyncio.sleep(_LOOK)
     publisher.publish({"data": result.text})
     await steps.told(result)
 
 
 async def _settled(tasks: set[asyncio.Task[None]]) -> None:
-    """Let what can be told now be told, and end what waits for a listener."""
+    """Send what can be sent now, and end what waits for a subscriber."""
     if tasks:
         await asyncio.wait(tasks, timeout=_LOOK / 2)
     for task in tasks:
@@ -217,20 +282,19 @@ async def _settled(tasks: set[asyncio.Task[None]]) -> None:
     await asyncio.gather(*tasks, return_exceptions=True)
 
 
-def _ending(doing: asyncio.Task[Ended]) -> _Ending:
+def _ending(doing: asyncio.Task[Ended]) -> Ending:
     """Return how a step's task ended."""
     if doing.cancelled():
-        return _Ending.by(Cancelled())
+        return str(Cancelled.code), str(Cancelled())
     defect = doing.exception()
     if isinstance(defect, MayaError):
-        return _Ending.by(defect, begun=not isinstance(defect, NodeGone))
+        return str(defect.code), str(defect)
     if defect is not None:
         doing.get_loop().call_exception_handler({"message": "a step failed", "exception": defect})
-        return _Ending.by(InternalError(reason=repr(defect)))
+        return str(InternalError.code), str(InternalError(reason=repr(defect)))
     ended = doing.result()
     if ended.outcome is Outcome.SUCCEEDED:
-        return _Ending((None, None))
+        return None, None
     if not ended.result:
-        return _Ending.by(NodeGone(node=TASK.sources[0]))
-    code, message = str(ended.result.get("code", "")), str(ended.result.get("message", ""))
-    return _Ending((code, message), begun=ended.outcome is not Outcome.REJECTED or code != str(Busy.code))
+        return str(NodeGone.code), str(NodeGone(node=TASK.sources[0]))
+    return str(ended.result.get("code", "")), str(ended.result.get("message", ""))

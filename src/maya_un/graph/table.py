@@ -190,9 +190,14 @@ STEP_RESULT = Row(
     "/step_result", Form.TOPIC, "std_msgs/String", Floor.BRIDGE, "how a step ended, as JSON",
     ("firebase_bridge",), ("ros_coms",),
 )  # fmt: skip
+STEP_STATUS = Row(
+    "/step_status", Form.TOPIC, "std_msgs/String", Floor.BRIDGE, "a step is accepted or begins, as JSON",
+    ("firebase_bridge",), ("ros_coms",), manual=False,
+)  # fmt: skip
 
 TABLE = (
     EVENT, POSITION, SENSORS, PRIMITIVE, SEND_TASK, START_QUEUE, STOP_QUEUE, STEP_COMMAND, STEP_RESULT,
+    STEP_STATUS,
     GRIPPER, MAYA_COMMAND, STOP, RECOVER, HOME, MOVE, FOLLOW, TASK,
     JOINTS, DIAGNOSTICS, MARKERS, COMMAND, SPEED, PAUSE, RESUME, ABORT, QUEUE_STATUS, RESUME_QUEUE, RECOVER_QUEUE,
 )  # fmt: skip

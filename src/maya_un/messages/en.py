@@ -110,6 +110,9 @@ SENTENCES: dict[int, str] = {
     4030: "Too many previews run at once ({most} are allowed). Wait until one has ended, then ask again.",
     4031: "This takes more than {seconds} s of computing. Ask for less: fewer steps, fewer samples, fewer zones.",
     4032: "This needs more than {most}. Ask for less: fewer steps or fewer samples.",
+    4040: "The deadline of this step, {deadline}, has passed. Send it again with a later deadline if it is still needed.",
+    4041: "This step is for the robot {robot}, and this robot is {name}. Send it to {robot}.",
+    4042: "The robot stopped, or the step before this one failed, so this step did not begin. Look at the robot, then send the step again under another id.",
     4101: "This needs a valid token: {reason}. Ask an administrator of the robot for one (`maya user token`).",
     4102: "{who} is {role}, and {operation} needs {needed}. Ask somebody who may.",
     4103: "{holder} drives the robot since {since}. Ask for the lease with `maya lease ask`, or wait; `maya stop` works "

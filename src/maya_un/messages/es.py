@@ -112,6 +112,9 @@ SENTENCES: dict[int, str] = {
     "vez.",
     4031: "Esto necesita más de {seconds} s de cálculo. Pida menos: menos pasos, menos muestras, menos zonas.",
     4032: "Esto necesita más de {most}. Pida menos: menos pasos o menos muestras.",
+    4040: "El plazo de este paso, {deadline}, ha pasado. Envíelo otra vez con un plazo posterior si todavía hace falta.",
+    4041: "Este paso es para el robot {robot}, y este robot es {name}. Envíelo a {robot}.",
+    4042: "El robot se detuvo, o falló el paso anterior, y este paso no empezó. Mire el robot y envíe el paso otra vez con otro id.",
     4101: "Esto necesita un token válido: {reason}. Pida uno a un administrador del robot (`maya user token`).",
     4102: "{who} es {role}, y {operation} necesita {needed}. Pídalo a quien pueda.",
     4103: "{holder} conduce el robot desde {since}. Pida el mando con `maya lease ask`, o espere; `maya stop` vale para "

@@ -109,7 +109,7 @@ async def test_it_needs_no_robot_to_be_there_and_says_when_there_is_none(tmp_pat
         await elapse(1.0)
         assert cloud.results[0]["code"] == str(NodeGone.code)
         cloud.robot()
-        cloud.sends("1")
+        cloud.sends("2")
         await elapse(2.0)
         assert cloud.results[1]["success"]
     assert cloud.tasks == ["home"]

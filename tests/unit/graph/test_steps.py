@@ -4,17 +4,30 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from random import Random
 from typing import Any
 
 import pytest
 
-from maya_un.errors import Busy, FileNotOurs, KeyReused, NodeGone, StorageDamaged, StorageInUse, StorageTooNew
+from maya_un.errors import (
+    Busy,
+    FileNotOurs,
+    InvalidRequest,
+    KeyReused,
+    NodeGone,
+    StepExpired,
+    StepNotBegun,
+    StepOfOtherRobot,
+    StorageDamaged,
+    StorageInUse,
+    StorageTooNew,
+)
 from maya_un.graph.protocol import Ended, Message, Outcome
-from maya_un.graph.step import INTERRUPTED, Result
+from maya_un.graph.step import INTERRUPTED, Progress, Result
 from maya_un.graph.step_store import StepStore
 from maya_un.graph.steps import Steps
 from maya_un.process.journal.file import Lock
@@ -56,10 +69,20 @@ def now() -> str:
     return f"{asyncio.get_running_loop().time():.1f}"
 
 
+def dated() -> str:
+    return (datetime(2026, 1, 1, tzinfo=UTC) + timedelta(seconds=asyncio.get_running_loop().time())).isoformat()
+
+
 @asynccontextmanager
-async def steps_in(folder: Path, robot: Robot) -> AsyncIterator[Steps]:
+async def steps_in(
+    folder: Path, robot: Robot, progress: list[tuple[str, str, str]] | None = None, date: Callable[[], str] = now
+) -> AsyncIterator[Steps]:
+    def report(new: Progress) -> None:
+        if progress is not None:
+            progress.append((new.id, new.state.value, new.date))
+
     store = await StepStore.open(folder / "steps.db")
-    steps = Steps(store, robot.do, now)
+    steps = Steps(store, robot.do, date, name="MAYA", report=report)
     try:
         yield steps
     finally:
@@ -109,16 +132,75 @@ async def test_an_id_with_other_content_is_refused(tmp_path: Path) -> None:
     assert len(robot.begun) == 1
 
 
-async def test_another_step_meanwhile_is_refused_and_may_come_again(tmp_path: Path) -> None:
+async def test_steps_run_in_the_order_in_which_they_came(tmp_path: Path) -> None:
+    robot = Robot()
+    progress: list[tuple[str, str, str]] = []
+    async with steps_in(tmp_path, robot, progress) as steps:
+        results = await asyncio.gather(*(steps.answer(command(id_)) for id_ in "312"))
+    assert [(result.id, result.finished) for result in results] == [("3", "1.0"), ("1", "2.0"), ("2", "3.0")]
+    assert [(id_, date) for id_, state, date in progress if state == "executing"] == [
+        ("3", "0.0"),
+        ("1", "1.0"),
+        ("2", "2.0"),
+    ]
+    assert [id_ for id_, state, _ in progress if state == "accepted"] == ["3", "1", "2"]
+
+
+async def test_a_failed_step_ends_the_steps_behind_it(tmp_path: Path) -> None:
+    robot = Robot(Ended(Outcome.ABORTED, {"success": False, "code": "2102", "message": "too far"}))
+    async with steps_in(tmp_path, robot) as steps:
+        first, second = await asyncio.gather(steps.answer(command("1")), steps.answer(command("2")))
+        assert (first.code, second.code) == ("2102", str(StepNotBegun.code))
+        assert (await steps.answer(command("2"))).code == str(StepNotBegun.code)
+        assert (await steps.answer(command("3"))).code is None
+    assert len(robot.begun) == 2
+
+
+async def test_a_halt_ends_the_step_under_way_and_those_behind_it(tmp_path: Path) -> None:
     robot = Robot()
     async with steps_in(tmp_path, robot) as steps:
-        first = asyncio.ensure_future(steps.answer(command("1")))
+        waiting = [asyncio.ensure_future(steps.answer(command(id_))) for id_ in "123"]
         await elapse(0.5)
-        refused = await steps.answer(command("2"))
-        assert (refused.code, refused.started) == (str(Busy.code), "0.5")
-        assert (await first).code is None
-        assert (await steps.answer(command("2"))).code is None
-    assert len(robot.begun) == 2
+        steps.halt()
+        results = [await result for result in waiting]
+        assert [result.code for result in results] == ["2202", str(StepNotBegun.code), str(StepNotBegun.code)]
+        assert (await steps.answer(command("4"))).code is None
+    assert (len(robot.begun), robot.stopped) == (2, 1)
+
+
+async def test_a_step_of_another_robot_is_refused(tmp_path: Path) -> None:
+    robot = Robot()
+    async with steps_in(tmp_path, robot) as steps:
+        steps_for = [json.dumps({"id": name, "command": "home", "robot": name}) for name in ("MAYA2", "MAYA")]
+        other, own = [await steps.answer(text) for text in steps_for]
+    assert (other.code, own.code) == (str(StepOfOtherRobot.code), None)
+    assert len(robot.begun) == 1
+
+
+async def test_a_step_whose_turn_comes_after_its_deadline_does_not_begin(tmp_path: Path) -> None:
+    robot = Robot()
+    async with steps_in(tmp_path, robot, date=dated) as steps:
+        late, soon, ahead = (
+            json.dumps({"id": id_, "command": "home", "deadline": deadline})
+            for id_, deadline in (
+                ("late", "2026-01-01T01:00:00+02:00"),
+                ("soon", "2026-01-01T00:00:00.5Z"),
+                ("ahead", "2026-01-01T00:00:05Z"),
+            )
+        )
+        results = await asyncio.gather(*map(steps.answer, (late, ahead, soon)))
+    assert [result.code for result in results] == [str(StepExpired.code), None, str(StepExpired.code)]
+    assert len(robot.begun) == 1
+
+
+@pytest.mark.parametrize("deadline", ["soon", "2026-01-01T00:00:00", 5, "9999-12-31T23:59:59-23:59"])
+async def test_a_deadline_without_a_time_zone_is_refused(deadline: object, tmp_path: Path) -> None:
+    robot = Robot()
+    async with steps_in(tmp_path, robot, date=dated) as steps:
+        result = await steps.answer(json.dumps({"id": "1", "command": "home", "deadline": deadline}))
+    assert result.code == str(InvalidRequest.code)
+    assert "time zone" in str(result.error)
+    assert not robot.begun
 
 
 async def test_what_failed_is_kept_as_it_was_said(tmp_path: Path) -> None:
@@ -138,12 +220,13 @@ async def test_what_failed_is_kept_as_it_was_said(tmp_path: Path) -> None:
         NodeGone(node="primitive_server"),
     ],
 )
-async def test_what_never_began_may_come_again(answer: Ended | Exception, tmp_path: Path) -> None:
+async def test_a_refusal_of_the_robot_is_final(answer: Ended | Exception, tmp_path: Path) -> None:
     robot = Robot(answer)
     async with steps_in(tmp_path, robot) as steps:
-        assert (await steps.answer(command("1"))).code in {str(Busy.code), str(NodeGone.code)}
-        assert (await steps.answer(command("1"))).code is None
-    assert len(robot.begun) == 1
+        first = await steps.answer(command("1"))
+        assert first.code in {str(Busy.code), str(NodeGone.code)}
+        assert await steps.answer(command("1")) == first
+    assert not robot.begun
 
 
 async def test_a_server_that_vanishes_meanwhile_ends_the_step_for_good(tmp_path: Path) -> None:
@@ -198,6 +281,36 @@ async def test_what_was_under_way_is_interrupted_and_never_repeated(tmp_path: Pa
     assert len(robot.begun) == 1
 
 
+async def test_a_step_that_waited_at_the_crash_is_interrupted_and_says_that_it_did_not_begin(tmp_path: Path) -> None:
+    robot = Robot()
+    await _killed_at(0.5, tmp_path, robot, [command("1"), command("2")])
+    async with steps_in(tmp_path, robot) as steps:
+        first, second = await steps.take_up()
+        assert (first.code, second.code) == (INTERRUPTED, INTERRUPTED)
+        assert "under way" in str(first.error)
+        assert "before this step began" in str(second.error)
+    assert len(robot.begun) == 1
+
+
+async def test_a_file_of_version_1_still_opens(tmp_path: Path) -> None:
+    import sqlite3
+
+    robot = Robot()
+    async with steps_in(tmp_path, robot) as steps:
+        done = await steps.answer(command("1"))
+    with sqlite3.connect(tmp_path / "steps.db") as connection:
+        connection.execute("UPDATE steps SET told = 1")
+        connection.execute("INSERT INTO steps (id, digest, started, warnings) VALUES ('2', 'x', '0.0', '[]')")
+        connection.execute("ALTER TABLE steps DROP COLUMN begun")
+        connection.execute("PRAGMA user_version = 1")
+    connection.close()
+    async with steps_in(tmp_path, robot) as steps:
+        (left,) = await steps.take_up()
+        assert (left.id, left.code) == ("2", INTERRUPTED)
+        assert "under way" in str(left.error)
+        assert await steps.answer(command("1")) == done
+
+
 async def test_at_most_once_whatever_happens(campaign: Campaign, tmp_path: Path) -> None:
     """Ids come again and again, at once and later, through kills at any instant: none is carried out twice."""
     for case in range(campaign.size(ci=20, long=400)):
@@ -238,8 +351,10 @@ async def _killed_at(
     for task in [*asking, *([] if steps._doing is None else [steps._doing])]:
         task.cancel()
     await asyncio.gather(*asking, return_exceptions=True)
-    if steps._under_way is not None:
-        await asyncio.wait({steps._under_way.result})
+    while steps._waiting:
+        if steps._doing is not None:
+            steps._doing.cancel()
+        await asyncio.wait(steps._waiting.values(), timeout=0.01)
     store._connection = kept
     await store.close()
     return results
