@@ -4,7 +4,7 @@ MayaError
 ├── RequestError            somebody asked for something impossible: refused, the robot is not disturbed
 │   ├── NotConnected 1010 · ServiceNotRunning 1020 · ServiceNotAnswering 1021
 │   │   TwinNotFound 1022 · ControllerOwned 1030 · ControllerMoves 1032
-│   │   ProgramLost 1040
+│   │   ProgramLost 1040 · RobotNotReached 1050 · SupervisorsNotReached 1051
 │   ├── Unreachable 2101 · PathRefused 2102 · NotHomed 2103 · Busy 2104 · Faulted 2105
 │   │   MarkerMissing 2106 · TrajectoryRefused 2107 · NothingToRecover 2108 · GuardBlocked 2109
 │   │   ProgramRuns 2110 · CannotPause 2111 · NotPaused 2112 · PositionNotKept 2314
@@ -119,8 +119,10 @@ from maya_un.errors.link import (
     ParameterMismatch,
     ProgramDiffers,
     ProgramLost,
+    RobotNotReached,
     ServiceNotAnswering,
     ServiceNotRunning,
+    SupervisorsNotReached,
     TwinNotFound,
     UnexpectedReply,
     WrongController,
@@ -240,6 +242,7 @@ __all__ = [
     "ProgramRuns",
     "RegisterChanged",
     "RequestError",
+    "RobotNotReached",
     "RosMissing",
     "ServiceFailed",
     "ServiceNotAnswering",
@@ -256,6 +259,7 @@ __all__ = [
     "StorageUnavailable",
     "StreamLagging",
     "StrokeDiffers",
+    "SupervisorsNotReached",
     "SwitchBlocks",
     "SwitchNotFound",
     "TakesTooLong",

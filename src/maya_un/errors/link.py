@@ -111,3 +111,15 @@ class ControllerMoves(RequestError):
     """Axes move by commands of another program, so the controller cannot change its owner yet."""
 
     code = 1032
+
+
+class RobotNotReached(RequestError):
+    """The link to supervisors cannot reach the robot's rosbridge."""
+
+    code = 1050
+
+
+class SupervisorsNotReached(RequestError):
+    """The link to supervisors cannot reach their broker or database."""
+
+    code = 1051

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from maya_un.errors import FileNotOurs, StorageTooNew
-from maya_un.graph.step import Result
+from maya_un.graph.step_text import Result
 from maya_un.process.journal import faults, file
 
 T = TypeVar("T")

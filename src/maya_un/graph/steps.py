@@ -31,8 +31,9 @@ from maya_un.errors import (
 from maya_un.graph.attended import Permit, anything
 from maya_un.graph.primitives import to_message
 from maya_un.graph.protocol import Ended, Graph, Message, Outcome, Publisher
-from maya_un.graph.step import INTERRUPTED, Progress, Result, State, Step, id_of, read, step_of
+from maya_un.graph.step import Step, step_of
 from maya_un.graph.step_store import Kept, StepStore
+from maya_un.graph.step_text import INTERRUPTED, Progress, Result, State, id_of, read
 from maya_un.graph.table import EVENT, STEP_COMMAND, STEP_RESULT, STEP_STATUS, TASK
 
 MOST_WAITING = 1000

@@ -33,6 +33,8 @@ SENTENCES: dict[int, str] = {
     "at rest, or run `maya stop`, then try again.",
     1040: "The download failed ({reason}), and the former program could not be restored. Download a program again "
     "before you run one.",
+    1050: "The robot's rosbridge at {url} does not answer: {reason}. Start the robot with `maya up --rosbridge`, or set IP to where it is; this program tries again.",
+    1051: "The supervisors' server {where} does not answer: {reason}. Check that it runs and that its address is right; this program tries again.",
     2101: "{target} cannot be reached: {reason}. Nearest reachable: {nearest}.",
     2102: "The way to {target} leaves the workspace: {reason}. Go there by a point in between.",
     2103: "The robot is not homed, so its position is not known. Say `maya home` first.",

@@ -33,6 +33,8 @@ SENTENCES: dict[int, str] = {
     "a que estén en reposo, o ejecute `maya stop`, e inténtelo otra vez.",
     1040: "La descarga falló ({reason}) y no se pudo restaurar el programa anterior. Descargue un programa otra vez "
     "antes de ejecutarlo.",
+    1050: "El rosbridge del robot en {url} no responde: {reason}. Arranque el robot con `maya up --rosbridge`, o ponga en IP dónde está; este programa lo intentará otra vez.",
+    1051: "El servidor de los supervisores {where} no responde: {reason}. Compruebe que funciona y que su dirección es correcta; este programa lo intentará otra vez.",
     2101: "{target} no se puede alcanzar: {reason}. Lo más cercano alcanzable: {nearest}.",
     2102: "El camino a {target} sale del espacio de trabajo: {reason}. Vaya por un punto intermedio.",
     2103: "El robot no ha hecho el homing y no conoce su posición. Diga primero `maya home`.",

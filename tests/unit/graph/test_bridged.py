@@ -13,8 +13,8 @@ from maya_un.errors import NodeGone
 from maya_un.graph.bus import Bus, BusNode
 from maya_un.graph.outcome import success
 from maya_un.graph.protocol import Feedback, Held, Message
-from maya_un.graph.step import INTERRUPTED
 from maya_un.graph.step_store import StepStore
+from maya_un.graph.step_text import INTERRUPTED
 from maya_un.graph.steps import bridged
 from maya_un.graph.table import STEP_COMMAND, STEP_RESULT, TASK
 from tests.virtual_time import elapse

@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maya_un.errors import InvalidMessage, InvalidRequest, InvalidValue, MayaError, UnknownName
-from maya_un.graph.step import Result, id_of, read, step_of
+from maya_un.graph.step import step_of
+from maya_un.graph.step_text import Result, id_of, read
 from maya_un.robot.gripper import Gripper
 from maya_un.robot.home import Home
 from maya_un.robot.pick import Pick

@@ -27,8 +27,8 @@ from maya_un.errors import (
     StorageTooNew,
 )
 from maya_un.graph.protocol import Ended, Message, Outcome
-from maya_un.graph.step import INTERRUPTED, Progress, Result
 from maya_un.graph.step_store import StepStore
+from maya_un.graph.step_text import INTERRUPTED, Progress, Result
 from maya_un.graph.steps import Steps
 from maya_un.process.journal.file import Lock
 from tests.campaign import Campaign

@@ -1,0 +1,235 @@
+"""The agent of one robot: takes commands from supervisors, hands them to the robot, and reports back.
+
+Commands go to the robot in the order in which they came, the next one when the robot has accepted the last. Whichever
+side is lost, the agent connects again and sends what was not answered again. The robot's journal recognises ids, so
+nothing runs twice.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from random import Random
+from typing import Any
+
+from maya_un.coms.retrying import keep
+from maya_un.coms.robot import Link, Rosbridge
+from maya_un.coms.transport import Channel, Command, Kind, Report, Transport
+from maya_un.errors import InvalidMessage, KeyReused, MayaError
+from maya_un.graph.step_text import LONGEST_ID, Result, id_of, read
+
+LONGEST = 65_536
+"""Bytes of a command; a longer one is refused unread."""
+
+_PATIENCE = 0.25
+"""A command that the robot does not accept within this time is sent again [s], later after twice as long."""
+
+_LONGEST_PATIENCE = 5.0
+
+_REMEMBERED = 1000
+"""So many results that were sent are recognised if the robot sends them again."""
+
+
+@dataclass(slots=True)
+class _Pending:
+    """A command whose result was not sent: `report` is the robot's latest, `sent` tells whether that was sent on."""
+
+    key: str | None
+    text: str
+    report: Report | None = None
+    sent: bool = True
+
+    @property
+    def ended(self) -> bool:
+        return self.report is not None and self.report.kind is Kind.RESULT
+
+
+class Agent:
+    """Carries commands and reports between a robot and its supervisors while `run` runs. `name` is the robot's.
+
+    `date` returns the date (ISO 8601, UTC); `rng` draws the pauses between attempts.
+    """
+
+    def __init__(
+        self, name: str, robot: Rosbridge, transport: Transport, date: Callable[[], str], rng: Random | None = None
+    ) -> None:
+        self._name = name
+        self._robot = robot
+        self._transport = transport
+        self._date = date
+        self._rng = rng or Random()
+        self._pending: dict[str, _Pending] = {}
+        self._refused: dict[str, Report] = {}
+        self._sent: dict[str, str] = {}
+        self._accepted = asyncio.Event()
+        self._commands = asyncio.Event()
+        self._reports = asyncio.Event()
+        self._troubles: dict[str, str | None] = {"robot": "connecting", "supervisors": "connecting"}
+
+    async def run(self) -> None:
+        """Keep both connections until cancelled."""
+        async with asyncio.TaskGroup() as group:
+            group.create_task(keep(self._serve_robot, self._failed("robot"), self._rng))
+            group.create_task(keep(self._serve_supervisors, self._failed("supervisors"), self._rng))
+
+    def status(self) -> dict[str, Any]:
+        """Return how both connections are, and what they wait for, as JSON data."""
+        sides = {
+            side: {"url": url, "connected": self._troubles[side] is None, "waits_for": self._troubles[side]}
+            for side, url in (("robot", self._robot.url), ("supervisors", self._transport.where))
+        }
+        return {"name": self._name, **sides, "steps": {id_: _state(one) for id_, one in self._pending.items()}}
+
+    def _failed(self, side: str) -> Callable[[MayaError], None]:
+        def failed(error: MayaError) -> None:
+            self._troubles[side] = str(error)
+
+        return failed
+
+    async def _serve_supervisors(self) -> None:
+        async with self._transport.connected(self._name) as channel:
+            self._troubles["supervisors"] = None
+            for one in self._pending.values():
+                one.sent = one.report is None
+            self._reports.set()
+            await _first_to_end(self._take_commands(channel), self._send_reports(channel))
+
+    async def _take_commands(self, channel: Channel) -> None:
+        while True:
+            self._take(await channel.receive())
+
+    def _take(self, command: Command) -> None:
+        """Note a command for the robot; refuse one that cannot be read."""
+        id_: str | None = None
+        try:
+            id_, text = self._understood(command)
+            known = self._pending.get(id_)
+            if known is not None and known.text != text:
+                raise KeyReused(key=id_)
+        except MayaError as error:
+            id_ = id_ or command.key[:LONGEST_ID]
+            text = Result.refused(id_, error, self._date()).text
+            self._refused[command.key] = Report(id_, Kind.RESULT, text, command.key)
+            self._reports.set()
+            return
+        if known is None:
+            self._pending[id_] = _Pending(command.key, text)
+            self._commands.set()
+        else:
+            known.key, known.sent = command.key, known.report is None
+            self._reports.set()
+
+    def _understood(self, command: Command) -> tuple[str, str]:
+        """Return the id of a command, and its text as the robot gets it; raises the `MayaError` that refuses it."""
+        if len(command.text) > LONGEST:
+            raise InvalidMessage(name="the step", reason=f"it has more than {LONGEST} bytes")
+        try:
+            data = read(command.text.decode())
+        except UnicodeDecodeError as error:
+            raise InvalidMessage(name="the step", reason="it is not UTF-8") from error
+        id_ = id_of(data)
+        if id_ is None:
+            id_ = data["id"] = command.key
+        if "command" not in data and self._transport.default_command is not None:
+            data["command"] = self._transport.default_command
+        return id_, json.dumps(data)
+
+    async def _send_reports(self, channel: Channel) -> None:
+        while True:
+            await self._reports.wait()
+            self._reports.clear()
+            for key, refusal in tuple(self._refused.items()):
+                await channel.send(refusal)
+                del self._refused[key]
+            for id_, one in tuple(self._pending.items()):
+                await self._send_report(channel, id_, one)
+
+    async def _send_report(self, channel: Channel, id_: str, one: _Pending) -> None:
+        """Send the latest report of a command, if it was not sent."""
+        report = one.report
+        if one.sent or report is None:
+            return
+        await channel.send(replace(report, key=one.key))
+        if one.report is not report:
+            return  # a newer one came meanwhile
+        one.sent = True
+        if report.kind is Kind.RESULT and self._pending.get(id_) is one:
+            self._remember(id_, report.text)
+
+    def _remember(self, id_: str, text: str) -> None:
+        """Forget a command whose result was sent."""
+        del self._pending[id_]
+        self._sent[id_] = text
+        if len(self._sent) > _REMEMBERED:
+            del self._sent[next(iter(self._sent))]
+
+    async def _serve_robot(self) -> None:
+        async with self._robot.connected() as link:
+            self._troubles["robot"] = None
+            for one in self._pending.values():
+                if not one.ended:
+                    one.report = None  # its result may have been lost with the connection
+            await _first_to_end(self._hear_robot(link), self._send_commands(link))
+
+    async def _send_commands(self, link: Link) -> None:
+        while True:
+            self._commands.clear()
+            waiting = [one for one in self._pending.values() if one.report is None]
+            for one in waiting:
+                await self._hand_over(link, one)
+            if not waiting:
+                await self._commands.wait()
+
+    async def _hand_over(self, link: Link, one: _Pending) -> None:
+        """Send a command to the robot until the robot has accepted or answered it."""
+        patience = _PATIENCE
+        while one.report is None:
+            await link.send(one.text)
+            try:
+                async with asyncio.timeout(patience):
+                    while one.report is None:
+                        self._accepted.clear()
+                        await self._accepted.wait()
+            except TimeoutError:
+                self._troubles["robot"] = "firebase_bridge, which does not answer on /step_status"
+                patience = min(2.0 * patience, _LONGEST_PATIENCE)
+        self._troubles["robot"] = None
+
+    async def _hear_robot(self, link: Link) -> None:
+        while True:
+            heard = await link.receive()
+            if isinstance(heard, str):
+                self._troubles["robot"] = heard
+                continue
+            self._note(heard)
+
+    def _note(self, report: Report) -> None:
+        """Note what the robot reports of a step."""
+        one = self._pending.get(report.id)
+        if one is None:
+            if report.kind is not Kind.RESULT or self._sent.get(report.id) == report.text:
+                return
+            one = self._pending[report.id] = _Pending(None, "")  # from an earlier run of this program
+        if not one.ended:
+            one.report, one.sent = report, False
+            self._reports.set()
+        self._accepted.set()
+
+
+def _state(one: _Pending) -> str:
+    return "sending" if one.report is None else one.report.kind.value
+
+
+async def _first_to_end(*work: Any) -> None:
+    """Run coroutines beside each other until one ends, then cancel the others; raises what it raises."""
+    tasks = [asyncio.ensure_future(one) for one in work]
+    try:
+        done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        for task in done:
+            task.result()
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)

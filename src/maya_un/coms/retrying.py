@@ -1,0 +1,36 @@
+"""Keep a connection: connect, use it, and connect again after a pause that grows."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from random import Random
+
+from maya_un.errors import MayaError
+
+FIRST_PAUSE = 0.1
+"""Pause after the first failure [s]."""
+
+LONGEST_PAUSE = 10.0
+"""[s]"""
+
+GOOD = 5.0
+"""After a connection of so long the pauses begin anew [s]."""
+
+
+async def keep(use: Callable[[], Awaitable[None]], failed: Callable[[MayaError], None], rng: Random) -> None:
+    """Call `use` again and again, and `failed` with each `MayaError` that it raises; ends only by being cancelled.
+
+    The pauses double, and each is drawn from its upper half, so that many clients of a server do not come together.
+    """
+    loop, pause = asyncio.get_running_loop(), FIRST_PAUSE
+    while True:
+        began = loop.time()
+        try:
+            await use()
+        except MayaError as error:
+            failed(error)
+        if loop.time() - began > GOOD:
+            pause = FIRST_PAUSE
+        await asyncio.sleep(pause * rng.uniform(0.5, 1.0))
+        pause = min(2.0 * pause, LONGEST_PAUSE)

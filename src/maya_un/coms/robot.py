@@ -1,0 +1,97 @@
+"""The robot's side: /step_command, /step_status and /step_result by any rosbridge."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import InvalidHandshake, InvalidURI, WebSocketException
+
+from maya_un.coms.transport import Kind, Report
+from maya_un.errors import RobotNotReached
+from maya_un.graph.table import STEP_COMMAND, STEP_RESULT, STEP_STATUS
+
+LONGEST = 1 << 20
+"""Bytes of a message from rosbridge."""
+
+_PING = 5.0
+"""A silent connection is asked for a sign of life after so long [s], and ends after twice that."""
+
+
+class Link:
+    """A connection to a rosbridge. The methods raise `RobotNotReached` when it has ended."""
+
+    def __init__(self, socket: ClientConnection, url: str, prefix: str) -> None:
+        self._socket = socket
+        self._url = url
+        self._prefix = prefix
+
+    async def prepare(self) -> None:
+        """Advertise commands and subscribe to what comes back."""
+        await self._say("advertise", STEP_COMMAND.name, type=STEP_COMMAND.type)
+        for row in (STEP_STATUS, STEP_RESULT):
+            await self._say("subscribe", row.name, type=row.type, queue_length=0)
+
+    async def send(self, text: str) -> None:
+        """Publish a command."""
+        await self._say("publish", STEP_COMMAND.name, msg={"data": text})
+
+    async def receive(self) -> Report | str:
+        """Return the next report, or the text of a refusal by the rosbridge itself."""
+        while True:
+            try:
+                message = json.loads(await self._socket.recv())
+            except (WebSocketException, ValueError, RecursionError) as error:
+                raise RobotNotReached(url=self._url, reason=str(error)) from error
+            found = _read(message, self._prefix) if isinstance(message, dict) else None
+            if found is not None:
+                return found
+
+    async def _say(self, op: str, topic: str, **more: object) -> None:
+        try:
+            await self._socket.send(json.dumps({"op": op, "topic": self._prefix + topic, **more}))
+        except WebSocketException as error:
+            raise RobotNotReached(url=self._url, reason=str(error)) from error
+
+
+@dataclass(frozen=True, slots=True)
+class Rosbridge:
+    """Where the robot's rosbridge is; `token` is shown to it if not empty, `namespace` stands before the topics."""
+
+    url: str
+    token: str = ""
+    namespace: str = ""
+
+    @asynccontextmanager
+    async def connected(self) -> AsyncIterator[Link]:
+        """Connect; raises `RobotNotReached` if no rosbridge answers."""
+        headers = {"Authorization": f"Bearer {self.token}"} if self.token else {}
+        try:
+            socket = await connect(
+                self.url, additional_headers=headers, max_size=LONGEST, ping_interval=_PING, ping_timeout=_PING
+            )
+        except (OSError, InvalidHandshake, InvalidURI, TimeoutError) as error:
+            raise RobotNotReached(url=self.url, reason=str(error)) from error
+        async with socket:
+            link = Link(socket, self.url, self.namespace.rstrip("/"))
+            await link.prepare()
+            yield link
+
+
+def _read(message: dict[str, Any], prefix: str) -> Report | str | None:
+    """Return what a message of rosbridge tells, None if it tells nothing of steps."""
+    if message.get("op") == "status":
+        return str(message.get("msg", "")) if message.get("level") == "error" else None
+    try:
+        text = str(message["msg"]["data"])
+        data = json.loads(text)
+        id_ = data["id"]
+        if message.get("topic") == prefix + STEP_RESULT.name:
+            return Report(id_, Kind.RESULT, text) if isinstance(id_, str) else None
+        return Report(id_, Kind(data["state"]), text)
+    except (KeyError, TypeError, ValueError):
+        return None

@@ -1,0 +1,103 @@
+"""The steps of a remote process as JSON text, their progress and their results.
+
+    {"id": "7", "command": "pick", "args": {"x": 0.5, "y": 1.1, "z": 0.4}, "robot": "MAYA", "deadline": …}
+    {"id": "7", "state": "executing", "date": …}
+    {"id": "7", "success": true, "error": null, "code": null, "started": …, "finished": …, "warnings": []}
+
+The commands are pick, place and approach (args x, y, z in metres), gripper (args open), home and can_teleop (no args).
+Other args are ignored, and the result lists them. `robot` and `deadline` are optional: a step for another robot and a
+step that would begin after its deadline (ISO 8601 with a time zone) are refused.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+from maya_un.errors import InvalidMessage, InvalidRequest, MayaError
+
+INTERRUPTED = "INTERRUPTED"
+"""The code of a step without a result when the program ended: nobody knows how far it came."""
+
+LONGEST_ID = 200
+"""Characters of an id."""
+
+
+class State(StrEnum):
+    """The states of a step before its result."""
+
+    ACCEPTED = "accepted"
+    EXECUTING = "executing"
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """A step came into a state on a date (ISO 8601, UTC)."""
+
+    id: str
+    state: State
+    date: str
+
+    @property
+    def text(self) -> str:
+        """The JSON text."""
+        return json.dumps({"id": self.id, "state": self.state.value, "date": self.date})
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """How a step ended, or why it was refused: `error` is a sentence and `code` ours, both None after success.
+
+    `id` is None where the command had none that could be read. Dates are ISO 8601 in UTC.
+    """
+
+    id: str | None
+    error: str | None
+    code: str | None
+    started: str
+    finished: str
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def text(self) -> str:
+        """The JSON text."""
+        return json.dumps(
+            {
+                "id": self.id,
+                "success": self.error is None,
+                "error": self.error,
+                "code": self.code,
+                "started": self.started,
+                "finished": self.finished,
+                "warnings": list(self.warnings),
+            }
+        )
+
+    @classmethod
+    def refused(cls, id_: str | None, error: MayaError, date: str, warnings: tuple[str, ...] = ()) -> Result:
+        """Return the result of a step of which nothing was done on `date`, for `error`."""
+        return cls(id_, str(error), str(error.code), date, date, warnings)
+
+
+def read(text: str) -> dict[str, Any]:
+    """Return a command as data; raises `InvalidMessage` for what is no JSON object."""
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InvalidMessage(name="the step", reason=f"it is not JSON: {error}") from error
+    if not isinstance(data, dict):
+        raise InvalidMessage(name="the step", reason='it must be an object like {"id": "1", "command": "home"}')
+    return data
+
+
+def id_of(data: Mapping[str, Any]) -> str | None:
+    """Return the id of a command, None where it has none; raises `InvalidRequest` for one that is none."""
+    found = data.get("id")
+    if found is None:
+        return None
+    if not isinstance(found, str) or not 0 < len(found) <= LONGEST_ID or not found.isprintable():
+        raise InvalidRequest(key="id", reason=f"it must be text of 1 to {LONGEST_ID} printable characters")
+    return found

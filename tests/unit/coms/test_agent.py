@@ -1,0 +1,222 @@
+"""The agent between a real rosbridge endpoint and supervisors in memory; either side goes away and comes back."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from contextlib import asynccontextmanager, contextmanager, suppress
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+
+from maya_un.coms.agent import LONGEST, Agent
+from maya_un.coms.robot import Rosbridge
+from maya_un.errors import InvalidMessage, InvalidRequest, KeyReused
+from maya_un.graph.bus import Bus
+from maya_un.graph.outcome import success
+from maya_un.graph.protocol import Feedback, Graph, Message
+from maya_un.graph.step_store import StepStore
+from maya_un.graph.steps import bridged
+from maya_un.graph.table import TASK
+from maya_un.loops import run
+from maya_un.rosbridge.endpoint import Endpoint
+from maya_un.rosbridge.guest import Guest
+from maya_un.server import dates
+from maya_un.server.doors import bound_socket
+from tests.rosbridging import DATE
+from tests.unit.coms.memory import Memory
+
+
+class Robot:
+    """A robot behind a rosbridge whose port stays the same; `begun` lists the commands that ran."""
+
+    def __init__(self, store: StepStore) -> None:
+        self.begun: list[str] = []
+        self.go = asyncio.Event()
+        self.go.set()
+        self.bus = Bus()
+        self.store = store
+        with bound_socket(0) as door:
+            self.port = door.getsockname()[1]
+        self._task = self.bus.node("primitive_server").act(TASK.name, TASK.type, self._act)
+
+    @property
+    def url(self) -> str:
+        return f"ws://127.0.0.1:{self.port}"
+
+    async def _act(self, goal: Message, feedback: Feedback) -> Message:
+        feedback({"phase": "begun"})
+        self.begun.append(goal["task"]["command"])
+        await self.go.wait()
+        return success()
+
+    @asynccontextmanager
+    async def bridge(self) -> AsyncIterator[None]:
+        """Be the node firebase_bridge."""
+        async with bridged(self.bus.node("firebase_bridge"), self.store, dates.now, name="MAYA"):
+            yield
+
+    @asynccontextmanager
+    async def rosbridge(self) -> AsyncIterator[None]:
+        """Serve rosbridge."""
+
+        @contextmanager
+        def seat(_: Guest) -> Iterator[Graph]:
+            node = self.bus.node("rosbridge")
+            yield node
+            node.close()
+
+        endpoint = Endpoint(seat, lambda: DATE, None, 10)
+        async with endpoint.serving(bound_socket(self.port)):
+            yield
+
+
+Story = Callable[[Robot, Agent, Memory], Awaitable[None]]
+
+
+def told(story: Story, folder: Path, default_command: str | None = None) -> None:
+    """Run a story with an agent that is connected by nobody yet."""
+
+    async def main() -> None:
+        store = await StepStore.open(folder / "steps.db")
+        robot, memory = Robot(store), Memory(default_command)
+        agent = Agent("MAYA", Rosbridge(robot.url), memory, dates.now, Random(1))
+        running = asyncio.create_task(agent.run())
+        try:
+            async with asyncio.timeout(60.0):
+                await story(robot, agent, memory)
+        finally:
+            running.cancel()
+            with suppress(asyncio.CancelledError):
+                await running
+            await store.close()
+
+    run(main())
+
+
+def command(id_: str | None, name: str = "home", **more: Any) -> bytes:
+    return json.dumps({"command": name, **more} | ({} if id_ is None else {"id": id_})).encode()
+
+
+async def until(holds: Callable[[], bool]) -> None:
+    """Wait until a condition holds."""
+    while not holds():  # noqa: ASYNC110 - these are states of other tasks and connections
+        await asyncio.sleep(0.005)
+
+
+def test_commands_run_in_their_order_and_each_has_its_reports(tmp_path: Path) -> None:
+    async def story(robot: Robot, agent: Agent, memory: Memory) -> None:
+        async with robot.bridge(), robot.rosbridge():
+            for id_ in "abc":
+                await memory.put(f"k{id_}", command(id_, "gripper", args={"open": id_ == "b"}))
+            results = await memory.results(3)
+        assert [(result.id, result.key, json.loads(result.text)["success"]) for result in results] == [
+            (id_, f"k{id_}", True) for id_ in "abc"
+        ]
+        assert robot.begun == ["gripper"] * 3
+        assert memory.commands == {}
+        assert agent.status()["steps"] == {}
+
+    told(story, tmp_path)
+
+
+def test_a_command_without_an_id_has_the_transports(tmp_path: Path) -> None:
+    async def story(robot: Robot, _: Agent, memory: Memory) -> None:
+        async with robot.bridge(), robot.rosbridge():
+            await memory.put("key 1", command(None))
+            (result,) = await memory.results(1)
+        assert (result.id, json.loads(result.text)["id"]) == ("key 1", "key 1")
+
+    told(story, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        (b"x" * (LONGEST + 1), InvalidMessage.code),
+        (b"[" * 20_000, InvalidMessage.code),
+        (b"\xff\xfe", InvalidMessage.code),
+        (b"[]", InvalidMessage.code),
+        (b'{"id": 3, "command": "home"}', InvalidRequest.code),
+        (b'{"id": "1"}', InvalidRequest.code),
+    ],
+)
+def test_a_command_that_cannot_be_read_is_answered(text: bytes, code: int, tmp_path: Path) -> None:
+    async def story(robot: Robot, _: Agent, memory: Memory) -> None:
+        async with robot.bridge(), robot.rosbridge():
+            await memory.put("bad", text)
+            (result,) = await memory.results(1)
+            assert (result.key, json.loads(result.text)["code"]) == ("bad", str(code))
+            await memory.put("good", command("good"))
+            await memory.results(2)
+        assert robot.begun == ["home"]
+
+    told(story, tmp_path)
+
+
+def test_the_old_form_has_the_default_command(tmp_path: Path) -> None:
+    async def story(robot: Robot, _: Agent, memory: Memory) -> None:
+        async with robot.bridge(), robot.rosbridge():
+            await memory.put("1", b'{"args": {"x": 0.5, "y": 1.1, "z": 0.4}}')
+            await memory.results(1)
+        assert robot.begun == ["approach"]
+
+    told(story, tmp_path, "approach")
+
+
+def test_an_id_with_other_content_is_refused_and_the_first_runs_on(tmp_path: Path) -> None:
+    async def story(robot: Robot, agent: Agent, memory: Memory) -> None:
+        robot.go.clear()
+        async with robot.bridge(), robot.rosbridge():
+            await memory.put("k1", command("1"))
+            await until(lambda: agent.status()["steps"] == {"1": "executing"})
+            await memory.put("k2", command("1", "can_teleop"))
+            (refused,) = await memory.results(1)
+            assert (refused.key, json.loads(refused.text)["code"]) == ("k2", str(KeyReused.code))
+            robot.go.set()
+            _, done = await memory.results(2)
+            assert (done.key, json.loads(done.text)["success"]) == ("k1", True)
+            await memory.put("k3", command("1", "can_teleop"))
+            *_, again = await memory.results(3)
+            assert (again.key, json.loads(again.text)["code"]) == ("k3", str(KeyReused.code))
+        assert robot.begun == ["home"]
+
+    told(story, tmp_path)
+
+
+def test_a_result_survives_the_loss_of_either_side(tmp_path: Path) -> None:
+    async def story(robot: Robot, agent: Agent, memory: Memory) -> None:
+        robot.go.clear()
+        async with robot.bridge():
+            async with robot.rosbridge():
+                await memory.put("k1", command("1"))
+                await until(lambda: robot.begun == ["home"])
+            await until(lambda: not agent.status()["robot"]["connected"])
+            robot.go.set()
+            await memory.set_away(True)
+            await until(lambda: not agent.status()["supervisors"]["connected"])
+            async with robot.rosbridge():
+                await until(lambda: agent.status()["steps"] == {"1": "result"})
+                await memory.set_away(False)
+                (result,) = await memory.results(1)
+        assert json.loads(result.text)["success"]
+        assert robot.begun == ["home"]
+
+    told(story, tmp_path)
+
+
+def test_it_waits_for_the_bridge_and_says_so(tmp_path: Path) -> None:
+    async def story(robot: Robot, agent: Agent, memory: Memory) -> None:
+        await memory.put("k1", command("1"))
+        await until(lambda: "does not answer" in str(agent.status()["robot"]["waits_for"]))
+        async with robot.rosbridge():
+            await until(lambda: "firebase_bridge" in str(agent.status()["robot"]["waits_for"]))
+            async with robot.bridge():
+                await memory.results(1)
+                await until(lambda: agent.status()["robot"]["connected"])
+        assert robot.begun == ["home"]
+
+    told(story, tmp_path)
