@@ -12,6 +12,7 @@ from maya_un.cli import output, record_commands, teach_commands, zone_commands
 from maya_un.cli.access import commands as access
 from maya_un.cli.calibrate import commands as calibrate
 from maya_un.cli.completion import commands as completion
+from maya_un.cli.coms import commands as coms
 from maya_un.cli.dmc_tools import commands as dmc_tools
 from maya_un.cli.doctor import commands as doctor
 from maya_un.cli.help import EVERYWHERE
@@ -358,6 +359,7 @@ zone_commands.register(app, _HOW)
 record_commands.register(app, _HOW)
 queueing.register(app, _HOW)
 logs.register(app, _HOW)
+coms.register(app, _HOW)
 doctor.register(app, _HOW)
 completion.register(app, _HOW)
 access.register(app, _HOW)

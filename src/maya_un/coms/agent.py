@@ -17,8 +17,8 @@ from typing import Any
 from maya_un.coms.retrying import keep
 from maya_un.coms.robot import Link, Rosbridge
 from maya_un.coms.transport import Channel, Command, Kind, Report, Transport
-from maya_un.errors import InvalidMessage, KeyReused, MayaError
-from maya_un.graph.step_text import LONGEST_ID, Result, id_of, read
+from maya_un.errors import InvalidMessage, InvalidRequest, KeyReused, MayaError
+from maya_un.graph.step_text import Result, id_of, read
 
 LONGEST = 65_536
 """Bytes of a command; a longer one is refused unread."""
@@ -109,7 +109,7 @@ class Agent:
             if known is not None and known.text != text:
                 raise KeyReused(key=id_)
         except MayaError as error:
-            id_ = id_ or command.key[:LONGEST_ID]
+            id_ = id_ or command.id
             text = Result.refused(id_, error, self._date()).text
             self._refused[command.key] = Report(id_, Kind.RESULT, text, command.key)
             self._reports.set()
@@ -131,7 +131,9 @@ class Agent:
             raise InvalidMessage(name="the step", reason="it is not UTF-8") from error
         id_ = id_of(data)
         if id_ is None:
-            id_ = data["id"] = command.key
+            if command.id is None:
+                raise InvalidRequest(key="id", reason="it is missing; without one a command could run twice")
+            id_ = data["id"] = command.id
         if "command" not in data and self._transport.default_command is not None:
             data["command"] = self._transport.default_command
         return id_, json.dumps(data)
@@ -207,6 +209,7 @@ class Agent:
 
     def _note(self, report: Report) -> None:
         """Note what the robot reports of a step."""
+        assert report.id is not None
         one = self._pending.get(report.id)
         if one is None:
             if report.kind is not Kind.RESULT or self._sent.get(report.id) == report.text:

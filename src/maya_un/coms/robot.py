@@ -90,8 +90,10 @@ def _read(message: dict[str, Any], prefix: str) -> Report | str | None:
         text = str(message["msg"]["data"])
         data = json.loads(text)
         id_ = data["id"]
+        if not isinstance(id_, str):
+            return None
         if message.get("topic") == prefix + STEP_RESULT.name:
-            return Report(id_, Kind.RESULT, text) if isinstance(id_, str) else None
+            return Report(id_, Kind.RESULT, text)
         return Report(id_, Kind(data["state"]), text)
     except (KeyError, TypeError, ValueError):
         return None

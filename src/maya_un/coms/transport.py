@@ -18,17 +18,24 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A command as it arrived: JSON in UTF-8. `key` names it in the transport; it is the id of one without an id."""
+    """A command as it arrived: `text` is JSON in UTF-8, `key` names this delivery within the connection.
+
+    `id` is the id of a command whose text has none; None if the transport knows none either.
+    """
 
     key: str
     text: bytes
+    id: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """The state or result of step `id` as JSON text. `key` is that of its command, None if no command is known."""
+    """The state or result of step `id` as JSON text; the id is None if its command had none that could be read.
 
-    id: str
+    `key` is that of the command's delivery, None if none is known.
+    """
+
+    id: str | None
     kind: Kind
     text: str
     key: str | None = None

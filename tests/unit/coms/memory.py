@@ -72,7 +72,7 @@ class Memory:
         key = first()
         assert key is not None
         delivered.add(key)
-        return Command(key, self.commands[key])
+        return Command(key, self.commands[key], key)
 
     async def take(self, report: Report) -> None:
         """Keep a report; a result ends its command."""

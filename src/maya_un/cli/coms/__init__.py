@@ -1,0 +1,1 @@
+"""`maya coms`: the link between the robot and its supervisors."""

@@ -1,0 +1,29 @@
+"""Which transport a URL means."""
+
+from __future__ import annotations
+
+from urllib.parse import urlsplit
+
+from maya_un.coms.settings import Settings, where_of
+from maya_un.coms.transport import Transport
+from maya_un.errors import InvalidValue
+
+
+def transport_of(settings: Settings) -> Transport:
+    """Return the transport to the supervisors; raises `InvalidValue` for a URL that means none."""
+    scheme = _scheme(settings.supervisors)
+    if scheme in {"mqtt", "mqtts"}:
+        from maya_un.coms.mqtt import Mqtt  # noqa: PLC0415 - each transport brings a library of its own
+
+        return Mqtt(settings.supervisors, settings.user, settings.password)
+    reason = "it must be the address of the supervisors' server, like mqtt://localhost:1883"
+    raise InvalidValue(key="MAYA_COMS_URL", value=where_of(settings.supervisors), reason=reason)
+
+
+def _scheme(url: str) -> str:
+    """Return the scheme of a URL with a host, "" for anything else."""
+    try:
+        parts = urlsplit(url)
+        return parts.scheme if parts.hostname and parts.port != 0 else ""
+    except ValueError:
+        return ""

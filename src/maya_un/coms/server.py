@@ -1,0 +1,116 @@
+"""The HTTP server of the manual: POST /connect, POST /disconnect, GET /status, on loopback."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import socket
+from collections.abc import Awaitable, Callable, Iterator
+from contextlib import contextmanager, suppress
+from typing import Any
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.middleware.base import BaseHTTPMiddleware
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Route
+
+from maya_un.coms.agent import Agent
+from maya_un.errors import InvalidRequest, MayaError
+from maya_un.server.edge import Edge
+
+_EDGE = Edge()
+
+
+class Switch:
+    """Connects an agent and disconnects it; idle at first. `made` makes the agent."""
+
+    def __init__(self, made: Callable[[], Agent]) -> None:
+        self._made = made
+        self._agent: Agent | None = None
+        self._running: asyncio.Task[None] | None = None
+
+    def connect(self) -> None:
+        """Connect; changes nothing if it is connected. Raises the `MayaError` for which no agent can be made."""
+        if self._running is None or self._running.done():
+            self._agent = self._made()
+            self._running = asyncio.get_running_loop().create_task(self._agent.run(), name="agent")
+
+    async def disconnect(self) -> None:
+        """Disconnect; the step under way goes on, and its result is sent after the next connect."""
+        running, self._running, self._agent = self._running, None, None
+        if running is not None:
+            running.cancel()
+            with suppress(asyncio.CancelledError):
+                await running
+
+    def status(self) -> dict[str, Any]:
+        """Return how it is, as JSON data."""
+        if self._agent is None or self._running is None:
+            return {"state": "idle"}
+        status = self._agent.status()
+        both = status["robot"]["connected"] and status["supervisors"]["connected"]
+        return {"state": "connected" if both else "connecting", **status}
+
+
+class _Server(uvicorn.Server):
+    """Ends at Ctrl-C and SIGTERM; uvicorn's own way raises them again before anything could be closed."""
+
+    @contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """End when a signal comes."""
+        loop = asyncio.get_running_loop()
+        for kind in (signal.SIGINT, signal.SIGTERM):
+            loop.add_signal_handler(kind, self._end)
+        yield
+
+    def _end(self) -> None:
+        self.should_exit = True
+
+
+def application(switch: Switch) -> Starlette:
+    """Return the application."""
+
+    async def connect(_: Request) -> Response:
+        try:
+            switch.connect()
+        except MayaError as error:
+            return _problem(error)
+        return JSONResponse(switch.status())
+
+    async def disconnect(_: Request) -> Response:
+        await switch.disconnect()
+        return JSONResponse(switch.status())
+
+    async def status(_: Request) -> Response:
+        return JSONResponse(switch.status())
+
+    routes = [
+        Route("/connect", connect, methods=["POST"]),
+        Route("/disconnect", disconnect, methods=["POST"]),
+        Route("/status", status, methods=["GET"]),
+    ]
+    return Starlette(routes=routes, middleware=[Middleware(BaseHTTPMiddleware, dispatch=_from_here)])
+
+
+async def serve(switch: Switch, door: socket.socket) -> None:
+    """Serve at a socket until Ctrl-C or SIGTERM, then disconnect."""
+    config = uvicorn.Config(application(switch), log_config=None, access_log=False, lifespan="off", server_header=False)
+    server = _Server(config)
+    try:
+        await server.serve([door])
+    finally:
+        await switch.disconnect()
+
+
+async def _from_here(request: Request, answer: Callable[[Request], Awaitable[Response]]) -> Response:
+    """Refuse pages from elsewhere, which a browser on this machine could show."""
+    refusal = _EDGE.refusal(request.headers, local=True)
+    return await answer(request) if refusal is None else _problem(refusal)
+
+
+def _problem(error: MayaError) -> Response:
+    status = 403 if isinstance(error, InvalidRequest) and error.details.get("key") in {"Host", "Origin"} else 409
+    return JSONResponse({"code": error.code, "error": str(error)}, status)

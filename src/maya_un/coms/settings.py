@@ -1,0 +1,81 @@
+"""What `maya coms` is told by its environment and its options.
+
+The manual names PORT, IP and NAME. A password or token stands in a file or in the environment, never in a URL that is
+shown: `where_of` leaves out what stands before the @.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.parse import urlsplit, urlunsplit
+
+from maya_un.credentials import kept_in
+from maya_un.errors import InvalidValue
+
+PORT = 3000
+ROSBRIDGE = "ws://localhost:9090"
+NAME = "MAYA"
+
+_MOST_BYTES = 4096
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """Where the server listens, where the robot's rosbridge is, the robot's name, and where its supervisors are.
+
+    `supervisors` is a URL, "" if none is set: mqtt://, mqtts://, or that of a Realtime Database (http:// or https://).
+    `user` and `password` are shown there, `token` to the rosbridge.
+    """
+
+    port: int = PORT
+    rosbridge: str = ROSBRIDGE
+    name: str = NAME
+    supervisors: str = ""
+    namespace: str = ""
+    user: str = ""
+    password: str = ""
+    token: str = ""
+
+
+def from_environment(environment: Mapping[str, str] = os.environ) -> Settings:
+    """Return the settings that the environment holds; raises `InvalidValue` for a bad one."""
+    password = environment.get("MAYA_COMS_PASSWORD", "")
+    named = environment.get("MAYA_COMS_PASSWORD_FILE")
+    if named:
+        password = _secret("MAYA_COMS_PASSWORD_FILE", Path(named))
+    return Settings(
+        port=_port(environment.get("PORT", str(PORT))),
+        rosbridge=environment.get("IP") or ROSBRIDGE,
+        name=environment.get("NAME") or NAME,
+        supervisors=environment.get("MAYA_COMS_URL", ""),
+        namespace=environment.get("MAYA_COMS_NAMESPACE", ""),
+        user=environment.get("MAYA_COMS_USER", ""),
+        password=password,
+        token=environment.get("MAYA_TOKEN", ""),
+    )
+
+
+def where_of(url: str) -> str:
+    """Return a URL without user and password; "" for what is no URL."""
+    try:
+        parts = urlsplit(url)
+    except ValueError:
+        return ""
+    return urlunsplit(parts._replace(netloc=parts.netloc.rpartition("@")[2]))
+
+
+def _port(text: str) -> int:
+    if text.isascii() and text.isdigit() and int(text) <= 65_535:
+        return int(text)
+    raise InvalidValue(key="PORT", value=text[:20], reason="it must be a port, 0 to 65535")
+
+
+def _secret(key: str, place: Path) -> str:
+    found = kept_in(place)
+    if not found:
+        reason = "it must be a file of yours with one line that others cannot read (chmod 600)"
+        raise InvalidValue(key=key, value=str(place), reason=reason)
+    return found

@@ -1,0 +1,134 @@
+"""Supervisors, a real broker, `maya coms`, `maya up` and its twin: each a process of its own."""
+
+from __future__ import annotations
+
+import json
+import queue
+import time
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from http.client import HTTPConnection
+from pathlib import Path
+from typing import Any
+
+import paho.mqtt.client as mqtt
+import pytest
+from paho.mqtt.enums import CallbackAPIVersion
+
+from tests.system.brokers import Broker, broker
+from tests.system.processes import Process, running
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
+
+
+class Supervisor:
+    """Sends commands and hears what is published for one robot: plain paho, none of our code."""
+
+    def __init__(self, broker: Broker, robot: str = "MAYA") -> None:
+        self._robot = robot
+        self._heard: queue.Queue[tuple[str, dict[str, Any]]] = queue.Queue()
+        self._client = mqtt.Client(CallbackAPIVersion.VERSION2, protocol=mqtt.MQTTv5)
+        self._client.on_message = self._on_message
+        self._client.on_connect = self._on_connect
+        self._client.connect("127.0.0.1", broker.port)
+        self._client.loop_start()
+        self.hear("connection")
+
+    def _on_connect(self, *_: object) -> None:
+        self._client.subscribe(f"maya/v1/{self._robot}/#", 1)
+
+    def _on_message(self, _client: object, _data: object, message: mqtt.MQTTMessage) -> None:
+        self._heard.put((message.topic.rpartition("/")[2], json.loads(message.payload)))
+
+    def send(self, id_: str, command: str, **args: object) -> None:
+        """Publish a command; returns when the broker has it."""
+        text = json.dumps({"id": id_, "command": command, "args": args})
+        self._client.publish(f"maya/v1/{self._robot}/commands", text, 1).wait_for_publish(30.0)
+
+    def hear(self, topic: str) -> dict[str, Any]:
+        """Return the next message on a topic; others are passed over."""
+        until = time.monotonic() + 120.0
+        while True:
+            name, data = self._heard.get(timeout=until - time.monotonic())
+            if name == topic:
+                return data
+
+    def close(self) -> None:
+        """Disconnect."""
+        self._client.disconnect()
+        self._client.loop_stop()
+
+
+@contextmanager
+def supervisor(broker: Broker) -> Iterator[Supervisor]:
+    one = Supervisor(broker)
+    try:
+        yield one
+    finally:
+        one.close()
+
+
+def asked(method: str, url: str, path: str) -> dict[str, Any]:
+    """Return what the server of `maya coms` answers."""
+    with closing(HTTPConnection(url.removeprefix("http://"), timeout=10.0)) as connection:
+        connection.request(method, path)
+        answer = connection.getresponse()
+        return {"status": answer.status, **json.loads(answer.read())}
+
+
+def url_in(line: str) -> str:
+    return next(word for word in line.split() if "://" in word).rstrip(".:,")
+
+
+@contextmanager
+def robot() -> Iterator[str]:
+    """Run `maya up`, homed, with a fast clock; yield the URL of its rosbridge."""
+    with running("up --port 0 --rosbridge-port 0 --journal memory --speed 100") as up:
+        yield url_in(up.until("ws://"))
+
+
+def coms(broker: Broker, rosbridge: str, *more: str) -> Process:
+    return Process(" ".join(["coms", "--port 0", f"--url {broker.url}", f"--rosbridge {rosbridge}", *more]))
+
+
+def test_a_supervisor_moves_the_robot_over_mqtt(tmp_path: Path) -> None:
+    with broker(tmp_path) as one, robot() as rosbridge:
+        link = coms(one, rosbridge)
+        try:
+            url = url_in(link.until("http://"))
+            assert asked("GET", url, "/status")["state"] == "idle"
+            assert asked("POST", url, "/connect")["status"] == 200
+            with supervisor(one) as lab:
+                lab.send("1", "home")
+                assert lab.hear("progress")["state"] == "accepted"
+                assert lab.hear("progress")["state"] == "executing"
+                assert lab.hear("results")["success"]
+                lab.send("2", "approach", x=0.5, y=0.9, z=0.5)
+                assert lab.hear("results") | {"started": "", "finished": ""} == {
+                    "id": "2", "success": True, "error": None, "code": None, "started": "", "finished": "",
+                    "warnings": [],
+                }  # fmt: skip
+                lab.send("3", "approach", x=5, y=0.9, z=0.5)
+                refused = lab.hear("results")
+                assert (refused["id"], refused["success"], refused["code"]) == ("3", False, "2101")
+                assert asked("GET", url, "/status")["state"] == "connected"
+                assert asked("POST", url, "/disconnect")["state"] == "idle"
+                assert lab.hear("connection") == {"connection": "OFFLINE"}
+        finally:
+            link.kill()
+
+
+def test_a_command_survives_the_death_of_coms_and_runs_once(tmp_path: Path) -> None:
+    with broker(tmp_path) as one, robot() as rosbridge:
+        link = coms(one, rosbridge, "--connect")
+        try:
+            with supervisor(one) as lab:
+                lab.send("1", "home")
+                assert lab.hear("progress")["state"] == "accepted"
+                link.kill()
+                lab.send("2", "approach", x=0.5, y=0.9, z=0.5)
+                link = coms(one, rosbridge, "--connect")
+                results = [lab.hear("results") for _ in range(2)]
+                assert [(result["id"], result["success"]) for result in results] == [("1", True), ("2", True)]
+        finally:
+            link.kill()
