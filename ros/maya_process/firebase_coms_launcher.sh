@@ -1,4 +1,4 @@
 #!/bin/sh
-# Starts ros-coms, the link to the cloud, where there is one; roslaunch calls it unless skip_firebase is true.
-echo "ros-coms is not part of this version: steps come from /step_command, and nothing goes to the cloud." \
-    "skip_firebase:=true leaves this line out."
+# Starts ros-coms, the link to supervisors. It stays idle until POST http://localhost:3000/connect; MAYA_COMS_URL names
+# the supervisors' server. roslaunch calls this unless skip_firebase is true.
+exec rosrun maya_process ros_coms.py

@@ -124,6 +124,7 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     rosbridge_port: Annotated[
         int | None, typer.Option(min=0, max=65535, help="serve rosbridge at this port; 0: any  [default: 9090]")
     ] = None,
+    coms: Annotated[bool, typer.Option("--coms", help="start `maya coms` beside, with rosbridge")] = False,
 ) -> int:
     """Keep a robot running, real or virtual, and serve it on loopback.
 
@@ -135,9 +136,9 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
 
     remote = Remote(listen, tls_cert, tls_key, plain, origin)
     finish = on_exit == "finish"
-    endpoint = command.ROSBRIDGE_PORT if rosbridge and rosbridge_port is None else rosbridge_port
+    endpoint = command.ROSBRIDGE_PORT if (rosbridge or coms) and rosbridge_port is None else rosbridge_port
     options = command.Options(
-        address, speed, port, seed, table, skip_home, journal, finish, remote, endpoint, take_over
+        address, speed, port, seed, table, skip_home, journal, finish, remote, endpoint, take_over, coms
     )
     return command.up(options, settings_of(context))
 

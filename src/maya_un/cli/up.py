@@ -16,6 +16,7 @@ from maya_un import runtime
 from maya_un.address import SIM
 from maya_un.assembly import Stack, stack, staffed, storage
 from maya_un.cli import output, supervisor
+from maya_un.cli.coms.beside import coms_beside
 from maya_un.cli.configure import configuration, taught_places
 from maya_un.cli.ending import Ending, brought_to_rest
 from maya_un.cli.greeting import Greeting, greet
@@ -59,7 +60,7 @@ class Options(NamedTuple):
 
     `journal` is the file of the queue, "memory" for none, None for the usual one; `finish` ends the step under way
     before this program ends. `rosbridge` is the port of that endpoint, None for none. `take_over` takes the controller
-    from another program that owns it.
+    from another program that owns it. `coms` starts `maya coms` beside, which needs that endpoint.
     """
 
     address: str = SIM
@@ -73,6 +74,7 @@ class Options(NamedTuple):
     remote: Remote = Remote()
     rosbridge: int | None = None
     take_over: bool = False
+    coms: bool = False
 
 
 class _Robot(NamedTuple):
@@ -126,6 +128,8 @@ def up(options: Options, settings: Settings) -> int:
         rosbridge = doors.enter_context(rosbridge_at(options.rosbridge, journal, options.remote))
         if rosbridge is not None:
             robot = robot._replace(config=_told_often(config, speed))
+            if options.coms:
+                doors.enter_context(coms_beside(url_of(rosbridge), config.coms))
         run(_serve(robot, options, _Doors(near, far, rosbridge), settings), clock)
     return output.DONE
 

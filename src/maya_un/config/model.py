@@ -10,6 +10,7 @@ from pydantic import AfterValidator, Field, model_validator
 from maya_un.address import split
 from maya_un.config.base import Contradiction, Metres
 from maya_un.config.base import Section as _Section
+from maya_un.config.coms import ComsConfig
 from maya_un.config.recorder import RecorderConfig
 from maya_un.config.storage import StorageConfig
 from maya_un.config.zones import MOST_ZONES, ZoneConfig
@@ -220,6 +221,7 @@ class Config(_Section):
     cell: CellConfig = CellConfig()
     recorder: RecorderConfig = RecorderConfig()
     storage: StorageConfig = StorageConfig()
+    coms: ComsConfig = ComsConfig()
     zones: Annotated[
         tuple[ZoneConfig, ...],
         Field(

@@ -12,9 +12,6 @@ from maya_un import config
 from maya_un.config import Config
 from maya_un.errors import MayaError
 
-COMS_SERVER_ADDRESS = "http://localhost:3000"
-"""Where ros-coms answers (manual, default of its argument PORT)."""
-
 
 def constants(machine: Config) -> dict[str, str | float]:
     """Return the values of the manual's module `constants` by its names, in its units: m, rad, counts."""
@@ -22,7 +19,7 @@ def constants(machine: Config) -> dict[str, str | float]:
     named = {"A": axes.a, "B": axes.b, "C": axes.c}
     return {
         "MAYA_ADDRESS": machine.controller.address,
-        "COMS_SERVER_ADDRESS": COMS_SERVER_ADDRESS,
+        "COMS_SERVER_ADDRESS": machine.coms.server_address,
         "PULSES_PER_M": machine.scale.pulses_per_metre,
         "PULSES_PER_DEG": machine.scale.pulses_per_degree,
         "MAYA_HEIGHT": geometry.height,

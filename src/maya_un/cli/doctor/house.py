@@ -13,12 +13,14 @@ from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import urlsplit
 
+import httpx
+
 from maya_un import runtime
 from maya_un.cli.configure import configuration
 from maya_un.cli.doctor.finding import Finding, fail, ok, skipped, warn
 from maya_un.cli.doctor.sockets import Listener
 from maya_un.cli.settings import Settings
-from maya_un.config import default_path
+from maya_un.config import Config, default_path
 from maya_un.config.state import state_folder
 from maya_un.errors import MayaError, StorageDamaged
 from maya_un.process.journal import copying, faults, file, tail
@@ -41,6 +43,7 @@ class Port(NamedTuple):
 PORTS = (
     Port(4133, "maya up", ("maya",)),
     Port(5023, "maya dmc serve", ("maya",)),
+    Port(3000, "maya coms", ("maya",)),
     Port(9090, "rosbridge", ("rosbridge", "maya")),
     Port(11311, "ROS master", ("rosmaster", "roscore", "roslaunch")),
 )
@@ -144,6 +147,25 @@ def _newest() -> float:
         for _, row in tail.newest(state_folder() / file.NAME, 1):
             return datetime.fromisoformat(row.date).timestamp()
     return 0.0
+
+
+def coms(config: Config) -> Iterator[Finding]:
+    """Ask `maya coms` whether it reaches the robot and the supervisors."""
+    url = config.coms.server_address
+    try:
+        status = httpx.get(f"{url}/status", timeout=1.0).json()
+        state = str(status["state"])
+    except (httpx.HTTPError, ValueError, KeyError, TypeError):
+        yield skipped("supervisors", "coms_none", url=url)
+        return
+    if state == "connected":
+        yield ok("supervisors", "coms_connected", where=status["supervisors"]["url"])
+    elif state == "idle":
+        yield ok("supervisors", "coms_idle", url=url)
+    else:
+        sides = (status.get(side, {}) for side in ("robot", "supervisors"))
+        waits = "; ".join(str(side["waits_for"]) for side in sides if side.get("waits_for"))
+        yield warn("supervisors", "coms_waits", reason=waits)
 
 
 def ros() -> Iterator[Finding]:

@@ -68,6 +68,7 @@ def _all(target: str | None, config: Config, settings: Settings) -> Iterator[Fin
         ("certificate", lambda: certificate.findings(there, pid) if pid else iter(())),
         ("clock", house.clock),
         ("ROS", house.ros),
+        ("supervisors", lambda: house.coms(config)),
     ]
     if running is not None:
         looks.insert(0, ("service", running.findings))

@@ -18,6 +18,25 @@ _WORDS: dict[str, tuple[str, str, str, str]] = {
         "{error}",
         "Corríjala; luego `maya config check`.",
     ),
+    "coms_none": ("`maya coms` does not run at {url}.", "", "`maya coms` no funciona en {url}.", ""),
+    "coms_idle": (
+        "`maya coms` runs at {url} and is not connected.",
+        "",
+        "`maya coms` funciona en {url} y no está conectado.",
+        "",
+    ),
+    "coms_connected": (
+        "`maya coms` is connected to the robot and to {where}.",
+        "",
+        "`maya coms` está conectado al robot y a {where}.",
+        "",
+    ),
+    "coms_waits": (
+        "`maya coms` waits: {reason}",
+        "Commands that arrive meanwhile stay with the supervisors' server.",
+        "`maya coms` espera: {reason}",
+        "Las órdenes que llegan entretanto quedan en el servidor de los supervisores.",
+    ),
     "service_none": (
         "No `maya up` runs here.",
         "Start it, if commands are to reach a robot.",
@@ -353,6 +372,7 @@ _CHECKS: dict[str, str] = {
     "clock": "reloj",
     "certificate": "certificado",
     "ROS": "ROS",
+    "supervisors": "supervisores",
 }
 """The names of the checks in Spanish; in English they are their own."""
 

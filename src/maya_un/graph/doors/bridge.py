@@ -17,7 +17,7 @@ from maya_un.graph.table import TASK
 class BridgeDoor:
     """Has steps carried out by /task; `store` keeps which were, `date` tells the date (ISO 8601, UTC).
 
-    `permit` raises where nobody may ask for a step.
+    `permit` raises where nobody may ask for a step; `name` is the robot's.
     """
 
     def __init__(
@@ -28,8 +28,10 @@ class BridgeDoor:
         clock: Clock | None = None,
         speed: float = 1.0,
         permit: Permit = anything,
+        name: str | None = None,
     ) -> None:
         self._permit = permit
+        self._name = name
         self._store = store
         self._date = date
         self._clock = clock_or_loop(clock)
@@ -43,7 +45,7 @@ class BridgeDoor:
         def statuses() -> list[diagnostics.Status]:
             return [diagnostics.bridge("firebase bridge", there=bool(task.writers))]
 
-        async with tasks() as working, bridged(graph, self._store, self._date, self._permit) as steps:
+        async with tasks() as working, bridged(graph, self._store, self._date, self._permit, name=self._name) as steps:
             working.begin(diagnosed(graph, statuses, self._clock, self._speed), "diagnostics")
             try:
                 yield steps

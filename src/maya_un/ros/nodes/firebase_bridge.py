@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import asyncio
 
+from maya_un.config import load
 from maya_un.config.state import state_folder
 from maya_un.graph.doors.bridge import BridgeDoor
 from maya_un.graph.step_store import NAME, StepStore
+from maya_un.ros.configuration import CONFIG
 from maya_un.ros.controlling import ros_time
 from maya_un.ros.node import Node, run
 from maya_un.ros.rights import rights_of_node
@@ -28,7 +30,14 @@ async def serve(node: Node) -> None:
     try:
         async with (
             rights_of_node(node.speed) as rights,
-            BridgeDoor(store, dates.now, clock=ros_time, speed=node.speed, permit=rights.permit).open(node.graph),
+            BridgeDoor(
+                store,
+                dates.now,
+                clock=ros_time,
+                speed=node.speed,
+                permit=rights.permit,
+                name=str(await node.graph.parameters.get(f"{CONFIG}/coms/name", load().coms.name)),
+            ).open(node.graph),
         ):
             await node.say_ready(
                 f"Steps from /step_command are done by /task; {state_folder() / NAME} keeps which were."

@@ -1,0 +1,21 @@
+"""What the robot is called by its supervisors, and where `maya coms` is."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from maya_un.config.base import Section
+
+RobotName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,64}$")]
+"""A name that every transport can carry."""
+
+
+class ComsConfig(Section):
+    """The link to supervisors. A step that names another robot is refused."""
+
+    name: Annotated[RobotName, Field(description="the robot's name among those of its supervisors")] = "MAYA"
+    server_address: Annotated[
+        str, Field(pattern=r"^https?://[^\s/]+$", description="where `maya coms` is (the manual's COMS_SERVER_ADDRESS)")
+    ] = "http://localhost:3000"
