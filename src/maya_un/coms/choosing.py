@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 from maya_un.coms.settings import Settings, where_of
 from maya_un.coms.transport import Transport
 from maya_un.errors import InvalidValue
+
+if TYPE_CHECKING:
+    from maya_un.coms.broker import Broker
 
 
 def transport_of(settings: Settings) -> Transport:
@@ -15,9 +19,22 @@ def transport_of(settings: Settings) -> Transport:
     if scheme in {"mqtt", "mqtts"}:
         from maya_un.coms.mqtt import Mqtt  # noqa: PLC0415 - each transport brings a library of its own
 
-        return Mqtt(settings.supervisors, settings.user, settings.password)
+        return Mqtt(broker_of(settings))
     reason = "it must be the address of the supervisors' server, like mqtt://localhost:1883"
     raise InvalidValue(key="MAYA_COMS_URL", value=where_of(settings.supervisors), reason=reason)
+
+
+def broker_of(settings: Settings) -> Broker:
+    """Return the MQTT broker of the settings; raises `InvalidValue` for a URL that means none."""
+    from maya_un.coms.broker import Broker, Credentials  # noqa: PLC0415 - as above
+
+    if _scheme(settings.supervisors) not in {"mqtt", "mqtts"}:
+        reason = "it must be the address of an MQTT broker, like mqtt://localhost:1883"
+        raise InvalidValue(key="MAYA_COMS_URL", value=where_of(settings.supervisors), reason=reason)
+    shown = Credentials(
+        settings.user, settings.password, settings.authority, settings.certificate, settings.certificate_key
+    )
+    return Broker(settings.supervisors, shown)
 
 
 def _scheme(url: str) -> str:

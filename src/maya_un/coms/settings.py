@@ -27,7 +27,8 @@ class Settings:
     """Where the server listens, where the robot's rosbridge is, the robot's name, and where its supervisors are.
 
     `supervisors` is a URL, "" if none is set: mqtt://, mqtts://, or that of a Realtime Database (http:// or https://).
-    `user` and `password` are shown there, `token` to the rosbridge.
+    `user` and `password`, or a client certificate with its key, are shown there, `token` to the rosbridge. `authority`
+    is a file with the certificates that sign the server's, "" for those of the system.
     """
 
     port: int = PORT
@@ -38,6 +39,9 @@ class Settings:
     user: str = ""
     password: str = ""
     token: str = ""
+    authority: str = ""
+    certificate: str = ""
+    certificate_key: str = ""
 
 
 def from_environment(environment: Mapping[str, str] = os.environ) -> Settings:
@@ -55,6 +59,9 @@ def from_environment(environment: Mapping[str, str] = os.environ) -> Settings:
         user=environment.get("MAYA_COMS_USER", ""),
         password=password,
         token=environment.get("MAYA_TOKEN", ""),
+        authority=environment.get("MAYA_COMS_CA", ""),
+        certificate=environment.get("MAYA_COMS_CERT", ""),
+        certificate_key=environment.get("MAYA_COMS_KEY", ""),
     )
 
 
