@@ -28,6 +28,7 @@ from maya_un.server import dates
 from maya_un.server.doors import bound_socket
 from tests.rosbridging import DATE
 from tests.unit.coms.memory import Memory
+from tests.virtual_time import turn
 
 
 class Robot:
@@ -103,8 +104,8 @@ def command(id_: str | None, name: str = "home", **more: Any) -> bytes:
 
 async def until(holds: Callable[[], bool]) -> None:
     """Wait until a condition holds."""
-    while not holds():  # noqa: ASYNC110 - these are states of other tasks and connections
-        await asyncio.sleep(0.005)
+    while not holds():
+        await turn()
 
 
 def test_commands_run_in_their_order_and_each_has_its_reports(tmp_path: Path) -> None:

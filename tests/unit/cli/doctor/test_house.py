@@ -103,6 +103,7 @@ def test_ports_are_free_ours_or_somebody_elses() -> None:
     there = [Listener(4133, 12, "python"), Listener(9090, 0, ""), Listener(11311, 13, "rosmaster")]
     found = {finding.details["port"]: finding for finding in house.ports(there)}
     assert {port: finding.key for port, finding in found.items()} == {
+        3000: "port_free",
         4133: "port_taken",
         5023: "port_free",
         9090: "port_taken",
@@ -110,7 +111,7 @@ def test_ports_are_free_ours_or_somebody_elses() -> None:
     }
     assert found[4133].details["who"] == "python (process 12)"
     runtime.publish(runtime.Running("http://127.0.0.1:4133", 12, None))
-    assert next(house.ports(there)).key == "port_ours"
+    assert next(one for one in house.ports(there) if one.details["port"] == 4133).key == "port_ours"
 
 
 def test_who_listens_is_told_by_the_system() -> None:
