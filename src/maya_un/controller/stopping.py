@@ -43,7 +43,7 @@ class Stopping:
         with suppress(CommandRejected):  # a refused ST S means that there is no sequence
             await sent
         record = await self._stop_strays(driver)
-        if wish is None and monitor.moving():
+        if wish is None:  # at rest as well: a process between two steps must not go on
             monitor.events.emit(Kind.STOPPED)
         return report or self._braking(record)
 

@@ -163,13 +163,13 @@ async def test_a_stop_while_the_gripper_settles_ends_the_wish() -> None:
         await bench.controller.move(FAR)
 
 
-async def test_a_stop_at_rest_changes_nothing() -> None:
+async def test_a_stop_at_rest_changes_nothing_and_is_reported() -> None:
     async with homed() as bench:
         seen = len(bench.controller.events)
         del bench.sent[:]
         assert await bench.controller.stop() == NOTHING
         assert commands_in(bytes(bench.sent)) == ["ST S", "QR"]
-        assert kinds(bench, seen) == []
+        assert kinds(bench, seen) == [Kind.STOPPED]
         assert bench.controller.state.mode is Mode.IDLE
         await bench.controller.move(FAR)
 

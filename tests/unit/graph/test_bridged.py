@@ -9,14 +9,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from maya_un.errors import NodeGone
+import pytest
+
+from maya_un.errors import NodeGone, StepNotBegun
 from maya_un.graph.bus import Bus, BusNode
 from maya_un.graph.outcome import success
 from maya_un.graph.protocol import Feedback, Held, Message
 from maya_un.graph.step_store import StepStore
 from maya_un.graph.step_text import INTERRUPTED
 from maya_un.graph.steps import bridged
-from maya_un.graph.table import STEP_COMMAND, STEP_RESULT, TASK
+from maya_un.graph.table import EVENT, STEP_COMMAND, STEP_RESULT, TASK
 from tests.virtual_time import elapse
 
 
@@ -124,3 +126,24 @@ async def test_the_end_of_the_bridge_stops_its_step_and_says_so(tmp_path: Path) 
         await elapse(0.5)
     assert [(result["id"], result["code"]) for result in cloud.results] == [("1", "2202")]
     assert cloud.results[0]["code"] != INTERRUPTED
+
+
+@pytest.mark.parametrize("word", ["stopped", "fault", "estop"])
+async def test_after_a_stop_between_steps_no_step_begins_that_waits(word: str, tmp_path: Path) -> None:
+    cloud = Cloud(Bus())
+    cloud.robot()
+    cloud.listens()
+    events = cloud.bus.node("hw_simulator").advertise(EVENT.name, EVENT.type)
+    async with bridge(cloud, tmp_path):
+        cloud.sends("1")
+        cloud.sends("2")
+        await elapse(0.5)
+        events.publish({"data": word + " {}"})
+        await elapse(2.0)
+        cloud.sends("3")
+        await elapse(2.0)
+    assert [(result["id"], result["code"]) for result in cloud.results] == [
+        ("1", "2202"),
+        ("2", str(StepNotBegun.code)),
+        ("3", None),
+    ]
