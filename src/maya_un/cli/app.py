@@ -15,6 +15,7 @@ from maya_un.cli.completion import commands as completion
 from maya_un.cli.coms import commands as coms
 from maya_un.cli.dmc_tools import commands as dmc_tools
 from maya_un.cli.doctor import commands as doctor
+from maya_un.cli.fleet import commands as fleet
 from maya_un.cli.help import EVERYWHERE
 from maya_un.cli.logs import commands as logs
 from maya_un.cli.quantities import angle, length, share
@@ -361,6 +362,7 @@ record_commands.register(app, _HOW)
 queueing.register(app, _HOW)
 logs.register(app, _HOW)
 coms.register(app, _HOW)
+fleet.register(app, _HOW)
 doctor.register(app, _HOW)
 completion.register(app, _HOW)
 access.register(app, _HOW)

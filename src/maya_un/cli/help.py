@@ -40,6 +40,11 @@ People
   lease           lease take|release|ask       who drives; drive, until Ctrl-C; lease offer NAME hands it on
   user            user add|list|token ...      as whom the robot sees you; who may what
 
+Several robots (over an MQTT broker; `maya fleet --help` tells more)
+  coms [--connect]                             carry steps from supervisors to this robot
+  fleet list      fleet watch [ROBOT]          which robots there are, what they do
+  fleet send ROBOT COMMAND ...                 send one step; fleet run FILE: a process of several robots
+
 Ask (no robot needed)
   fk A B C        ik X Y Z        reach X Y Z
   poses [remove|rename]   pallets [...]        what has been taught

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from random import Random
 from typing import Any
 
-from maya_un.coms.retrying import keep
+from maya_un.coms.retrying import first_to_end, keep
 from maya_un.coms.robot import Link, Rosbridge
 from maya_un.coms.transport import Channel, Command, Kind, Report, Transport
 from maya_un.errors import InvalidMessage, InvalidRequest, KeyReused, MayaError
@@ -94,7 +94,7 @@ class Agent:
             for one in self._pending.values():
                 one.sent = one.report is None
             self._reports.set()
-            await _first_to_end(self._take_commands(channel), self._send_reports(channel))
+            await first_to_end(self._take_commands(channel), self._send_reports(channel))
 
     async def _take_commands(self, channel: Channel) -> None:
         while True:
@@ -173,7 +173,7 @@ class Agent:
             for one in self._pending.values():
                 if not one.ended:
                     one.report = None  # its result may have been lost with the connection
-            await _first_to_end(self._hear_robot(link), self._send_commands(link))
+            await first_to_end(self._hear_robot(link), self._send_commands(link))
 
     async def _send_commands(self, link: Link) -> None:
         while True:
@@ -223,16 +223,3 @@ class Agent:
 
 def _state(one: _Pending) -> str:
     return "sending" if one.report is None else one.report.kind.value
-
-
-async def _first_to_end(*work: Any) -> None:
-    """Run coroutines beside each other until one ends, then cancel the others; raises what it raises."""
-    tasks = [asyncio.ensure_future(one) for one in work]
-    try:
-        done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-        for task in done:
-            task.result()
-    finally:
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)

@@ -114,10 +114,15 @@ class Broker:
         return where_of(self.url)
 
     @asynccontextmanager
-    async def connected(self, identifier: str, will: aiomqtt.Will | None = None) -> AsyncIterator[Client]:
-        """Connect and go on with the session of this name; raises `SupervisorsNotReached`."""
+    async def connected(
+        self, identifier: str, will: aiomqtt.Will | None = None, session: int = SESSION
+    ) -> AsyncIterator[Client]:
+        """Connect and go on with the session of this name, which ends `session` seconds after the connection.
+
+        Raises `SupervisorsNotReached`.
+        """
         with self.reached():
-            async with self._client(identifier, will) as client:
+            async with self._client(identifier, will, session) as client:
                 yield client
 
     @contextmanager
@@ -128,11 +133,11 @@ class Broker:
         except aiomqtt.MqttError as error:
             raise SupervisorsNotReached(where=self.where, reason=str(error)) from error
 
-    def _client(self, identifier: str, will: aiomqtt.Will | None) -> Client:
+    def _client(self, identifier: str, will: aiomqtt.Will | None, session: int) -> Client:
         parts = urlsplit(self.url)
         shown = self.credentials
         properties = Properties(PacketTypes.CONNECT)
-        properties.SessionExpiryInterval = SESSION
+        properties.SessionExpiryInterval = session
         return Client(
             parts.hostname or "",
             parts.port or _PORTS[parts.scheme],

@@ -24,17 +24,18 @@ def transport_of(settings: Settings) -> Transport:
     raise InvalidValue(key="MAYA_COMS_URL", value=where_of(settings.supervisors), reason=reason)
 
 
-def broker_of(settings: Settings) -> Broker:
-    """Return the MQTT broker of the settings; raises `InvalidValue` for a URL that means none."""
+def broker_of(settings: Settings, url: str | None = None) -> Broker:
+    """Return the MQTT broker at a URL, by default that of the settings; raises `InvalidValue` for one that is none."""
     from maya_un.coms.broker import Broker, Credentials  # noqa: PLC0415 - as above
 
-    if _scheme(settings.supervisors) not in {"mqtt", "mqtts"}:
+    url = settings.supervisors if url is None else url
+    if _scheme(url) not in {"mqtt", "mqtts"}:
         reason = "it must be the address of an MQTT broker, like mqtt://localhost:1883"
-        raise InvalidValue(key="MAYA_COMS_URL", value=where_of(settings.supervisors), reason=reason)
+        raise InvalidValue(key="MAYA_COMS_URL", value=where_of(url), reason=reason)
     shown = Credentials(
         settings.user, settings.password, settings.authority, settings.certificate, settings.certificate_key
     )
-    return Broker(settings.supervisors, shown)
+    return Broker(url, shown)
 
 
 def _scheme(url: str) -> str:

@@ -42,8 +42,8 @@ class Mqtt:
         commands, connection = topic(robot, "commands"), topic(robot, "connection")
         will = aiomqtt.Will(connection, _connection("CONNECTION_BROKEN"), 1, retain=True)
         async with self.broker.connected(f"maya-coms-{robot}", will) as client:
-            await client.publish(connection, _connection("ONLINE"), 1, retain=True)
             await client.subscribe(commands, 1)
+            await client.publish(connection, _connection("ONLINE"), 1, retain=True)
             try:
                 yield _Channel(client, robot, self.broker)
             finally:

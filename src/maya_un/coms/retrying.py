@@ -1,10 +1,11 @@
-"""Keep a connection: connect, use it, and connect again after a pause that grows."""
+"""Keep a connection: connect, use it from several coroutines, and connect again after a pause that grows."""
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable
 from random import Random
+from typing import Any
 
 from maya_un.errors import MayaError
 
@@ -34,3 +35,16 @@ async def keep(use: Callable[[], Awaitable[None]], failed: Callable[[MayaError],
             pause = FIRST_PAUSE
         await asyncio.sleep(pause * rng.uniform(0.5, 1.0))
         pause = min(2.0 * pause, LONGEST_PAUSE)
+
+
+async def first_to_end(*work: Awaitable[Any]) -> None:
+    """Run coroutines beside each other until one ends, then cancel the others; raises what it raises."""
+    tasks = [asyncio.ensure_future(one) for one in work]
+    try:
+        done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        for task in done:
+            task.result()
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)

@@ -5,6 +5,7 @@ MayaError
 │   ├── NotConnected 1010 · ServiceNotRunning 1020 · ServiceNotAnswering 1021
 │   │   TwinNotFound 1022 · ControllerOwned 1030 · ControllerMoves 1032
 │   │   ProgramLost 1040 · RobotNotReached 1050 · SupervisorsNotReached 1051
+│   │   BrokerRefused 1052
 │   ├── Unreachable 2101 · PathRefused 2102 · NotHomed 2103 · Busy 2104 · Faulted 2105
 │   │   MarkerMissing 2106 · TrajectoryRefused 2107 · NothingToRecover 2108 · GuardBlocked 2109
 │   │   ProgramRuns 2110 · CannotPause 2111 · NotPaused 2112 · PositionNotKept 2314
@@ -17,6 +18,8 @@ MayaError
 │   │   DependencyFailed 4017 · InvalidMessage 4018 · UnknownInterface 4019 · ServiceFailed 4020
 │   │   NotOverRos 4021 · JobChanged 4022 · TooMuchAsked 4030 · TakesTooLong 4031 · TooLarge 4032
 │   │   StepExpired 4040 · StepOfOtherRobot 4041 · StepNotBegun 4042
+│   │   StepInterrupted 4043 · StepFailed 4044 · InvalidProcess 4045 · ProcessChanged 4046
+│   │   DecisionNeeded 4047 · ProcessAborted 4048
 │   ├── NotSignedIn 4101 · NotAllowed 4102 · LeaseHeld 4103 · LeaseNeeded 4104 · LeaseLost 4105
 │   │   TooManyRequests 4106 · CertificateRefused 4110
 │   └── InvalidConfig 5001 · FileUnwritable 5002 · AddressInUse 5003 · AlreadyRunning 5004
@@ -44,12 +47,14 @@ from __future__ import annotations
 from maya_un.errors.asking import (
     AnswerNeeded,
     CertificateRefused,
+    DecisionNeeded,
     DependencyFailed,
     EventsForgotten,
     FileUnreadable,
     InvalidCommandLine,
     InvalidJob,
     InvalidMessage,
+    InvalidProcess,
     InvalidRequest,
     InvalidValue,
     JobChanged,
@@ -64,9 +69,13 @@ from maya_un.errors.asking import (
     NotOverRos,
     NotSignedIn,
     NotTaught,
+    ProcessAborted,
+    ProcessChanged,
     ServiceFailed,
     SpeedOnRealMachine,
     StepExpired,
+    StepFailed,
+    StepInterrupted,
     StepNotBegun,
     StepOfOtherRobot,
     StreamLagging,
@@ -106,6 +115,7 @@ from maya_un.errors.house import (
     WorkerFailed,
 )
 from maya_un.errors.link import (
+    BrokerRefused,
     CommandRejected,
     ConnectFailed,
     ControllerMoves,
@@ -174,6 +184,7 @@ __all__ = [
     "AlreadyRunning",
     "AmplifierFault",
     "AnswerNeeded",
+    "BrokerRefused",
     "Busy",
     "Cancelled",
     "CannotPause",
@@ -183,6 +194,7 @@ __all__ = [
     "ControllerMoves",
     "ControllerOwned",
     "ControllerReset",
+    "DecisionNeeded",
     "DependencyFailed",
     "EndNotReached",
     "EventsForgotten",
@@ -203,6 +215,7 @@ __all__ = [
     "InvalidConfig",
     "InvalidJob",
     "InvalidMessage",
+    "InvalidProcess",
     "InvalidRequest",
     "InvalidValue",
     "JobChanged",
@@ -237,6 +250,8 @@ __all__ = [
     "PathRefused",
     "PositionChanged",
     "PositionNotKept",
+    "ProcessAborted",
+    "ProcessChanged",
     "ProgramDiffers",
     "ProgramLost",
     "ProgramRuns",
@@ -249,6 +264,8 @@ __all__ = [
     "ServiceNotRunning",
     "SpeedOnRealMachine",
     "StepExpired",
+    "StepFailed",
+    "StepInterrupted",
     "StepNotBegun",
     "StepOfOtherRobot",
     "Stopped",

@@ -182,6 +182,42 @@ class StepNotBegun(RequestError):
     code = 4042
 
 
+class StepInterrupted(RequestError):
+    """The robot's program ended while a step was under way or waited."""
+
+    code = 4043
+
+
+class StepFailed(RequestError):
+    """A step ended without success, for a reason that has no code here."""
+
+    code = 4044
+
+
+class InvalidProcess(RequestError):
+    """A file does not describe a process for several robots."""
+
+    code = 4045
+
+
+class ProcessChanged(RequestError):
+    """The state of a process belongs to another process, or to an earlier form of it."""
+
+    code = 4046
+
+
+class DecisionNeeded(RequestError):
+    """A step of a process failed, and a person decides what becomes of it."""
+
+    code = 4047
+
+
+class ProcessAborted(RequestError):
+    """A person ended a process before all its steps were done."""
+
+    code = 4048
+
+
 class NotSignedIn(RequestError):
     """A request came without a token, or with one that is not valid."""
 

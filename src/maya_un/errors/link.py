@@ -123,3 +123,9 @@ class SupervisorsNotReached(RequestError):
     """The link to supervisors cannot reach their broker or database."""
 
     code = 1051
+
+
+class BrokerRefused(RequestError):
+    """A broker does not carry a supervisor's command, by its rules."""
+
+    code = 1052

@@ -10,17 +10,8 @@ from hashlib import sha256
 from typing import Any
 
 from maya_un.errors import InvalidRequest, UnknownName
+from maya_un.graph.step_text import ARGUMENTS
 from maya_un.robot.primitives import Primitive, from_dict, to_dict
-
-_ARGUMENTS: dict[str, tuple[str, ...]] = {
-    "pick": ("x", "y", "z"),
-    "place": ("x", "y", "z"),
-    "approach": ("x", "y", "z"),
-    "gripper": ("open",),
-    "home": (),
-    "can_teleop": (),
-}
-"""The commands, and what each needs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,13 +44,13 @@ def step_of(data: Mapping[str, Any], id_: str) -> Step:
     if command is None:
         reason = "it is missing. Name a command, or set the default command of this robot in the robot's document"
         raise InvalidRequest(key="command", reason=reason)
-    if not isinstance(command, str) or command not in _ARGUMENTS:
-        raise UnknownName(name=str(command)[:64], known=", ".join(_ARGUMENTS))
+    if not isinstance(command, str) or command not in ARGUMENTS:
+        raise UnknownName(name=str(command)[:64], known=", ".join(ARGUMENTS))
     args = data.get("args", {})
     args = {} if args is None else args
     if not isinstance(args, Mapping):
         raise InvalidRequest(key="args", reason="it must be an object")
-    needed = _ARGUMENTS[command]
+    needed = ARGUMENTS[command]
     for name in needed:
         if name not in args:
             raise InvalidRequest(key=f"args.{name}", reason="it is missing")
@@ -93,7 +84,7 @@ def _instant(date: str) -> datetime:
 
 
 def _primitive(command: str, args: Mapping[str, Any]) -> Primitive:
-    match _ARGUMENTS[command]:
+    match ARGUMENTS[command]:
         case ("x", "y", "z"):
             target = {name: args[name] for name in "xyz"}
             return from_dict({"command": command, "target": target}, 0.0)

@@ -26,6 +26,17 @@ LONGEST_ID = 200
 """Characters of an id."""
 
 
+ARGUMENTS: dict[str, tuple[str, ...]] = {
+    "pick": ("x", "y", "z"),
+    "place": ("x", "y", "z"),
+    "approach": ("x", "y", "z"),
+    "gripper": ("open",),
+    "home": (),
+    "can_teleop": (),
+}
+"""The commands, and what each needs."""
+
+
 class State(StrEnum):
     """The states of a step before its result."""
 

@@ -34,7 +34,8 @@ SENTENCES: dict[int, str] = {
     1040: "The download failed ({reason}), and the former program could not be restored. Download a program again "
     "before you run one.",
     1050: "The robot's rosbridge at {url} does not answer: {reason}. Start the robot with `maya up --rosbridge`, or set IP to where it is; this program tries again.",
-    1051: "The supervisors' server {where} does not answer: {reason}. Check that it runs and that its address is right; this program tries again.",
+    1051: "The supervisors' server {where} does not answer: {reason}. Check that it runs, and its address, user and password.",
+    1052: "The broker {where} refuses the command: {reason}. Ask the person who keeps its rules (ACL) for access to this robot.",
     2101: "{target} cannot be reached: {reason}. Nearest reachable: {nearest}.",
     2102: "The way to {target} leaves the workspace: {reason}. Go there by a point in between.",
     2103: "The robot is not homed, so its position is not known. Say `maya home` first.",
@@ -115,6 +116,12 @@ SENTENCES: dict[int, str] = {
     4040: "The deadline of this step, {deadline}, has passed. Send it again with a later deadline if it is still needed.",
     4041: "This step is for the robot {robot}, and this robot is {name}. Send it to {robot}.",
     4042: "The robot stopped, or the step before this one failed, so this step did not begin. Look at the robot, then send the step again under another id.",
+    4043: "Step {id} of {robot} was interrupted: its program ended. Look at the robot, then decide whether to send the step again under another id.",
+    4044: "Step {id} of {robot} failed: {error} ({code}).",
+    4045: "The process is refused at {key}: {reason}.",
+    4046: "{path} holds the state of another process: the process file has changed since. Put the old file back to go on, or begin anew with --again.",
+    4047: "Step {step} of {robot} failed ({code}): {error} Look at the robot, then run the process again with --retry {step}, --skip {step} or --abort.",
+    4048: "The process was aborted: {done} of {steps} steps were done. Begin anew with --again.",
     4101: "This needs a valid token: {reason}. Ask an administrator of the robot for one (`maya user token`).",
     4102: "{who} is {role}, and {operation} needs {needed}. Ask somebody who may.",
     4103: "{holder} drives the robot since {since}. Ask for the lease with `maya lease ask`, or wait; `maya stop` works "

@@ -34,7 +34,8 @@ SENTENCES: dict[int, str] = {
     1040: "La descarga falló ({reason}) y no se pudo restaurar el programa anterior. Descargue un programa otra vez "
     "antes de ejecutarlo.",
     1050: "El rosbridge del robot en {url} no responde: {reason}. Arranque el robot con `maya up --rosbridge`, o ponga en IP dónde está; este programa lo intentará otra vez.",
-    1051: "El servidor de los supervisores {where} no responde: {reason}. Compruebe que funciona y que su dirección es correcta; este programa lo intentará otra vez.",
+    1051: "El servidor de los supervisores {where} no responde: {reason}. Compruebe que funciona, y su dirección, usuario y contraseña.",
+    1052: "El broker {where} rechaza la orden: {reason}. Pida acceso a este robot a quien lleva sus reglas (ACL).",
     2101: "{target} no se puede alcanzar: {reason}. Lo más cercano alcanzable: {nearest}.",
     2102: "El camino a {target} sale del espacio de trabajo: {reason}. Vaya por un punto intermedio.",
     2103: "El robot no ha hecho el homing y no conoce su posición. Diga primero `maya home`.",
@@ -117,6 +118,12 @@ SENTENCES: dict[int, str] = {
     4040: "El plazo de este paso, {deadline}, ha pasado. Envíelo otra vez con un plazo posterior si todavía hace falta.",
     4041: "Este paso es para el robot {robot}, y este robot es {name}. Envíelo a {robot}.",
     4042: "El robot se detuvo, o falló el paso anterior, y este paso no empezó. Mire el robot y envíe el paso otra vez con otro id.",
+    4043: "El paso {id} de {robot} se interrumpió: su programa terminó. Mire el robot y decida si envía el paso otra vez con otro id.",
+    4044: "El paso {id} de {robot} falló: {error} ({code}).",
+    4045: "El proceso se rechaza en {key}: {reason}.",
+    4046: "{path} guarda el estado de otro proceso: el archivo del proceso ha cambiado desde entonces. Restaure el archivo anterior para continuar, o empiece de nuevo con --again.",
+    4047: "El paso {step} de {robot} falló ({code}): {error} Mire el robot y ejecute el proceso otra vez con --retry {step}, --skip {step} o --abort.",
+    4048: "El proceso se abortó: se hicieron {done} de {steps} pasos. Empiece de nuevo con --again.",
     4101: "Esto necesita un token válido: {reason}. Pida uno a un administrador del robot (`maya user token`).",
     4102: "{who} es {role}, y {operation} necesita {needed}. Pídalo a quien pueda.",
     4103: "{holder} conduce el robot desde {since}. Pida el mando con `maya lease ask`, o espere; `maya stop` vale para "

@@ -1,83 +1,23 @@
-"""Reading job files: YAML or JSON, nothing in them is executed, nothing is silently dropped."""
+"""Reading job files."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Hashable
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from maya_un.errors import FileUnreadable
+from maya_un.process.documents import read_document
 from maya_un.process.job import Job
-
-MOST_BYTES = 250_000
-"""Size of the largest job file that is read."""
 
 
 def load_job(path: Path) -> Job:
-    """Return the job of a file (.json, anything else is read as YAML); one without a name is called as the file.
+    """Return the job of a file; one without a name is called as the file.
 
     Raises `FileUnreadable` for a file that cannot be read or parsed, `InvalidJob` for what it says.
     """
-    text = _text(path)
-    try:
-        data = json.loads(text, object_pairs_hook=_once) if path.suffix == ".json" else yaml.load(text, _Loader)
-    except (ValueError, yaml.YAMLError, RecursionError) as error:
-        raise FileUnreadable(path=path, reason=_first_line(error)) from error
-    return Job.parse(_named(data, path))
+    return Job.parse(_named(read_document(path), path))
 
 
 def _named(data: Any, path: Path) -> Any:
     if not isinstance(data, dict) or "name" in data:
         return data
     return {**data, "name": path.stem.encode(errors="replace").decode()[:64]}
-
-
-def _text(path: Path) -> str:
-    try:
-        with path.open("rb") as file:  # a device has no size, so the reading itself is bounded
-            data = file.read(MOST_BYTES + 1)
-        if len(data) > MOST_BYTES:
-            raise FileUnreadable(path=path, reason=f"it is larger than {MOST_BYTES} bytes")
-        return data.decode("utf-8")
-    except OSError as error:
-        raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
-    except UnicodeDecodeError as error:
-        raise FileUnreadable(path=path, reason="it is not UTF-8 text") from error
-
-
-def _once(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
-    """Return pairs as a dict; raises `ValueError` for a key that stands twice, or is no text or number."""
-    once: dict[Any, Any] = {}
-    for key, value in pairs:
-        if not isinstance(key, Hashable):
-            raise ValueError(f"a key must be a text, not {key!r}")  # noqa: TRY004 - a parse error like the others
-        if key in once:
-            raise ValueError(f"the key {key!r} stands twice")
-        once[key] = value
-    return once
-
-
-class _Loader(yaml.SafeLoader):
-    """Safe YAML, where a key that stands twice and an alias are errors."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
-        def made(part: yaml.Node) -> Any:
-            return self.construct_object(part, deep=True)
-
-        return _once([(made(key), made(value)) for key, value in node.value])
-
-    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
-        if self.check_event(yaml.AliasEvent):
-            raise yaml.YAMLError("aliases (*name) are not accepted")
-        return super().compose_node(parent, index)
-
-
-def _first_line(error: Exception) -> str:
-    if isinstance(error, RecursionError):
-        return "it is nested too deeply"
-    mark = getattr(error, "problem_mark", None)
-    problem = getattr(error, "problem", None) or str(error).partition("\n")[0]
-    return f"{problem} (line {mark.line + 1})" if mark is not None else problem

@@ -1,0 +1,1 @@
+"""`maya fleet`: supervise several robots over an MQTT broker."""

@@ -1,0 +1,96 @@
+"""The commands about several robots: their arguments and their help."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from maya_un.cli.settings import settings_of
+
+_ABOUT = "Several robots, over an MQTT broker: see them, send them steps, carry out a process."
+_CREDENTIALS = "\n\nMAYA_COMS_USER, MAYA_COMS_PASSWORD_FILE, MAYA_COMS_CA, MAYA_COMS_CERT and MAYA_COMS_KEY log in."
+
+Url = Annotated[
+    str | None, typer.Option(metavar="URL", help="the broker, like mqtt://localhost or mqtts://lab  [MAYA_COMS_URL]")
+]
+Deadline = Annotated[
+    str | None, typer.Option(metavar="TIME", help="the step begins within it, or never; like 90s, 5min  [default: 60s]")
+]
+ProcessFile = Annotated[str, typer.Argument(metavar="FILE", help="a YAML or JSON file")]
+StateFile = Annotated[
+    str | None, typer.Option("--state", metavar="FILE", help="what was done  [default: FILE.state beside the process]")
+]
+
+
+def register(app: typer.Typer, how: dict[str, Any]) -> None:
+    """Put the commands under `app`; `how` is what all commands have in common."""
+    fleet = typer.Typer(add_completion=False, rich_markup_mode=None, epilog=how["epilog"], help=_ABOUT + _CREDENTIALS)
+    fleet.command("list", **how)(list_)
+    for command in (watch, send, run):
+        fleet.command(**how)(command)
+    app.add_typer(fleet, name="fleet")
+
+
+def list_(context: typer.Context, url: Url = None) -> int:
+    """List the robots, and whether each is connected. Example: maya fleet list --url mqtt://localhost."""
+    from maya_un.cli.fleet import watching
+
+    return watching.list_(url, settings_of(context))
+
+
+def watch(
+    context: typer.Context,
+    robot: Annotated[str | None, typer.Argument(metavar="[ROBOT]", help="its name; default: all robots")] = None,
+    url: Url = None,
+) -> int:
+    """Show what robots do, live, until Ctrl-C: presence, steps accepted and begun, results.
+
+    With --json one object a line. Example: maya fleet watch MAYA --url mqtt://localhost.
+    """
+    from maya_un.cli.fleet import watching
+
+    return watching.watch(robot, url, settings_of(context))
+
+
+def send(
+    context: typer.Context,
+    robot: Annotated[str, typer.Argument(metavar="ROBOT", help="its name")],
+    command: Annotated[str, typer.Argument(metavar="COMMAND", help="pick, place, approach, gripper, home, can_teleop")],
+    values: Annotated[
+        list[str] | None, typer.Argument(metavar="[VALUE]...", help="X Y Z in m or like 120mm; open or close")
+    ] = None,
+    url: Url = None,
+    deadline: Deadline = None,
+) -> int:
+    """Send a robot one step and wait for its result.
+
+    Examples: maya fleet send MAYA pick 0.5 1.1 0.4; maya fleet send MAYA gripper open.
+    """
+    from maya_un.cli.fleet import sending
+
+    return sending.send(robot, command, values or [], url, deadline, settings_of(context))
+
+
+def run(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
+    context: typer.Context,
+    file: ProcessFile,
+    url: Url = None,
+    check: Annotated[bool, typer.Option("--check", help="only check the file")] = False,
+    state: StateFile = None,
+    again: Annotated[bool, typer.Option("--again", help="begin anew; forget what was done")] = False,
+    retry: Annotated[list[str], typer.Option(metavar="STEP", help="send this failed step again; repeatable")] = [],  # noqa: B006
+    skip: Annotated[list[str], typer.Option(metavar="STEP", help="go on without this failed step; repeatable")] = [],  # noqa: B006
+    abort: Annotated[bool, typer.Option("--abort", help="end the process; steps under way go on")] = False,
+) -> int:
+    """Carry out a process: steps for several robots, each after those that it names.
+
+    The file is checked whole before anything is sent. A run that was interrupted goes on where it was; nothing is done
+    twice. A failed step holds back those after it until a person decides: on a terminal it asks.
+
+    Examples: maya fleet run hand-over.yaml; maya fleet run hand-over.yaml --retry fetch.
+    """
+    from maya_un.cli.fleet import running
+
+    options = running.Options(file, url, state, check, again, tuple(retry), tuple(skip), abort)
+    return running.run(options, settings_of(context))

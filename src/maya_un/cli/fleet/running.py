@@ -1,0 +1,148 @@
+"""`maya fleet run`: carry out a process file, go on with an interrupted one, take a person's decisions."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from maya_un.cli import output
+from maya_un.cli.fleet.words import word
+from maya_un.cli.settings import Settings
+from maya_un.errors import DecisionNeeded, InvalidCommandLine, MayaError, ProcessAborted, UnknownName
+from maya_un.graph.step_text import Progress, Result
+from maya_un.supervisor import Supervisor
+from maya_un.supervisor.process import Planned, Process, load_process
+from maya_un.supervisor.record import Decision, Record, State, recorded
+from maya_un.supervisor.running import Runner
+
+
+class Options(NamedTuple):
+    """What `maya fleet run` was asked for; `state` is the file of what was done, None for the usual one."""
+
+    file: str
+    url: str | None = None
+    state: str | None = None
+    check: bool = False
+    again: bool = False
+    retry: tuple[str, ...] = ()
+    skip: tuple[str, ...] = ()
+    abort: bool = False
+
+
+def run(options: Options, settings: Settings) -> int:
+    """Carry out a process and return the exit code; raises what its parts raise."""
+    path = Path(options.file)
+    process = load_process(path)
+    if options.check:
+        plan = {"process": process.name, "steps": len(process.steps)}
+        return output.answer(plan, word("checked", settings.language, path=path), settings)
+    state = Path(options.state) if options.state else path.with_name(f"{path.name}.state")
+    with recorded(state, process, again=options.again) as record:
+        _decide(record, options)
+        _greet(record, settings)
+        before = record.finished
+        error = None if before else _carried_out(record, options, settings)
+        return _concluded(record, error, settings, before=before)
+
+
+def _decide(record: Record, options: Options) -> None:
+    """Note what the command line says of failed steps; raises `UnknownName` for one that has not failed."""
+    for name in (*options.retry, *options.skip):
+        if name not in record.failed():
+            raise UnknownName(name=name, known=", ".join(record.failed()) or "no failed step")
+    if set(options.retry) & set(options.skip):
+        raise InvalidCommandLine(reason="a step is named by --retry and by --skip", command="maya fleet run")
+    for name in options.retry:
+        record.decided(name, Decision.RETRY)
+    for name in options.skip:
+        record.decided(name, Decision.SKIP)
+    if options.abort:
+        record.abort()
+
+
+def _greet(record: Record, settings: Settings) -> None:
+    if settings.json:
+        return
+    process = record.process
+    robots = ", ".join(dict.fromkeys(step.robot for step in process.steps.values()))
+    output.say(word("plan", settings.language, name=process.name, steps=len(process.steps), robots=robots))
+    over = sum(entry.state in {State.DONE, State.SKIPPED} for entry in record.entries.values())
+    if 0 < over < len(process.steps):
+        output.say(word("resumed", settings.language, over=over, steps=len(process.steps)))
+
+
+def _carried_out(record: Record, options: Options, settings: Settings) -> MayaError | None:
+    """Carry out what is left, asking on a terminal; return why it ended before all steps were over."""
+    while True:
+        try:
+            record.require_not_aborted()
+            asyncio.run(_run(record, options.url, settings))
+        except DecisionNeeded as error:
+            if settings.json or not sys.stdin.isatty():
+                return error
+            output.say(error.text(settings.language))
+            _ask(record, str(error.details["step"]), settings.language)
+        except ProcessAborted as error:
+            return error
+        except KeyboardInterrupt:
+            if not settings.json:
+                output.say(word("kept", settings.language))
+            raise
+        else:
+            return None
+
+
+async def _run(record: Record, url: str | None, settings: Settings) -> None:
+    async with Supervisor(url) as lab:
+        await Runner(record, lab, lambda step, report: _tell(step, report, settings)).run()
+
+
+def _tell(step: Planned, report: Progress | Result, settings: Settings) -> None:
+    if settings.json:
+        return
+    details = {"robot": step.robot, "id": step.id}
+    if isinstance(report, Progress):
+        output.say(word(report.state.value, settings.language, **details))
+    else:
+        key = "succeeded" if report.error is None else "failed"
+        output.say(word(key, settings.language, **details, error=report.error, code=report.code))
+
+
+def _ask(record: Record, step: str, language: str) -> None:
+    """Ask what becomes of a failed step; raises `InvalidCommandLine` at the end of the input."""
+    while True:
+        try:
+            said = input(word("ask", language, step=step)).strip().lower()
+        except EOFError:
+            raise InvalidCommandLine(reason="nobody chose", command="maya fleet run") from None
+        with suppress(ValueError):
+            return record.decided(step, Decision(said))
+        output.say(word("ask_again", language))
+
+
+def _concluded(record: Record, error: MayaError | None, settings: Settings, *, before: bool) -> int:
+    """Report how the process stands, and return the exit code."""
+    if settings.json:
+        output.emit(_report(record.process, record, error))
+    elif error is not None:
+        output.complain(error, settings)
+    else:
+        states = [entry.state for entry in record.entries.values()]
+        counts = {"steps": len(states), "done": states.count(State.DONE), "skipped": states.count(State.SKIPPED)}
+        output.say(word("finished_before" if before else "finished", settings.language, **counts))
+    return output.DONE if error is None else output.FAILED
+
+
+def _report(process: Process, record: Record, error: MayaError | None) -> dict[str, Any]:
+    state = "done" if error is None else "aborted" if record.aborted else "waiting"
+    return {"process": process.name, "state": state, "steps": [_step(record, id_) for id_ in process.steps]}
+
+
+def _step(record: Record, id_: str) -> dict[str, Any]:
+    entry, step = record.entries[id_], record.process.steps[id_]
+    found = entry.result
+    result = {} if found is None else {"code": found.code, "error": found.error}
+    return {"id": id_, "robot": step.robot, "command": step.command, "state": entry.state.value, **result}

@@ -1,0 +1,49 @@
+"""What `maya fleet` says, in every language."""
+
+from __future__ import annotations
+
+_WORDS: dict[str, tuple[str, str]] = {
+    "no_robots": (
+        "The broker {where} knows no robot. Start one with `maya up --coms`.",
+        "El broker {where} no conoce ningún robot. Arranque uno con `maya up --coms`.",
+    ),
+    "presence": ("{robot}  {state}", "{robot}  {state}"),
+    "accepted": ("{robot}  accepted   {id}", "{robot}  aceptado   {id}"),
+    "executing": ("{robot}  executing  {id}", "{robot}  en curso   {id}"),
+    "succeeded": ("{robot}  done       {id}", "{robot}  hecho      {id}"),
+    "failed": ("{robot}  failed     {id}: {error} ({code})", "{robot}  fallido    {id}: {error} ({code})"),
+    "done": ("Done by {robot}.", "Hecho por {robot}."),
+    "waits_for": (
+        "{robot} is {state}. The step waits for it until the deadline.",
+        "{robot} está {state}. El paso lo espera hasta el plazo.",
+    ),
+    "plan": ("{name}: {steps} steps for {robots}.", "{name}: {steps} pasos para {robots}."),
+    "checked": ("{path} is a good process.", "{path} es un proceso correcto."),
+    "resumed": (
+        "{over} of {steps} steps are over; the process goes on.",
+        "{over} de {steps} pasos han terminado; el proceso continúa.",
+    ),
+    "finished": (
+        "All {steps} steps are over: {done} done, {skipped} skipped.",
+        "Han terminado los {steps} pasos: {done} hechos, {skipped} omitidos.",
+    ),
+    "finished_before": (
+        "All {steps} steps were over before, so nothing was sent. --again begins anew.",
+        "Los {steps} pasos ya habían terminado y no se envió nada. --again empieza de nuevo.",
+    ),
+    "kept": (
+        "Interrupted. Steps under way go on; the same command goes on with the rest.",
+        "Interrumpido. Los pasos en curso continúan; la misma orden sigue con el resto.",
+    ),
+    "ask": (
+        "What becomes of step {step} (retry, skip, abort)? ",
+        "¿Qué se hace con el paso {step} (retry, skip, abort)? ",
+    ),
+    "ask_again": ("One of: retry, skip, abort", "Uno de: retry, skip, abort"),
+}
+
+
+def word(key: str, language: str, **details: object) -> str:
+    """Return the words of `key` in `language`, with their details filled in."""
+    english, spanish = _WORDS[key]
+    return (spanish if language == "es" else english).format(**details)

@@ -1,0 +1,13 @@
+"""Supervise robots from Python, over an MQTT broker.
+
+    async with Supervisor("mqtt://localhost") as lab:
+        await lab.robot("MAYA").pick(0.5, 1.1, 0.4)
+
+`lab` is the connection, `step` one step of one robot, `process` a file of steps for several robots, `record` what was
+done of it, `running` carries it out.
+"""
+
+from maya_un.supervisor.lab import Event, Robot, Supervisor
+from maya_un.supervisor.step import Step
+
+__all__ = ["Event", "Robot", "Step", "Supervisor"]

@@ -1,0 +1,267 @@
+"""The connection of a supervisor: robots, their presence, the steps that they were sent.
+
+A step is published until its result is there: again after every reconnect, with the same id, which the robot's journal
+recognises. So nothing is lost and nothing runs twice, whichever side ends or is cut off.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator, Callable
+from dataclasses import dataclass
+from random import Random
+from types import TracebackType
+from typing import Any
+from uuid import uuid4
+
+import aiomqtt
+from paho.mqtt.subscribeoptions import SubscribeOptions
+
+from maya_un.coms.broker import SESSION, VERSION, Broker, Client, Refused, topic
+from maya_un.coms.choosing import broker_of
+from maya_un.coms.retrying import first_to_end, keep
+from maya_un.coms.settings import from_environment
+from maya_un.errors import BrokerRefused, MayaError
+from maya_un.graph.step_text import Result
+from maya_un.supervisor.step import Step, check, command_text, progress_of, result_of
+
+ONLINE = "ONLINE"
+"""A robot is connected and takes commands."""
+
+DEADLINE = 60.0
+"""A step begins within this time, or never [s]."""
+
+_SHORT_SESSION = 300
+"""The broker keeps what is for a supervisor without a name for so long [s]."""
+
+_NO_RETAINED = 2
+"""Subscribe without getting retained messages again."""
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that a robot published, as JSON data; `kind` is connection, progress or results."""
+
+    robot: str
+    kind: str
+    data: dict[str, Any]
+
+
+class Supervisor:
+    """Sends steps to the robots of a broker while the block runs.
+
+    `url` is the broker's, by default $MAYA_COMS_URL; credentials come from the environment, as those of `maya coms` do.
+    A supervisor with a `name` has a session that outlives it: results that come while it is away wait for it. No two
+    programs may use one name. `deadline` is the time within which a step must begin [s].
+
+    Entering raises `SupervisorsNotReached` if the broker does not answer; later it connects again by itself.
+    """
+
+    def __init__(self, url: str | None = None, *, name: str | None = None, deadline: float = DEADLINE) -> None:
+        self._broker: Broker = broker_of(from_environment(), url)
+        self._identifier = f"maya-supervisor-{name or uuid4().hex}"
+        self._session = SESSION if name else _SHORT_SESSION
+        self.deadline = deadline
+        self.trouble: str | None = None
+        self._presence: dict[str, str] = {}
+        self._steps: dict[str, Step] = {}
+        self._unsent: dict[str, Step] = {}
+        self._work = asyncio.Event()
+        self._heard: set[str] = set()
+        self._wanted: set[str] = set()
+        self._watchers: set[Callable[[Event], None]] = set()
+        self._running: asyncio.Task[None] | None = None
+
+    async def __aenter__(self) -> Supervisor:
+        ready: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+
+        def failed(error: MayaError) -> None:
+            self.trouble = str(error)
+            if not ready.done():
+                ready.set_exception(error)
+
+        self._running = asyncio.create_task(keep(lambda: self._serve(ready), failed, Random()), name="supervisor")
+        try:
+            await first_to_end(asyncio.shield(self._running), ready)
+        except BaseException:
+            await self._close()
+            raise
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        await self._close()
+
+    async def _close(self) -> None:
+        assert self._running is not None
+        self._running.cancel()
+        await asyncio.gather(self._running, return_exceptions=True)
+
+    @property
+    def robots(self) -> dict[str, str]:
+        """The robots of the broker by name: ONLINE, OFFLINE or CONNECTION_BROKEN."""
+        return dict(sorted(self._presence.items()))
+
+    def robot(self, name: str) -> Robot:
+        """Return the robot of this name, present or not; raises `InvalidValue` for a name that none can have."""
+        topic(name, "commands")
+        return Robot(self, name)
+
+    def send(self, id_: str, robot: str, text: str) -> Step:
+        """Send a command as it is written; the same one again is answered from the robot's journal."""
+        step = self._steps.get(id_)
+        if step is None:
+            step = self._steps[id_] = self._unsent[id_] = Step(id_, robot, text)
+            self._wanted.add(robot)
+            self._work.set()
+        return step
+
+    async def watch(self) -> AsyncIterator[Event]:
+        """Yield everything that robots publish from now on, the presence of each first."""
+        queue: asyncio.Queue[Event] = asyncio.Queue()
+        for robot, state in self.robots.items():
+            queue.put_nowait(Event(robot, "connection", {"connection": state}))
+        self._watchers.add(queue.put_nowait)
+        self._wanted.add("+")
+        self._work.set()
+        try:
+            while True:
+                yield await queue.get()
+        finally:
+            self._watchers.discard(queue.put_nowait)
+
+    async def _serve(self, ready: asyncio.Future[None]) -> None:
+        async with self._broker.connected(self._identifier, session=self._session) as client:
+            await self._subscribe(client)
+            self.trouble = None
+            self._unsent.update(self._steps)
+            self._work.set()
+            if not ready.done():
+                ready.set_result(None)
+            await first_to_end(self._receive(client), self._send(client))
+
+    async def _subscribe(self, client: Client) -> None:
+        """Subscribe, and take in the presence of all robots: the second answer comes behind what is retained."""
+        where = f"{VERSION}/+/connection"
+        self._heard.clear()
+        await client.subscribe(where)
+        await client.subscribe(where, options=SubscribeOptions(retainHandling=_NO_RETAINED))
+        for _ in range(len(client.messages)):
+            self._take(client, await anext(client.messages))
+
+    async def _receive(self, client: Client) -> None:
+        async for message in client.messages:
+            self._take(client, message)
+
+    def _take(self, client: Client, message: aiomqtt.Message) -> None:
+        event = _event_of(message)
+        if event is not None:
+            self._note(event)
+            for watcher in tuple(self._watchers):
+                watcher(event)
+        elif not message.payload:
+            self._presence.pop(message.topic.value.split("/")[2], None)  # a person removed what was retained
+        client.acknowledge(message)
+
+    def _note(self, event: Event) -> None:
+        if event.kind == "connection":
+            self._note_presence(event.robot, str(event.data.get("connection")))
+            return
+        step = self._steps.get(str(event.data.get("id")))
+        if step is None or step.robot != event.robot:
+            return
+        progress, result = progress_of(event.data), result_of(event.data)
+        if result is not None:
+            self._end(step, result)
+        elif progress is not None:
+            step.reported(progress)
+
+    def _note_presence(self, robot: str, state: str) -> None:
+        self._presence[robot] = state
+        if state == ONLINE:  # a command that came while the broker did not know the robot is lost
+            self._unsent.update({id_: step for id_, step in self._steps.items() if step.robot == robot})
+            self._work.set()
+
+    def _end(self, step: Step, how: Result | MayaError) -> None:
+        step.ended(how)
+        self._steps.pop(step.id, None)
+        self._unsent.pop(step.id, None)
+
+    async def _send(self, client: Client) -> None:
+        while True:
+            await self._work.wait()
+            self._work.clear()
+            for name in self._wanted - self._heard:
+                await client.subscribe([(f"{VERSION}/{name}/{kind}", 1) for kind in ("progress", "results")])
+                self._heard.add(name)
+            for step in tuple(self._unsent.values()):
+                await self._publish(client, step)
+
+    async def _publish(self, client: Client, step: Step) -> None:
+        try:
+            await client.publish_checked(topic(step.robot, "commands"), step.text)
+        except Refused as error:
+            self._end(step, BrokerRefused(where=self._broker.where, reason=str(error)))
+        self._unsent.pop(step.id, None)
+
+
+class Robot:
+    """One robot. Every method sends a step and returns it; await it for its result.
+
+    Coordinates are metres. `deadline` is the time within which the step must begin [s].
+    """
+
+    def __init__(self, lab: Supervisor, name: str) -> None:
+        self._lab = lab
+        self.name = name
+
+    @property
+    def connection(self) -> str | None:
+        """ONLINE, OFFLINE or CONNECTION_BROKEN; None if the broker does not know the robot."""
+        return self._lab.robots.get(self.name)
+
+    def do(self, command: str, *, deadline: float | None = None, **args: float) -> Step:
+        """Send a step; raises `UnknownName`, `InvalidRequest`, `InvalidValue` for one that no robot would begin."""
+        check(command, args)
+        id_ = str(uuid4())
+        until = self._lab.deadline if deadline is None else deadline
+        return self._lab.send(id_, self.name, command_text(id_, self.name, command, args, until))
+
+    def home(self, *, deadline: float | None = None) -> Step:
+        """Find the switches and define the position."""
+        return self.do("home", deadline=deadline)
+
+    def pick(self, x: float, y: float, z: float, *, deadline: float | None = None) -> Step:
+        """Fetch a part."""
+        return self.do("pick", deadline=deadline, x=x, y=y, z=z)
+
+    def place(self, x: float, y: float, z: float, *, deadline: float | None = None) -> Step:
+        """Put the part down."""
+        return self.do("place", deadline=deadline, x=x, y=y, z=z)
+
+    def approach(self, x: float, y: float, z: float, *, deadline: float | None = None) -> Step:
+        """Go above a place."""
+        return self.do("approach", deadline=deadline, x=x, y=y, z=z)
+
+    def gripper(self, *, open: bool, deadline: float | None = None) -> Step:
+        """Open or close the gripper."""
+        return self.do("gripper", deadline=deadline, open=open)
+
+    def can_teleop(self, *, deadline: float | None = None) -> Step:
+        """Go to the pose for work by hand."""
+        return self.do("can_teleop", deadline=deadline)
+
+
+def _event_of(message: aiomqtt.Message) -> Event | None:
+    """Return what a message tells, None for what is none of ours."""
+    parts = message.topic.value.split("/")
+    try:
+        data = json.loads(message.payload)
+    except (ValueError, RecursionError):
+        return None
+    kind = parts[-1]
+    if not isinstance(data, dict) or kind not in {"connection", "progress", "results"}:
+        return None
+    return Event(parts[2], kind, data)

@@ -1,0 +1,127 @@
+"""One step of one robot: its command, what the robot reports of it, its result."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator, Generator, Mapping
+from datetime import UTC, datetime, timedelta
+from typing import Any
+
+from maya_un.errors import InvalidRequest, InvalidValue, MayaError, StepFailed, StepInterrupted, UnknownName, by_code
+from maya_un.errors.lookup import as_said
+from maya_un.graph.step_text import ARGUMENTS, INTERRUPTED, Progress, Result, State
+from maya_un.values import FARTHEST, WITHIN
+
+
+def check(command: str, args: Mapping[str, Any]) -> None:
+    """Raise `UnknownName`, `InvalidRequest` or `InvalidValue` for a command that no robot would begin."""
+    needed = ARGUMENTS.get(command)
+    if needed is None:
+        raise UnknownName(name=command, known=", ".join(ARGUMENTS))
+    for name in needed:
+        if name not in args:
+            raise InvalidRequest(key=f"args.{name}", reason="it is missing")
+    for name, value in args.items():
+        if name not in needed:
+            takes = ", ".join(needed) or "no arguments"
+            raise InvalidRequest(key=f"args.{name}", reason=f"{command} takes {takes}")
+        _check_value(name, value)
+
+
+def _check_value(name: str, value: object) -> None:
+    if name == "open":
+        if not isinstance(value, bool):
+            raise InvalidValue(key="args.open", value=value, reason="it must be true or false")
+    elif isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= FARTHEST:
+        raise InvalidValue(key=f"args.{name}", value=value, reason=WITHIN)
+
+
+def command_text(id_: str, robot: str, command: str, args: Mapping[str, Any], deadline: float) -> str:
+    """Return the JSON text of a command whose step must begin within `deadline` [s]."""
+    until = datetime.now(UTC) + timedelta(seconds=deadline)
+    data = {"id": id_, "command": command, "args": dict(args), "robot": robot, "deadline": until.isoformat()}
+    return json.dumps(data)
+
+
+class Step:
+    """A step that was sent to a robot. Await it for its result; iterate over it for the robot's reports before that.
+
+    It is carried out whether anybody awaits it or not. Awaiting raises the error by which the step failed.
+    """
+
+    def __init__(self, id_: str, robot: str, text: str) -> None:
+        self.id = id_
+        self.robot = robot
+        self.text = text
+        self._reports: list[Progress] = []
+        self._changed = asyncio.Event()
+        self._ended: asyncio.Future[Result | MayaError] = asyncio.get_running_loop().create_future()
+
+    def __await__(self) -> Generator[Any, None, Result]:
+        return self._result().__await__()
+
+    async def __aiter__(self) -> AsyncIterator[Progress]:
+        seen = 0
+        while True:
+            for report in self._reports[seen:]:
+                seen += 1
+                yield report
+            if self._ended.done():
+                return
+            self._changed.clear()
+            await self._changed.wait()
+
+    async def outcome(self) -> Result:
+        """Return the result, that of a failed step too; raises `BrokerRefused` for a step that was never sent."""
+        ended = await asyncio.shield(self._ended)
+        if isinstance(ended, MayaError):
+            raise ended
+        return ended
+
+    async def _result(self) -> Result:
+        result = await self.outcome()
+        if result.error is not None:
+            raise error_of(result, self.robot)
+        return result
+
+    def reported(self, progress: Progress) -> None:
+        """Note a report of the robot; a repeated one changes nothing."""
+        if progress.state not in {known.state for known in self._reports}:
+            self._reports.append(progress)
+            self._changed.set()
+
+    def ended(self, how: Result | MayaError) -> None:
+        """Note the result, or the error for which it could not be sent; only the first counts."""
+        if not self._ended.done():
+            self._ended.set_result(how)
+            self._changed.set()
+
+
+def error_of(result: Result, robot: str) -> MayaError:
+    """Return the error of a failed step, with the robot's code and words."""
+    error, code = result.error or "", result.code or ""
+    if code == INTERRUPTED:
+        return StepInterrupted(id=result.id, robot=robot)
+    if code.isdecimal() and int(code) in by_code():
+        return as_said(int(code), error)
+    return StepFailed(id=result.id, robot=robot, error=error, code=code)
+
+
+def progress_of(data: Mapping[str, Any]) -> Progress | None:
+    """Return what a robot reports, None for what is no report."""
+    try:
+        return Progress(str(data["id"]), State(data["state"]), str(data["date"]))
+    except (KeyError, ValueError):
+        return None
+
+
+def result_of(data: Mapping[str, Any]) -> Result | None:
+    """Return a result that a robot published, None for what is none."""
+    try:
+        error = None if data["success"] is True else str(data["error"])
+        code = None if error is None else str(data["code"])
+        warnings = tuple(str(warning) for warning in data.get("warnings", ()))
+        return Result(str(data["id"]), error, code, str(data["started"]), str(data["finished"]), warnings)
+    except (KeyError, TypeError):
+        return None
