@@ -34,7 +34,7 @@ IO_MODULES = {
 """The modules of `galil` and `virtual` that carry bytes; all others are functions of bytes and time."""
 
 CLOCKS = {"time", "datetime", "sched", "timeit"}
-MAY_LOOK_AT_THE_CLOCK = {"cli", "client", "server", "loops"}
+MAY_LOOK_AT_THE_CLOCK = {"cli", "client", "server", "supervisor", "loops"}
 """Edges live in real time, and `loops` is where time comes from."""
 
 COMPARES_DATES = {"maya_un.graph.step"}
