@@ -160,6 +160,7 @@ def places(folder: Path) -> dict[str, str]:
     return {
         **{name: str(folder / place) for name, place in named.items()},
         "ROS_IP": "127.0.0.1",
+        "PORT": "0",  # of ros-coms: several launches run beside each other
         "PYTHONUNBUFFERED": "1",
         "PYTHONDONTWRITEBYTECODE": "1",
     }

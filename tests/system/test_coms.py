@@ -32,7 +32,6 @@ class Supervisor:
         self._client.on_connect = self._on_connect
         self._client.connect("127.0.0.1", broker.port)
         self._client.loop_start()
-        self.hear("connection")
 
     def _on_connect(self, *_: object) -> None:
         self._client.subscribe(f"maya/v1/{self._robot}/#", 1)
@@ -52,6 +51,11 @@ class Supervisor:
             name, data = self._heard.get(timeout=until - time.monotonic())
             if name == topic:
                 return data
+
+    def until_online(self) -> None:
+        """Wait until the robot's link is there."""
+        while self.hear("connection")["connection"] != "ONLINE":
+            pass
 
     def close(self) -> None:
         """Disconnect."""
@@ -99,6 +103,7 @@ def test_a_supervisor_moves_the_robot_over_mqtt(tmp_path: Path) -> None:
             assert asked("GET", url, "/status")["state"] == "idle"
             assert asked("POST", url, "/connect")["status"] == 200
             with supervisor(one) as lab:
+                lab.until_online()
                 lab.send("1", "home")
                 assert lab.hear("progress")["state"] == "accepted"
                 assert lab.hear("progress")["state"] == "executing"
@@ -123,6 +128,7 @@ def test_a_command_survives_the_death_of_coms_and_runs_once(tmp_path: Path) -> N
         link = coms(one, rosbridge, "--connect")
         try:
             with supervisor(one) as lab:
+                lab.until_online()
                 lab.send("1", "home")
                 assert lab.hear("progress")["state"] == "accepted"
                 link.kill()
