@@ -83,9 +83,9 @@ A refusal is `application/problem+json` with `type`, `title`, `status`, `code` (
 | 503 | the machine, its link, the storage or a worker process failed |
 | 500 | a defect of ours |
 
-`POST /v1/jobs` and `POST /v1/tasks` take the header `Idempotency-Key` (at most 200 letters): the same key and request
-of the same owner once more is answered with the job that there is, also after a restart; with another request it is
-refused (4012).
+`POST /v1/jobs` and `POST /v1/tasks` take the header `Idempotency-Key` (at most 200 characters): the same key and
+request of the same owner once more is answered with the job that there is, also after a restart; with another
+request it is refused (4012).
 """
 
 LOG = """

@@ -158,14 +158,14 @@ def test_an_interrupted_job_is_shown_and_decided_on(screen: Screen) -> None:
     stand(screen, "not_homed", homed=False)
     said = screen.text("banner_text")
     assert said.startswith("Not homed")
-    assert "Job 3 (parts) was interrupted at pick" in said
+    assert "Job 3 (parts) was interrupted (pick)" in said
     assert not screen.read("resume_queue")["visible"]
     screen.ask("speak", language="es")
     assert screen.ask("menu", name="recover_queue")[0] == "Repetir el paso: la pinza tiene una pieza"
     screen.ask("speak", language="en")
     offered = screen.ask("menu", name="recover_queue", choose=1)
     assert offered == [
-        "Do the step again: the gripper holds a part", "Do the step again: the gripper is empty", "Leave the step out",
+        "Repeat the step: the gripper holds a part", "Repeat the step: the gripper is empty", "Skip the step",
         "End the job",
     ]  # fmt: skip
     assert screen.asked() == [["recover_queue", {"name": "redo", "holding": "no"}]]

@@ -53,7 +53,7 @@ _ADDRESSES = "sim, real (the configured controller), HOST or HOST:PORT"
 Address = Annotated[str, typer.Option(help=_ADDRESSES)]
 SkipHome = Annotated[bool, typer.Option("--skip-home", help="take over the homing whose mark stands in the controller")]
 TakeOver = Annotated[
-    bool, typer.Option("--take-over", help="take the controller, at rest, from the program that owns it")
+    bool, typer.Option("--take-over", help="take the controller from the program that owns it; only at rest")
 ]
 _KINDS = "ends in .svg, .png or .pdf; default:"
 WorkspacePicture = Annotated[str | None, typer.Option(metavar="FILE", help=f"{_KINDS} maya-workspace.svg")]
@@ -171,8 +171,8 @@ def run_job(  # noqa: PLR0913, PLR0917 - every option of a command is a paramete
 ) -> int:
     """Carry out a job and report every step.
 
-    By the running robot if there is one; without one, or with --address, --speed, --seed, --skip-home or
-    --take-over, on a stack of its own.
+    The running robot does it, if there is one. Without one, or with --address, --speed, --seed, --skip-home or
+    --take-over, the command connects to a controller or a twin itself.
     """
     from maya_un.cli import run as command
 
@@ -393,12 +393,12 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     seed: Seed = None,
     table: Table = None,
     record: Annotated[
-        str | None, typer.Option(metavar="FILE", help="records the mechanics: motion, loads, stalls, drops")
+        str | None, typer.Option(metavar="FILE", help="append a record of motion, loads, stalls and drops")
     ] = None,
 ) -> int:
     """Serve a virtual DMC-41x3 on TCP and UDP.
 
-    Prints its address when it listens; Ctrl-C ends it. Faults on demand: maya dmc fault.
+    Prints its address when it listens; Ctrl-C ends it. `maya dmc fault` makes faults.
     --record writes one line of JSON for each contact and drop, and one for every 50 ms of motion.
     """
     from maya_un.cli import serve as command
@@ -459,14 +459,19 @@ calibrate.register(app, _HOW)
 def conform(
     context: typer.Context,
     host: Annotated[str, typer.Argument(metavar="HOST[:PORT]", help="or real: the configured controller")],
-    moves: Annotated[bool, typer.Option("--moves", help="its motors may turn by a few thousand counts")] = False,
+    moves: Annotated[
+        bool, typer.Option("--moves", help="check motion too: motors turn by a few thousand counts")
+    ] = False,
     bench: Annotated[
-        bool, typer.Option("--bench", help="everything: it is on a bench, as the factory made it")
+        bool, typer.Option("--bench", help="check everything, on a controller without a machine: see above")
     ] = False,
 ) -> int:
-    """Tell whether a controller answers as a DMC-41x3 does.
+    """Check whether a controller answers as a DMC-41x3 does.
 
-    Without --moves and --bench nothing moves, and settings that are touched are put back.
+    Without --moves and --bench nothing moves, and each changed setting is restored.
+
+    --bench is for a controller that no machine is connected to. It restores the factory settings, erases program,
+    variables and arrays, burns that, and resets the controller. Then it checks all commands, outputs included.
     """
     from maya_un.cli import conform as command
 

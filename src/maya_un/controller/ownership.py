@@ -193,7 +193,7 @@ class Ownership:
     async def _wait_for_rest(self, driver: Driver, *, now: bool, latest: float) -> None:
         """Wait until the next look at axes that move; raises `ControllerMoves` `now`, or behind the latest time."""
         if now or asyncio.get_running_loop().time() >= latest:
-            raise ControllerMoves(holder=await self.holder(driver) or "somebody else")
+            raise ControllerMoves(address=driver.address, holder=await self.holder(driver) or "another program")
         await asyncio.sleep(LOOK)
 
     async def _swapped(self, driver: Driver, held: Held, *, alive: bool) -> bool:

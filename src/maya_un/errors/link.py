@@ -102,7 +102,7 @@ class ControllerOwned(RequestError):
 
 
 class OwnershipLost(MachineError):
-    """Another program took the controller over, so this one sends nothing more that moves."""
+    """Another program took the controller over; this one no longer moves anything and keeps its waiting jobs."""
 
     code = 1031
 

@@ -263,8 +263,9 @@ async def test_a_living_owner_is_taken_over_at_rest_only_and_is_told() -> None:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(5.0)
         other, _ = another(bench)
-        with pytest.raises(ControllerMoves):
+        with pytest.raises(ControllerMoves) as refused:
             await other.open(take_over=True)
+        assert f"maya stop --address {refused.value.details['address']}" in str(refused.value)
         await other.close()
         await move
         seen = len(bench.controller.events)
