@@ -143,7 +143,7 @@ class Publishing:
         return writing
 
     def _publish(self, writing: _Writing, fields: Fields) -> None:
-        message = fields.record("msg")
+        message = _timed(fields.record("msg"))
         if writing.action:
             message = _named(message)
         writing.publish(message)
@@ -171,6 +171,14 @@ class Publishing:
 async def _after(asked: Awaitable[None], begin: Callable[[], None]) -> None:
     await asked
     begin()
+
+
+def _timed(message: Message) -> Message:
+    """Return a message without the time of its header where that is null or empty, which counts as left out."""
+    header = message.get("header")
+    if not isinstance(header, dict) or header.get("stamp", 0) not in (None, {}):
+        return message
+    return {**message, "header": {name: value for name, value in header.items() if name != "stamp"}}
 
 
 def _named(goal: Message) -> Message:
