@@ -223,7 +223,14 @@ class Registers:
             await driver.send(_FORMAT)
             changed = await _difference(self._ask(driver, asked.lines))
         if changed is not None:
-            raise changed
+            raise await self._cause(driver, changed)
+
+    async def _cause(self, driver: Driver, changed: RegisterChanged) -> RegisterChanged:
+        """Return the change of TM, where TM changed: the speeds and accelerations that are read scale with it."""
+        expected, found = self._expected.get("_TM"), await driver.value("_TM")
+        if expected is None or abs(found - expected) <= _SAME:
+            return changed
+        return RegisterChanged(register="TM", found=f"{found:g}", wanted=f"{expected:g}")
 
     def _ask(self, driver: Driver, lines: Sequence[Line]) -> Asked:
         expected = {name: self._expected[name] for line in lines for name in line.operands if name in self._expected}
