@@ -23,6 +23,7 @@ from harness import Case, Goal, Sample, measure, report
 
 from maya_un.assembly import Stack, stack, staffed
 from maya_un.config import Config
+from maya_un.interpreter import prompt_loop
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
 from maya_un.server.thread import bound_socket, served
@@ -142,6 +143,7 @@ def stops(running: Running, kind: str) -> Sample:
 
 def main() -> None:
     """Measure and report."""
+    prompt_loop()  # as `maya up` does
     with Running() as running:
         for request in KINDS.values():
             said(running.port, request)

@@ -204,6 +204,12 @@ class Items:
         """Return a job that has not ended, or has ended lately, None where it is not known."""
         return self._item(number) or self._ended.get(number)
 
+    def in_memory(self, number: int) -> Item | None:
+        """Return a job as `find` does, None for one of which only the place is in memory: nothing is read."""
+        if number in self._parked:
+            return self._looked_at.get(number)
+        return self._alive.get(number) or self._ended.get(number)
+
     def alive(self, number: int) -> bool:
         """Tell whether a job has not ended."""
         return number in self._alive or number in self._parked
