@@ -31,8 +31,8 @@ class Item:
 
     `record` is there once it has begun. `waits_for` has the jobs that must be done before it. A `direct` one is a wish
     for now, which a paused queue does not hold up. `end_by` is what is to end it early; with `interrupt` it is to end
-    as interrupted instead. `moving` tells that its runner may be cancelled, `concludes` that it is over for its runner,
-    which writes that down. `began` is loop time [s] of this run.
+    as interrupted instead. `moving` tells that its runner may be cancelled, `checking` that it still works out the job,
+    `concludes` that it is over for its runner, which writes that down. `began` is loop time [s] of this run.
     `finished` tells that its end has been announced, of which `ended` wakes those who wait.
     """
 
@@ -43,6 +43,7 @@ class Item:
     end_by: MayaError | None = None
     interrupt: bool = False
     moving: bool = False
+    checking: bool = False
     concludes: bool = False
     began: float | None = None
     finished: bool = False
