@@ -29,15 +29,15 @@ def writable_place(path: Path) -> Path:
     A link is followed within its folder only. Raises `FileUnwritable`.
     """
     if not path.name or path.name in {".", ".."}:
-        raise FileUnwritable(path=path, reason="it is no name of a file")
+        raise FileUnwritable(path=path, reason="this is not the name of a file")
     place = path
     try:
         if path.is_symlink():
             place = path.resolve()
             if not place.is_relative_to(path.parent.resolve()):
-                raise FileUnwritable(path=path, reason=f"it is a link to {place}; name that file itself")
+                raise FileUnwritable(path=path, reason=f"it is a symbolic link to {place}; name that file instead")
         if not stat.S_ISREG(place.lstat().st_mode):
-            raise FileUnwritable(path=path, reason="it is no regular file")
+            raise FileUnwritable(path=path, reason="it is not a regular file")
     except FileNotFoundError:
         return place
     except (OSError, RuntimeError, ValueError) as error:
@@ -57,7 +57,7 @@ def open_own(path: Path, flags: int, mode: int = PRIVATE) -> int:
     if stat.S_ISREG(os.fstat(descriptor).st_mode):
         return descriptor
     os.close(descriptor)
-    raise FileUnwritable(path=path, reason="it is no regular file")
+    raise FileUnwritable(path=path, reason="it is not a regular file")
 
 
 def private_opener(path: str, flags: int) -> int:
@@ -66,7 +66,7 @@ def private_opener(path: str, flags: int) -> int:
     found = os.fstat(descriptor)
     if not stat.S_ISREG(found.st_mode):
         os.close(descriptor)
-        raise OSError(f"{path} is no regular file")
+        raise OSError(f"{path} is not a regular file")
     if found.st_uid == os.getuid() and stat.S_IMODE(found.st_mode) != PRIVATE:
         os.fchmod(descriptor, PRIVATE)
     return descriptor

@@ -148,7 +148,7 @@ class Ownership:
             names = await driver.batch([f"MG {name}{{S{_CHARACTERS}}}" for name in _NAMES])
             (process,) = await _numbers(driver, _PROCESS)
         except CommandRejected:
-            return "a program that gave no name"
+            return "an unnamed program"
         return f"{''.join(names).strip()} (process {process})"
 
     async def sign(self, driver: Driver) -> None:
@@ -186,7 +186,7 @@ class Ownership:
             if newer.token != held.token:
                 return None
             if newer.beat != held.beat:
-                raise ControllerOwned(address=address, holder=await self.holder(driver) or "just ended")
+                raise ControllerOwned(address=address, holder=await self.holder(driver) or "a program that is ending")
             held = newer
         return held
 

@@ -119,7 +119,7 @@ def interrupted(job: int, name: str, step: str, *, robot_there: bool) -> Status:
     values = {"interrupted": job, "step": step, "paused": True}
     if not robot_there:
         return Status("maya: process", Level.ERROR, "1011 the robot floor is not there", values)
-    message = f"job {job} ({name}) was interrupted: decide what becomes of it (`maya queue recover`, /recover_queue)"
+    message = f"job {job} ({name}) was interrupted: decide about it (`maya queue recover`, /recover_queue)"
     return Status("maya: process", Level.WARN, message, values)
 
 

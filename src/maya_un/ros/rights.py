@@ -32,7 +32,7 @@ LOOK_AGAIN = 1.0
 """How often it is looked whether other users are kept [s, real time]."""
 
 _NOBODY = replace(BYSTANDER, name=ROS.name, source=ROS.source)
-_NO_TOKEN = f"users are kept, and this ROS graph has none; start its nodes with ${TOKEN_FILE}"
+_NO_TOKEN = f"users exist, but the nodes of this ROS graph have none; start them with ${TOKEN_FILE}"
 
 
 class GraphRights:
@@ -182,6 +182,6 @@ def token_of_graph() -> str:
         return ""
     found = credentials.kept_in(Path(named))
     if not found:
-        reason = "it is to be a file of this user's, which nobody else can read (chmod 600), with a token in it"
+        reason = "it must belong to this user, be unreadable for others (chmod 600), and hold a token"
         raise FileUnreadable(path=named, reason=reason)
     return found

@@ -36,7 +36,7 @@ class Guest:
         self.left = False
         self._lease = lease
         self._caller: Caller | None = None
-        self._why: MayaError = NotSignedIn(reason="none was shown")
+        self._why: MayaError = NotSignedIn(reason="the request has none")
 
     @property
     def known(self) -> Caller | None:

@@ -52,11 +52,11 @@ def doubtful(head: bytes, version: bytes) -> str:
     length, coded = values.get(_LENGTH), _CODING in values
     reasons = {
         "a line ends without a carriage return": any(b"\n" in line for line in lines),
-        "a header goes on in the next line": any(line[:1] in (b" ", b"\t") for line in lines),
-        "a header comes twice that there is one of": any(often[name] > 1 for name in _ONCE),
-        "the length of the body is no number": length is not None and not length.isdigit(),
+        "a header continues in the next line": any(line[:1] in (b" ", b"\t") for line in lines),
+        "a header that may occur once occurs twice": any(often[name] > 1 for name in _ONCE),
+        "the length of the body is not a number": length is not None and not length.isdigit(),
         "the body has a length and a transfer coding": length is not None and coded,
-        "there is no such version of HTTP": version not in _VERSIONS,
+        "this version of HTTP does not exist": version not in _VERSIONS,
         "HTTP/1.0 has no transfer codings": coded and version == b"1.0",
         "a request for another protocol has a body": b"upgrade" in values
         and (coded or bool((length or b"").strip(b"0"))),

@@ -107,7 +107,7 @@ class Workers:
         request = Request(next(self._numbers), whose, payload)
         with self._changed:
             if self._closed:
-                raise WorkerFailed(reason="the program ends")
+                raise WorkerFailed(reason="the program is ending")
             self._circle.put(request, each)
             self._go()
         with _standing_still():
@@ -160,7 +160,7 @@ class Workers:
             except Exception as defect:  # noqa: BLE001 - told to whoever asked; others must not wait for ever
                 self._replaced(request, InternalError(reason=repr(defect)[:500]))
         self._kill()
-        self._circle.each(lambda one: self._over(one, WorkerFailed(reason="the program ends")))
+        self._circle.each(lambda one: self._over(one, WorkerFailed(reason="the program is ending")))
 
     def _turn(self, request: Request | None) -> None:
         """Have a request worked on for a slice."""

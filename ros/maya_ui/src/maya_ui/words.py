@@ -58,7 +58,7 @@ WORDS: dict[str, tuple[str, str]] = {
     ),
     "no_interrupted_job": ("No job was interrupted.", "No hay ningún trabajo interrumpido."),
     "queue_reason_asked": ("somebody paused it", "alguien la pausó"),
-    "queue_reason_step": ("it does one step at a time", "avanza paso a paso"),
+    "queue_reason_step": ("step mode", "modo paso a paso"),
     "queue_reason_stop": ("somebody stopped the robot", "alguien detuvo el robot"),
     "queue_reason_fault": ("a fault", "una falla"),
     "queue_reason_restart": ("the robot's program was started again", "el programa del robot se reinició"),

@@ -92,7 +92,7 @@ class Callers:
         if loopback and stopping:
             return replace(BYSTANDER, source=source or BYSTANDER.source)
         if text is None:
-            raise NotSignedIn(reason="none was shown" if self.kept else "no users are kept yet")
+            raise NotSignedIn(reason="the request has none" if self.kept else "no users are kept yet")
         return self._caller(await self._verified(text, source), lease, source)
 
     def current(self, caller: Caller) -> Caller:
@@ -102,11 +102,11 @@ class Callers:
         """
         if not caller.token:
             if self.kept:
-                raise NotSignedIn(reason="none was shown")
+                raise NotSignedIn(reason="the request has none")
             return caller
         token = self._register.tokens.get(caller.token)
         if token is None or token.user != caller.name or self._expired(token):
-            raise NotSignedIn(reason="the one shown has expired or was revoked")
+            raise NotSignedIn(reason="this one has expired or was revoked")
         role = self._register.users[token.user].role
         return replace(caller, role=role, implicit=caller.implicit and allowed(role, Operation.LEND))
 

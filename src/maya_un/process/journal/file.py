@@ -130,7 +130,7 @@ def create(path: Path) -> None:
 def require_place(path: Path) -> None:
     """Raise `FileUnwritable` where no database can be kept; SQLite would follow a link, so it may be none."""
     if writable_place(path) != path:
-        raise FileUnwritable(path=path, reason="it is a link; name the file itself")
+        raise FileUnwritable(path=path, reason="it is a symbolic link; name the file that it leads to")
 
 
 def require_database(path: Path) -> None:

@@ -31,7 +31,7 @@ async def serve(node: Node) -> None:
             BridgeDoor(store, dates.now, clock=ros_time, speed=node.speed, permit=rights.permit).open(node.graph),
         ):
             await node.say_ready(
-                f"Steps from /step_command are done by /task; {state_folder() / NAME} keeps which were."
+                f"Steps from /step_command are carried out by /task; {state_folder() / NAME} records them."
             )
             await asyncio.Event().wait()
     finally:
