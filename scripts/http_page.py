@@ -22,6 +22,7 @@ from maya_un.server.edge import FAR, NEAR
 from maya_un.server.exchange import LONG
 from maya_un.server.guard import BODY_LIMIT, BODY_PATIENCE
 from maya_un.server.openapi import ruled
+from maya_un.server.problems import AGAIN
 from maya_un.server.routes import Rule
 
 INTRODUCTION = f"""\
@@ -54,7 +55,8 @@ may have {BODY_LIMIT // 1_000_000} MB if it may carry a job, else {LONG // 1024}
 It may have {MOST_VALUES:,} values, and must arrive within {BODY_PATIENCE:g} s.
 
 A separate worker process computes previews and inspections. Each user may have
-{PEOPLE_BOUNDS.each} under way; more are answered 429 (4030). A request is refused if it takes more than
+{PEOPLE_BOUNDS.each} under way; more are answered 429 (4030). A worker that fails is answered 503 (5020). Both answers
+have `Retry-After: {AGAIN}`. A request is refused if it takes more than
 {PEOPLE_BOUNDS.seconds:g} s of computing (4031), more than {PEOPLE_BOUNDS.memory >> 30} GB of memory
 or more than {MOST_SAMPLED:,} samples (4032). A job names at most {MOST_NAMES} parts,
 {MOST_NAMES} places and {MOST_NAMES} pallets. If the caller disconnects, the computation ends.
