@@ -206,6 +206,12 @@ class Driver(QObject):
         self._dashboard.resize(width, height)
         return [self._dashboard.width(), self._dashboard.height()]
 
+    def do_keep_on_screen(self) -> Any:
+        """Return the screen and the window with its frame, as left, top, width and height, after it was made to fit."""
+        self._dashboard.keep_window_on_screen()
+        room, frame = QApplication.primaryScreen().availableGeometry(), self._dashboard.frameGeometry()
+        return [[one.left(), one.top(), one.width(), one.height()] for one in (room, frame)]
+
     def do_place(self, name: str) -> Any:
         """Return where a part is in the dashboard [pixels]."""
         at = self._part(name).mapTo(self._dashboard, QPoint(0, 0))

@@ -324,6 +324,13 @@ def test_columns_stand_below_each_other_where_the_window_is_narrow(screen: Scree
     assert screen.ask("size", width=1240, height=860) == screen.ask("hint")
 
 
+def test_window_kept_on_a_larger_screen_fits_this_one(screen: Screen) -> None:
+    screen.ask("size", width=1720, height=900)
+    room, frame = screen.ask("keep_on_screen")
+    assert frame == room
+    assert screen.ask("size", width=1240, height=860) == screen.ask("hint")
+
+
 def test_the_list_of_events_follows_the_newest_after_a_resize(screen: Screen) -> None:
     screen.tell("Happened", word="refused", code="2104", message="one of many", times=60)
     for height in (700, 900, 860):
@@ -347,8 +354,10 @@ def test_the_perspective_names_plugins_that_there_are_and_fits_a_screen() -> Non
     state = bytes.fromhex(kept["state"].partition("b'")[2].rstrip("')"))
     assert all(name.replace("/", "__").encode("utf-16-be") in state for name in running)
     geometry = bytes.fromhex(kept["geometry"].partition("b'")[2].rstrip("')"))
-    magic, _, _, left, top, right, bottom = struct.unpack(">IHHiiii", geometry[:24])
+    magic, _, _, left, top, right, bottom = struct.unpack_from(">IHHiiii", geometry)
     assert magic == 0x1D9D0CB
+    (screen,) = struct.unpack_from(">i", geometry, 46)
+    assert screen == 0  # Qt ignores a geometry of a screen of another width; 0 counts for all
     assert (right - left, bottom - top) <= (1920, 1080)
 
 

@@ -107,6 +107,19 @@ class Dashboard(QWidget):
         window, screen = self.window(), QApplication.primaryScreen().availableSize()
         window.resize(window.size().expandedTo(self.sizeHint()).boundedTo(screen))
 
+    def keep_window_on_screen(self) -> None:
+        """Have the window that it is in, its frame included, lie on its screen, as far as its least size allows."""
+        window = self.window()
+        handle = window.windowHandle()
+        room = (QApplication.primaryScreen() if handle is None else handle.screen()).availableGeometry()
+        frame = window.frameGeometry().size() - window.size()
+        for _ in range(2):  # once the head has folded, the window can become narrower still
+            window.resize(window.size().boundedTo(room.size() - frame))
+        whole = window.frameGeometry()
+        left = max(room.left(), min(whole.left(), room.right() + 1 - whole.width()))
+        top = max(room.top(), min(whole.top(), room.bottom() + 1 - whole.height()))
+        window.move(left, top)
+
     def resizeEvent(self, event: Any) -> None:  # noqa: N802 - Qt's name
         """Put the columns side by side where there is room, else below each other."""
         super().resizeEvent(event)
