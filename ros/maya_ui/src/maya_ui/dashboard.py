@@ -113,8 +113,7 @@ class Dashboard(QWidget):
         handle = window.windowHandle()
         room = (QApplication.primaryScreen() if handle is None else handle.screen()).availableGeometry()
         frame = window.frameGeometry().size() - window.size()
-        for _ in range(2):  # once the head has folded, the window can become narrower still
-            window.resize(window.size().boundedTo(room.size() - frame))
+        window.resize(window.size().boundedTo(room.size() - frame))
         whole = window.frameGeometry()
         left = max(room.left(), min(whole.left(), room.right() + 1 - whole.width()))
         top = max(room.top(), min(whole.top(), room.bottom() + 1 - whole.height()))
