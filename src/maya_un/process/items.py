@@ -16,7 +16,7 @@ from maya_un.process.report import JobRecord
 from maya_un.process.states import TaskState
 
 AT_HAND = 100
-"""Of jobs that only wait, those behind the first so many are left in the journal."""
+"""Number of waiting jobs in memory; the others stay in the journal."""
 
 REMEMBERED = 200
 """Jobs that have ended and are still known with all they left; the journal has the others."""
@@ -81,7 +81,7 @@ class Item:
 class Items:
     """All jobs that have not ended, the order of those that wait, and the last that have ended.
 
-    Of a job that only waits, far behind, no more than the place is in memory; the `journal` has the rest.
+    Of a waiting job far behind, only the place is in memory; the `journal` has the rest.
     `on_change` is called after every change.
     """
 
@@ -100,14 +100,14 @@ class Items:
         self.on_change: Callable[[], None] = lambda: None
 
     def __iter__(self) -> Iterator[Item]:
-        """Yield what is in memory: all that has begun or waits for others, and what was looked at or ended lately."""
+        """Yield the jobs in memory: begun, dependent, recently read or recently ended ones."""
         yield from self._ended.values()
         yield from self._alive.values()
         yield from (item for number, item in tuple(self._looked_at.items()) if number in self._parked)
 
     @property
     def parked(self) -> Collection[int]:
-        """The numbers of jobs that only wait, of which no more than the place is in memory."""
+        """The numbers of waiting jobs of which only the place is in memory."""
         return self._parked
 
     def take_up(self, waiting: Sequence[Waiting]) -> None:
@@ -121,7 +121,7 @@ class Items:
             self.on_change()
 
     def park(self, item: Item) -> None:
-        """Forget all but the place of a job that only waits far behind, and whose end nobody waits for."""
+        """Keep only the place of a waiting job far behind, if no caller waits for its end."""
         plain = not (item.waits_for or item.direct or item.begun or item.record or item.ended)
         place = self._order.place_of(item.number)
         if plain and place is not None and place > AT_HAND and self._alive.get(item.number) is item:
@@ -130,7 +130,7 @@ class Items:
             self._looked_at[item.number] = item
 
     def cleared(self, row: Cleared) -> list[Item]:
-        """End many jobs that only wait at once; return those that have been looked at meanwhile."""
+        """End many waiting jobs at once; return those that are in memory by now."""
         gone = self._parked.intersection(row.numbers)
         queued = sum(self._order.is_ready(number) for number in gone)
         self._counts[TaskState.QUEUED] -= queued
@@ -151,9 +151,9 @@ class Items:
         return bool(self._dependents.get(number))
 
     def _item(self, number: int) -> Item | None:
-        """Return a job that has not ended; one of which only the place is in memory is read.
+        """Return a job that has not ended; read it if only its place is in memory.
 
-        It is the same object for all who hold it, and forgotten with the last of them unless it is changed.
+        All holders share one object, which is dropped with the last of them unless it changes.
         """
         item = self._alive.get(number)
         if item is None and number in self._parked:
@@ -164,7 +164,7 @@ class Items:
         return item
 
     def _hold(self, item: Item) -> None:
-        """Have all of a job in memory from now on, because it is at hand, or changes."""
+        """Keep all of a job in memory from now on, because it is near its turn, or changes."""
         if item.number in self._parked:
             self._parked.discard(item.number)
             self._alive[item.number] = item
