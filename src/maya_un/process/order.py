@@ -77,7 +77,7 @@ class Order:
             insort(self._ready.setdefault(owner, []), place)
 
     def fill(self, places: Iterable[tuple[Place, str, bool]]) -> None:
-        """Put many jobs into an empty order: places in the queue's order, owners, and whether they are ready."""
+        """Fill an empty order with many jobs: places in the queue's order, owners, and whether they are ready."""
         for place, owner, ready in places:
             self._places[place.number] = place
             self._line.append(place)
@@ -91,7 +91,7 @@ class Order:
         return number in self._owners
 
     def drop_all(self, numbers: Container[int]) -> None:
-        """Take many jobs out at once."""
+        """Remove many jobs at once."""
         self._line = [place for place in self._line if place.number not in numbers]
         self._places = {place.number: place for place in self._line}
         self._owners = {number: owner for number, owner in self._owners.items() if number not in numbers}

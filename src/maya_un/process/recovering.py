@@ -35,9 +35,9 @@ class Recovering:
         self._editing = editing
 
     async def take_up(self, known: Unfinished, waiting: Sequence[Waiting] = ()) -> None:
-        """Put everything in that was not finished; `waiting` are the jobs that only wait.
+        """Restore all unfinished jobs; `waiting` are the waiting jobs.
 
-        What was under way is interrupted, and nothing begins by itself. Raises `StorageFailed`.
+        Running jobs become interrupted, and no job begins by itself. Raises `StorageFailed`.
         """
         self._items.take_up(waiting)
         numbers = {*(row.id for row in known.jobs), *(one.id for one in waiting)}

@@ -61,7 +61,7 @@ class Lock:
             return
 
     def release(self) -> None:
-        """Let the next one in. The lock's file stays, so that the next one needs no new one."""
+        """Release the lock. Its file stays, so the next process needs no new one."""
         if self._descriptor >= 0:
             os.close(self._descriptor)
             self._descriptor = -1
@@ -103,7 +103,7 @@ def beside(path: Path, suffix: str) -> Path:
 
 
 def remove_new(path: Path) -> None:
-    """Remove a file that was made for nothing, with all beside it, unless somebody else has it open by now."""
+    """Remove an unused new file and its companions, unless another process has opened it."""
     try:
         lock = Lock(path)
     except (FileUnwritable, StorageInUse):
@@ -128,13 +128,13 @@ def create(path: Path) -> None:
 
 
 def require_place(path: Path) -> None:
-    """Raise `FileUnwritable` where no database can be kept; SQLite would follow a link, so it may be none."""
+    """Raise `FileUnwritable` if no database can be written; SQLite would follow a link, so links are refused."""
     if writable_place(path) != path:
         raise FileUnwritable(path=path, reason="it is a symbolic link; name the file that it leads to")
 
 
 def require_database(path: Path) -> None:
-    """Raise `StorageDamaged` for a file that is none of SQLite's, before anything is made beside it."""
+    """Raise `StorageDamaged` for a file that is not SQLite's, before other files are created beside it."""
     _require_whole(path)
     try:
         with path.open("rb") as found:

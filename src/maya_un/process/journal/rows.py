@@ -114,7 +114,7 @@ class Unfinished:
 
 
 class Waiting(NamedTuple):
-    """As much of a job as the queue needs while it only waits; the rest stays in the file."""
+    """The part of a waiting job that the queue needs; the rest stays in the file."""
 
     id: int
     priority: int
@@ -124,14 +124,14 @@ class Waiting(NamedTuple):
 
 
 class Left(NamedTuple):
-    """What the file knew when it was opened: what `Unfinished` says of all but the jobs that only wait, and those."""
+    """The unfinished jobs of a file when it was opened: those of `Unfinished`, and waiting jobs."""
 
     unfinished: Unfinished
     waiting: list[Waiting]
 
 
 class Cleared(NamedTuple):
-    """The end of many jobs that only wait, all for one reason."""
+    """The end of many waiting jobs, all for one reason."""
 
     numbers: tuple[int, ...]
     state: TaskState
