@@ -62,7 +62,7 @@ class Node:
         rospy.loginfo("%s", sentence)
 
     async def say_ready(self, sentence: str) -> None:
-        """Write a line to the log as soon as others find everything that this node offers."""
+        """Write a line to the log once other nodes can find all that this node offers."""
         await self.graph.registered()
         self.say(sentence)
 

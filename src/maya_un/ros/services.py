@@ -1,6 +1,6 @@
 """Services of a real graph: answered in the loop, or at once in rospy's own thread; and called without blocking.
 
-The address of a service that was found once is kept: without a master it is called there.
+The address of a known service is kept, so it can be called without a master.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from maya_un.ros.registering import Registrar
 from maya_un.ros.threads import in_thread
 
 _LOOKUP = 0.3
-"""The master has this time to say where a service is that was found before [s]; then it is called where it was."""
+"""Longest wait for the master's address of a known service [s]; then the former address is used."""
 
 _LOOK = 0.2
 """A caller that hung up is noticed within this time [s]."""

@@ -85,7 +85,7 @@ class Publishing:
         self.ops = {"advertise": self.advertise, "unadvertise": self.unadvertise, "publish": self.publish}
 
     def advertise(self, fields: Fields) -> Awaitable[None] | None:
-        """Carry out `advertise`, at once unless the graph has to be asked for the type that the topic has."""
+        """Carry out `advertise`, at once unless the type of the topic must be requested from the graph."""
         _, topic = fields.name("topic")
         kind, latch = fields.kind(), fields.flag("latch", default=False)
         queue_size = fields.whole("queue_size", 100, 0, 1000) or 1

@@ -42,7 +42,7 @@ class Asking:
         return await self._bridge.call(self.caller, chosen, wish, self._subject)
 
     async def unless_left(self, wish: Callable[[Service], Awaitable[T]]) -> T:
-        """Return what `wish` answers; it is cancelled where whoever asked has left, and then `Cancelled` is raised.
+        """Return the answer of `wish`; if the client disconnects, cancel it and raise `Cancelled`.
 
         The body of the request must have been read.
         """

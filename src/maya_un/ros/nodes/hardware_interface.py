@@ -2,7 +2,7 @@
 
 Parameters, private or under /maya: address (real for the configured one, or HOST:PORT), skip_home, and take_over (take
 the controller, at rest, from another program that owns it).
-While users are kept, the graph acts by the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
+If users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
 """
 
 from __future__ import annotations

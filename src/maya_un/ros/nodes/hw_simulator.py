@@ -4,7 +4,7 @@ Parameters, private or under /maya: speed (the clock's factor), skip_home, addre
 served elsewhere), take_over (take that one, at rest, from another program that owns it), seed (where the twin powers
 up), table (a job file whose parts stand on its table) and parts (others by name and place). Its service ~twin tells
 what the twin's mechanics know.
-While users are kept, the graph acts by the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
+If users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
 """
 
 from __future__ import annotations

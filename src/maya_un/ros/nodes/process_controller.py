@@ -2,7 +2,7 @@
 
 It is found as `maya up` is, by its runtime file: `maya status`, `maya queue`, `maya stop` and the others ask it.
 Parameters, private or under /maya: http_port (the usual one, or any free one where that is taken).
-While users are kept, the graph acts by the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
+If users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
 """
 
 from __future__ import annotations

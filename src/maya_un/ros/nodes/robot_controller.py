@@ -1,7 +1,7 @@
 """Node robot_controller: the robot floor, on the controller floor of the graph.
 
 It serves /maya_command, hears /maya_move, and carries out what primitive_server hands on.
-While users are kept, the graph acts by the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
+If users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
 """
 
 from __future__ import annotations
