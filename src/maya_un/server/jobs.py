@@ -146,4 +146,6 @@ def add_tasks(routes: Routes) -> None:
         told = ask(
             lambda service: service.wish(primitive, wait=wait, by=ask.caller, options=options, key=key), *operations
         )
-        return answer(await told, 200 if wait else 202)
+        if not wait:
+            return answer(await told, 202)
+        return answer(await ask.while_allowed(told, Operation.WISH))

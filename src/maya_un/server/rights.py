@@ -52,6 +52,10 @@ class Rights:
         self._looking: asyncio.Task[None] | None = None
         self._news = asyncio.Event()
 
+    def __len__(self) -> int:
+        """Return how many connections are looked at."""
+        return len(self._watched)
+
     @contextmanager
     def watched(self, who: Who, changed: Changed) -> Iterator[None]:
         """Call `changed` after each change of the rights of the caller `who`, while the block runs."""
