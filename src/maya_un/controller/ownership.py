@@ -112,11 +112,10 @@ class Ownership:
                 await self._wait_for_rest(driver, now=alive, latest=latest)
             elif await self._swapped(driver, held, alive=alive):
                 break
-        former = await self._connection(driver)
-        await self.sign(driver)  # before the former owner asks who took the controller
         if alive:
             await asyncio.sleep(TELL)
-        await self._fence(driver, former)
+        await self._fence(driver)
+        await self.sign(driver)
         if held.token and await moving():
             await brake(driver)
             while await moving():
@@ -206,24 +205,14 @@ class Ownership:
         arm = self.first_arm if held.beat is None else (self.beat,)
         return await self.did(driver, swap, *arm)
 
-    async def _connection(self, driver: Driver) -> tuple[int, int, int] | None:
-        """Return handle, peer and port that the last owner wrote, None without any."""
+    async def _fence(self, driver: Driver) -> None:
+        """Close the connection of the former owner, so its late commands never arrive."""
         try:
-            handle, peer, port = await _numbers(driver, _HANDLE, _PEER, _PORT)
-        except CommandRejected:
-            return None
-        return handle, peer, port
-
-    async def _fence(self, driver: Driver, former: tuple[int, int, int] | None) -> None:
-        """Close the connection of the `former` owner, so its late commands never arrive."""
-        if former is None:
-            return
-        handle, peer, port = former
-        try:
+            (handle,) = await _numbers(driver, _HANDLE)
             letter = LETTERS[handle]
-            same, own = await _numbers(driver, f"(_IH{letter}0=({peer}))&(_IH{letter}1={port})", "_IA3")
+            same, own = await _numbers(driver, f"(_IH{letter}0={_PEER})&(_IH{letter}1={_PORT})", "_IA3")
         except (CommandRejected, IndexError):
-            return  # its handle is free
+            return  # it wrote no name, or its handle is free
         if same and own != handle:
             await driver.send(f"IH{letter}=>-3")
 
