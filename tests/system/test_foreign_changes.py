@@ -127,6 +127,7 @@ def test_every_safety_register_is_tried() -> None:
     assert {name for group in operands() for name in group} <= {f"_{name}" for name in CASES}
 
 
+@pytest.mark.timeout(7200)
 @pytest.mark.parametrize("phase", PHASES)
 def test_every_change_in_every_phase_is_named_and_harmless(phase: str, campaign: Campaign) -> None:
     cases = list(CASES.values())
