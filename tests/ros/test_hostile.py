@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import subprocess
 import time
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -57,9 +58,5 @@ def test_node_that_plans_has_a_worker_process(robot: Floors, node: str) -> None:
 
 def workers_of(process: int) -> list[int]:
     """Return the worker processes of a process."""
-    children = (int(word) for task in Path(f"/proc/{process}/task").iterdir() for word in _words(task / "children"))
-    return [child for child in children if b"maya_un.workers.child" in Path(f"/proc/{child}/cmdline").read_bytes()]
-
-
-def _words(file: Path) -> list[str]:
-    return file.read_text().split()
+    listed = subprocess.run(["ps", "-ww", "-o", "pid=,args=", "--ppid", str(process)], capture_output=True, check=True)
+    return [int(line.split()[0]) for line in listed.stdout.splitlines() if b"maya_un.workers.child" in line]
