@@ -72,7 +72,7 @@ class Showing:
 
     def lines(self) -> list[JobLine]:
         """Return a line for every job that has not ended, or ended lately, in the order they came."""
-        parked = [self._items.get(number) for number in tuple(self._items.parked)]
+        parked = [self._items.get(number) for number in self._items.parked]
         return [self._line(item) for item in sorted({*self._items, *parked}, key=lambda item: item.number)]
 
     def line_of(self, row: JobRow) -> JobLine:

@@ -170,10 +170,13 @@ def open_for_writing(path: Path) -> sqlite3.Connection:
 
 
 def open_for_reading(path: Path) -> sqlite3.Connection:
-    """Open a file that is there beside whoever writes it; nothing can be written by this."""
+    """Open a file that is there beside whoever writes it; nothing can be written by this.
+
+    It keeps few pages, because a walk over all jobs fills whatever it may keep.
+    """
     connection = _connect(path)
     connection.execute("PRAGMA query_only = 1")
-    connection.execute("PRAGMA cache_size = -16000")
+    connection.execute("PRAGMA cache_size = -2000")
     return connection
 
 

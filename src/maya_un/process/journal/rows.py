@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, NamedTuple
 
+from maya_un.process.order import Order
 from maya_un.process.states import TaskState
 
 
@@ -113,21 +114,14 @@ class Unfinished:
     next_id: int = 1
 
 
-class Waiting(NamedTuple):
-    """The part of a waiting job that the queue needs; the rest stays in the file."""
-
-    id: int
-    priority: int
-    position: float
-    owner: str
-    queued: bool
-
-
 class Left(NamedTuple):
-    """The unfinished jobs of a file when it was opened: those of `Unfinished`, and waiting jobs."""
+    """The unfinished jobs of a file when it was opened: those of `Unfinished`, and the places of waiting jobs.
+
+    Waiting jobs that are not held are ready. The rest of a waiting job stays in the file.
+    """
 
     unfinished: Unfinished
-    waiting: list[Waiting]
+    waiting: Order
 
 
 class Cleared(NamedTuple):

@@ -19,8 +19,8 @@ from maya_un.process.journal.rows import (
     QueueRow,
     StepRow,
     Unfinished,
-    Waiting,
 )
+from maya_un.process.order import Order, Place
 from maya_un.process.states import TaskState
 
 Change = JobRow | QueueRow | Cleared | tuple[int, StepRow]
@@ -133,12 +133,12 @@ def begin_run(connection: sqlite3.Connection) -> int:
 def left(connection: sqlite3.Connection) -> Left:
     """Return unfinished jobs; of waiting jobs, only what the queue needs."""
     waiting = f"SELECT id, priority, position, owner, state = 'queued' FROM jobs WHERE {_WAITS} {_IN_ORDER}"
-    owners: dict[str, str] = {}
-    found = [
-        Waiting(number, priority, position, owners.setdefault(owner, owner), bool(queued))
+    order = Order()
+    order.fill(
+        (Place.of(priority, position, number), owner, bool(queued))
         for number, priority, position, owner, queued in connection.execute(waiting)
-    ]
-    return Left(unfinished(connection, f"state IN ({ALIVE}) AND NOT ({_WAITS})"), found)
+    )
+    return Left(unfinished(connection, f"state IN ({ALIVE}) AND NOT ({_WAITS})"), order)
 
 
 def waiting_job(connection: sqlite3.Connection, number: int) -> JobRow | None:
