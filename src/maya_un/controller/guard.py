@@ -126,7 +126,7 @@ class Guard:
 
     async def lost(self, driver: Driver) -> OwnershipLost | GuardNotRunning:
         """Return the error for lost ownership; a controller without an owner was reset."""
-        holder = await self.owner.holder(driver)
+        holder = await self.owner.successor(driver)
         return OwnershipLost(holder=holder) if holder else GuardNotRunning()
 
     async def close(self, driver: Driver | None) -> None:

@@ -151,6 +151,14 @@ class Ownership:
             return "an unnamed program"
         return f"{''.join(names).strip()} (process {process})"
 
+    async def successor(self, driver: Driver) -> str:
+        """Return the name of the program that took the controller over, "" if nobody owns it.
+
+        A new owner signs only after it has closed our connection. Until then, the name in the controller is ours.
+        """
+        holder = await self.holder(driver)
+        return "not yet named" if holder == f"{_written(_own_name())} (process {os.getpid()})" else holder
+
     async def sign(self, driver: Driver) -> None:
         """Write our name and connection into the controller, unless another program owns it."""
         (handle,) = await _numbers(driver, "_IA3")
@@ -256,9 +264,14 @@ def _own_name() -> str:
     return f"{user}@{platform.node()}"
 
 
+def _written(name: str) -> str:
+    """Return a name as the controller can hold it."""
+    return "".join(character if " " < character <= "~" else "-" for character in name)[: _CHARACTERS * len(_NAMES)]
+
+
 def _packed(name: str) -> list[str]:
     """Return a name as numbers: six characters are the six bytes of a variable (Galil DMC-41x3, strings)."""
     room = _CHARACTERS * len(_NAMES)
-    data = "".join(character if " " < character <= "~" else "-" for character in name)[:room].encode("ascii")
+    data = _written(name).encode("ascii")
     pieces = [data[place : place + _CHARACTERS].ljust(_CHARACTERS, b"\0") for place in range(0, room, _CHARACTERS)]
     return [f"${piece[:4].hex()}.{piece[4:].hex()}".upper() for piece in pieces]
