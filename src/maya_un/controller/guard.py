@@ -16,6 +16,7 @@ from maya_un.errors import (
     HostSilent,
     InvalidValue,
     MachineError,
+    OwnerErased,
     OwnershipLost,
     UnexpectedReply,
 )
@@ -69,23 +70,26 @@ class Guard:
         self._installed = False
         self._beat: asyncio.Task[None] | None = None
         self._sent: set[asyncio.Task[None]] = set()
+        self._changing = asyncio.Lock()
 
     async def claim(self, driver: Driver, address: str, moving: Moving, *, take_over: bool = False) -> None:
         """Claim the controller for this program and beat from now on; raises as `Ownership.claim`."""
-        await self._stop_beating()
-        await self.owner.claim(driver, address, moving, take_over=take_over)
-        await self.arm(driver)  # somebody may have deleted the variables that the question names
-        self._begin_beating(driver)
+        async with self._changing:
+            await self._stop_beating()
+            await self.owner.claim(driver, address, moving, take_over=take_over)
+            await self.arm(driver)  # somebody may have deleted the variables that the question names
+            self._begin_beating(driver)
 
     async def resume(self, driver: Driver, moving: Moving) -> None:
         """Beat again on a new connection to a controller that is still ours, once nothing moves."""
-        await self._stop_beating()
-        while True:
-            if not await moving():
-                break
-            await asyncio.sleep(LOOK)
-        await self.owner.sign(driver)
-        self._begin_beating(driver)
+        async with self._changing:  # a person may recover meanwhile: there is one beat
+            await self._stop_beating()
+            while True:
+                if not await moving():
+                    break
+                await asyncio.sleep(LOOK)
+            await self.owner.sign(driver)
+            self._begin_beating(driver)
 
     async def install(self, driver: Driver) -> None:
         """Put the guard into the controller unless it is there, start it unless it runs; `claim` comes before.
@@ -124,10 +128,12 @@ class Guard:
         if not await self.owner.did(driver, command):
             raise await self.lost(driver)
 
-    async def lost(self, driver: Driver) -> OwnershipLost | GuardNotRunning:
-        """Return the error for lost ownership; a controller without an owner was reset."""
+    async def lost(self, driver: Driver) -> OwnershipLost | OwnerErased | GuardNotRunning:
+        """Return the error for lost ownership; without an owner and a guard, the controller was reset."""
         holder = await self.owner.successor(driver)
-        return OwnershipLost(holder=holder) if holder else GuardNotRunning()
+        if holder:
+            return OwnershipLost(holder=holder)
+        return OwnerErased() if (await self._look(driver)).running else GuardNotRunning()
 
     async def close(self, driver: Driver | None) -> None:
         """End the beat; with a driver of a controller of ours, end the guard too and give the controller up.

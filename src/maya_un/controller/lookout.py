@@ -27,6 +27,7 @@ from maya_un.errors import (
     MachineError,
     MayaError,
     NotConnected,
+    OwnerErased,
     OwnershipLost,
     PositionChanged,
     RegisterChanged,
@@ -169,7 +170,7 @@ class Lookout:
             error = await guard.lost(driver)
         except (NotConnected, MachineError):
             return  # lost again: the link's keeper dials again
-        if isinstance(error, OwnershipLost):
+        if isinstance(error, OwnershipLost | OwnerErased):
             self._monitor.enter_fault(error)
 
     async def _keep_looking(self) -> None:
@@ -302,7 +303,7 @@ class Lookout:
             error = await guard.lost(driver)
         except (NotConnected, MachineError):
             return  # the link's keeper announces the loss
-        if isinstance(error, GuardNotRunning):
+        if not isinstance(error, OwnershipLost):
             await self._find_out(error)  # no owner: a reset
         elif self._monitor.fault is None and not self._ending():
             self._monitor.end(error)

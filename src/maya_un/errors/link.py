@@ -107,6 +107,12 @@ class OwnershipLost(MachineError):
     code = 1031
 
 
+class OwnerErased(MachineError):
+    """Another program erased the variable that names this program as the controller's owner."""
+
+    code = 1033
+
+
 class ControllerMoves(RequestError):
     """Axes move by commands of another program, so the controller cannot change its owner yet."""
 

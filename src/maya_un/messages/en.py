@@ -31,6 +31,8 @@ SENTENCES: dict[int, str] = {
     "waiting jobs. Use the other program. When it has ended, run `maya recover` here, then `maya queue resume`.",
     1032: "Axes still move by commands of {holder}, so the controller cannot change its owner now. Wait until they are "
     "at rest, or stop them from any computer with `maya stop --address {address}`. Then try again.",
+    1033: "Another program erased the variable that names the owner of the controller (ZAB), so nothing moves. Close the "
+    "other program, then run `maya recover`.",
     1040: "The download failed ({reason}), and the former program could not be restored. Download a program again "
     "before you run one.",
     2101: "{target} cannot be reached: {reason}. Nearest reachable: {nearest}.",

@@ -32,6 +32,8 @@ SENTENCES: dict[int, str] = {
     1032: "Aún se mueven ejes por órdenes de {holder}, así que el controlador no puede cambiar de dueño ahora. Espere "
     "a que estén en reposo, o deténgalos desde cualquier computador con `maya stop --address {address}`. Luego "
     "inténtelo otra vez.",
+    1033: "Otro programa borró la variable que nombra al dueño del controlador (ZAB), así que nada se mueve. Cierre el "
+    "otro programa y luego ejecute `maya recover`.",
     1040: "La descarga falló ({reason}) y no se pudo restaurar el programa anterior. Descargue un programa otra vez "
     "antes de ejecutarlo.",
     2101: "{target} no se puede alcanzar: {reason}. Lo más cercano alcanzable: {nearest}.",
