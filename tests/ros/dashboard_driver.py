@@ -270,6 +270,10 @@ def main(arguments: list[str]) -> int:
         from maya_ui.start import join
         from maya_ui.ui_controller import UiController
 
+        if "--old-actionlib" in arguments:
+            import actionlib
+
+            del actionlib.ActionClient.stop  # which came with 1.13
         robot = UiController(lambda: join(app.quit))
     dashboard = Dashboard(robot)
     dashboard.resize(1240, 860)

@@ -264,6 +264,17 @@ def test_a_dashboard_that_dies_while_it_is_held_stops_the_robot(ready: Screen, r
     slow_down(ready, driver, 1.0, "100 %")
 
 
+def test_dashboard_with_actionlib_1_12_leaves_without_an_error(tmp_path: Path, workspace: Workspace) -> None:
+    log = tmp_path / "old.log"
+    with Ros(tmp_path, workspace) as own, Screen(PYTHON, own.environment, log, "--old-actionlib") as old:
+        own.set_param("/maya/speed", SPEED)
+        own.start(*FLOOR)
+        old.wait("home", enabled=True)
+        own.until(lambda: "/home/goal" in own.topics(), "the dashboard's action client")
+        old.ask("leave")
+    assert "Traceback" not in log.read_text(encoding="utf-8")
+
+
 def test_it_stops_the_robot_without_a_master_and_shows_a_lost_one_as_disconnected(
     tmp_path: Path, workspace: Workspace
 ) -> None:
