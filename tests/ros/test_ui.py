@@ -192,7 +192,7 @@ def test_an_interrupted_job_is_shown_and_ended_from_the_dashboard(ready: Screen,
     os.kill(process, signal.SIGKILL)
     slow_down(ready, driver, 1.0, "100 %")
     ros.start("rosrun", "maya_process", "process_controller.py")
-    ready.wait("banner_text", "was interrupted (approach)")
+    ready.wait("banner_text", "was interrupted (approach 1.18 0.21 0.4)")
     assert not driver.call("/resume_queue")["success"]
     assert ready.ask("menu", name="recover_queue")[-1] == "End the job"
     ready.ask("menu", name="recover_queue", choose=len(ready.ask("menu", name="recover_queue")) - 1)
