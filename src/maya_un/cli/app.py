@@ -16,11 +16,11 @@ from maya_un.cli.dmc_tools import commands as dmc_tools
 from maya_un.cli.doctor import commands as doctor
 from maya_un.cli.help import EVERYWHERE
 from maya_un.cli.logs import commands as logs
-from maya_un.cli.quantities import angle, length, share
+from maya_un.cli.quantities import angle, joints_of, length, point_of, share
 from maya_un.cli.queueing import commands as queueing
 from maya_un.cli.settings import Settings, settings_of
 from maya_un.errors import InvalidCommandLine, UnknownName
-from maya_un.values import JOG_AXES, Joints, Point
+from maya_un.values import JOG_AXES
 
 # Unknown options become arguments, so that `maya pick -0.2 1.1` means a place and not an option.
 _CONTEXT = {"help_option_names": ["--help"], "ignore_unknown_options": True}
@@ -76,14 +76,6 @@ def run(arguments: list[str], settings: Settings) -> int:
 def _clause(message: str) -> str:
     """Return the parser's words without the end that the sentence of the error adds."""
     return " ".join(message.split()).replace(" Did you mean", " Perhaps you meant").rstrip(".?")
-
-
-def _point(x: str, y: str, z: str) -> Point:
-    return Point(length(x, "x"), length(y, "y"), length(z, "z"))
-
-
-def _joints(a: str, b: str, c: str) -> Joints:
-    return Joints(angle(a, "a"), length(b, "b"), length(c, "c"))
 
 
 def _aimed(command: str, x: str, y: str | None, z: str | None) -> dict[str, object]:
@@ -233,7 +225,7 @@ def move(context: typer.Context, a: Goal, b: MaybeB = None, c: MaybeC = None) ->
         return _wish({"command": "move", "joints": _name(a, "maya move", "B")}, context)
     if c is None:
         raise InvalidCommandLine(reason="C is missing", command="maya move")
-    return _wish({"command": "move", "joints": list(_joints(a, b, c))}, context)
+    return _wish({"command": "move", "joints": list(joints_of(a, b, c))}, context)
 
 
 @app.command(**_HOW)
@@ -313,7 +305,7 @@ def fk(context: typer.Context, a: Angle, b: Length, c: Length) -> int:
     """Tell where joints a, b, c hold the gripper."""
     from maya_un.cli import offline
 
-    return offline.fk(_joints(a, b, c), settings_of(context))
+    return offline.fk(joints_of(a, b, c), settings_of(context))
 
 
 @app.command(**_HOW)
@@ -321,7 +313,7 @@ def ik(context: typer.Context, x: Length, y: Length, z: Length) -> int:
     """Tell which joints hold the gripper at x, y, z."""
     from maya_un.cli import offline
 
-    return offline.ik(_point(x, y, z), settings_of(context))
+    return offline.ik(point_of(x, y, z), settings_of(context))
 
 
 @app.command(**_HOW)
@@ -329,7 +321,7 @@ def reach(context: typer.Context, x: Length, y: Length, z: Length) -> int:
     """Tell whether x, y, z can be reached; if not why, and the nearest place that can."""
     from maya_un.cli import offline
 
-    return offline.reach(_point(x, y, z), settings_of(context))
+    return offline.reach(point_of(x, y, z), settings_of(context))
 
 
 @plot.command("workspace", **_HOW)
@@ -349,7 +341,7 @@ def plot_workspace(
     from maya_un.cli import plot as command
 
     high = None if height is None else length(height, "--height")
-    request = command.Request(view, high, None if point is None else _point(*point), output)
+    request = command.Request(view, high, None if point is None else point_of(*point), output)
     return command.workspace(request, settings_of(context))
 
 
