@@ -155,3 +155,36 @@ def test_test_functions_return_nothing() -> None:
     assert tests
     nothing = {node for _, node in tests if isinstance(node.returns, ast.Constant) and node.returns.value is None}
     assert [f"{module.name}: {node.name}" for module, node in tests if node not in nothing] == []
+
+
+WRITES_BY_ITSELF = {
+    "maya_un.cli.queueing.jobs": "a job for the editor, in a temporary folder of its own",
+    "maya_un.client.twin": "the twin's table, in a temporary folder of its own",
+    "maya_un.config.edit": "a draft in the place that `files.writable_place` names",
+    "maya_un.graph.description": "the robot's dimensions, in a copy of its own",
+    "maya_un.recorder.shelf": "a draft that nobody else has",
+    "maya_un.runtime": "the runtime file, opened by `files.open_own`",
+}
+"""The modules that write files other than by `maya_un.files`, and why."""
+
+
+def writes_a_file(node: ast.AST) -> bool:
+    """Tell whether a node calls `write_text` or `write_bytes`, or `open` with a mode that writes."""
+    match node:
+        case ast.Call(func=ast.Attribute(value=ast.Name(id="files"))):
+            return False
+        case ast.Call(func=ast.Attribute(attr="write_text" | "write_bytes")):
+            return True
+        case ast.Call(func=ast.Attribute(attr="open") | ast.Name(id="open"), args=arguments, keywords=keywords):
+            values = (*arguments, *(keyword.value for keyword in keywords if keyword.arg == "mode"))
+            modes = [value.value for value in values if isinstance(value, ast.Constant)]
+            return any(isinstance(mode, str) and bool(set(mode) & set("wxa+")) for mode in modes)
+        case _:
+            return False
+
+
+def test_files_are_written_by_the_one_module_for_it() -> None:
+    writers = {
+        module.name for module in source.modules() if any(writes_a_file(node) for node in ast.walk(module.tree))
+    } - {"maya_un.files"}
+    assert writers == set(WRITES_BY_ITSELF)
