@@ -6,8 +6,8 @@ from harness import Case, Goal, measure, report, timed
 from job import parsed
 
 from maya_un.assembly import stack
-from maya_un.cli.main import quiet_collector
 from maya_un.config import Config
+from maya_un.interpreter import quiet_collector
 from maya_un.loops import run_virtual
 from maya_un.process.job import Job
 from maya_un.process.states import TaskState

@@ -23,10 +23,11 @@ from harness import Case, Goal, Sample, measure, report
 
 from maya_un.assembly import Stack, stack, staffed
 from maya_un.config import Config
+from maya_un.interpreter import prompt_loop
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
 from maya_un.server.thread import bound_socket, served
-from tests.hostile import KINDS, Hostile, said
+from tests.hostile import KINDS, Hostile, prepared, said
 
 T = TypeVar("T")
 
@@ -142,9 +143,10 @@ def stops(running: Running, kind: str) -> Sample:
 
 def main() -> None:
     """Measure and report."""
+    prompt_loop()  # as `maya up` does
     with Running() as running:
-        for request in KINDS.values():
-            said(running.port, request)
+        for kind in KINDS:
+            said(running.port, prepared(running.port, kind))
         cases: list[Case] = []
         for kind in (QUIET, *KINDS):
             late = None if kind == QUIET else Goal(10.0, to=f"beat, {QUIET}", kind="over")

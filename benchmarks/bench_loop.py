@@ -18,8 +18,8 @@ from harness import Case, Goal, Sample, measure, report
 from job import parsed
 
 from maya_un.assembly import stack
-from maya_un.cli.main import quiet_collector
 from maya_un.config import Config
+from maya_un.interpreter import quiet_collector
 from maya_un.loops import JumpingLoop, run
 from maya_un.process.job import MOST_TASKS, Job
 from maya_un.process.states import TaskState

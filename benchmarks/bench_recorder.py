@@ -14,11 +14,11 @@ from typing import Any
 from bench_driver import Answerer, over
 from harness import Case, Goal, Sample, measure, report, timed
 
-from maya_un.cli.main import quiet_collector
 from maya_un.config import Config, RecorderConfig
 from maya_un.events import Event, Kind
 from maya_un.galil.driver import Driver
 from maya_un.galil.transport import TcpTransport
+from maya_un.interpreter import quiet_collector
 from maya_un.recorder.header import Origin
 from maya_un.recorder.recorder import Recorder
 from maya_un.recorder.ring import Way

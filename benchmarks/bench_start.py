@@ -36,7 +36,9 @@ def main() -> None:
             Case("maya stop, nothing running", maya(nothing, "stop"), "ms", goal),
             Case("maya stop, robot running", maya(running.environment, "stop"), "ms", goal),
             Case("maya run --help", maya(nothing, "run", "--help"), "ms"),
-            Case("maya fk 0.5 1.5 1.5", maya(nothing, "fk", "0.5", "1.5", "1.5"), "ms"),
+            Case("maya fk 0.5 1.5 1.5", maya(nothing, "fk", "0.5", "1.5", "1.5"), "ms", goal),
+            Case("maya ik 0.5 1.1 0.9", maya(nothing, "ik", "0.5", "1.1", "0.9"), "ms", goal),
+            Case("maya reach 0.5 1.1 0.9", maya(nothing, "reach", "0.5", "1.1", "0.9"), "ms"),
         ]
         figures = measure(cases, rounds=15, by=median)
     report(figures)

@@ -180,7 +180,7 @@ def _role_lines() -> Iterator[str]:
     own = " and ".join(f"`{operation}`" for operation in Operation if operation in OWN)
     yield f"\nWhoever may `{Operation.PROPOSE}` may {own} jobs of his own. `{Operation.STOP}` and `{Operation.ABORT}`"
     yield "need neither a lease nor more than a valid token, and on the robot's own machine not even that."
-    yield "\nThe table holds for every edge: HTTP, the stream, rosbridge and the ROS graph, where"
+    yield "\nThe table is valid for every interface: HTTP, the stream, rosbridge and the ROS graph, where"
     yield "[each name](graph.md) states the operation that it needs."
 
 

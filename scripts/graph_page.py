@@ -27,7 +27,7 @@ Names, types and fields of the manual's chapter Communications, and what is ours
 `roslaunch maya_process process.launch` brings up; without ROS `maya up --rosbridge` serves the same by rosbridge.
 Units are SI: m, rad, s. A goal, service or topic means the same on both, for one table in the code drives them.
 
-With users kept, a client needs a [role](roles.md) that includes the operation of the name.
+If users exist, a client needs a [role](roles.md) that includes the operation of the name.
 """
 
 MORE = f"""

@@ -22,6 +22,7 @@ from maya_un.server.edge import FAR, NEAR
 from maya_un.server.exchange import LONG
 from maya_un.server.guard import BODY_LIMIT, BODY_PATIENCE
 from maya_un.server.openapi import ruled
+from maya_un.server.problems import AGAIN
 from maya_un.server.routes import Rule
 
 INTRODUCTION = f"""\
@@ -50,15 +51,16 @@ from a browser (CORS). A request that says that it was forwarded counts as one f
 
 So many requests a second: {NEAR.per_second:g} from this machine, {NEAR.burst:g} at once; {FAR.per_second:g} from each
 other one, {FAR.burst:g} at once. More are answered 429, with `Retry-After`; stop and abort are never counted. A body
-is at most {BODY_LIMIT // 1_000_000} MB where it may carry a job, {LONG // 1024} kB elsewhere; it has at most
-{MOST_VALUES:,} values and arrives within {BODY_PATIENCE:g} s.
+may have {BODY_LIMIT // 1_000_000} MB if it may carry a job, else {LONG // 1024} kB.
+It may have {MOST_VALUES:,} values, and must arrive within {BODY_PATIENCE:g} s.
 
 A separate worker process computes previews and inspections. Each user may have
-{PEOPLE_BOUNDS.each} under way; further ones are answered 429 (4030). A request is refused if it takes more than
-{PEOPLE_BOUNDS.seconds:g} s of computing (4031), or needs more than {PEOPLE_BOUNDS.memory >> 30} GB or
-{MOST_SAMPLED:,} samples (4032). A job names at most {MOST_NAMES} parts, {MOST_NAMES} places and
-{MOST_NAMES} pallets. If the caller disconnects, the work on its request ends.
-Stop waits for none of them.
+{PEOPLE_BOUNDS.each} under way; more are answered 429 (4030). A worker that fails is answered 503 (5020). Both answers
+have `Retry-After: {AGAIN}`. A request is refused if it takes more than
+{PEOPLE_BOUNDS.seconds:g} s of computing (4031), more than {PEOPLE_BOUNDS.memory >> 30} GB of memory
+or more than {MOST_SAMPLED:,} samples (4032). A job names at most {MOST_NAMES} parts,
+{MOST_NAMES} places and {MOST_NAMES} pallets. If the caller disconnects, the computation ends.
+A stop never waits for a computation.
 
 ## What every answer has
 
@@ -83,9 +85,9 @@ A refusal is `application/problem+json` with `type`, `title`, `status`, `code` (
 | 503 | the machine, its link, the storage or a worker process failed |
 | 500 | a defect of ours |
 
-`POST /v1/jobs` and `POST /v1/tasks` take the header `Idempotency-Key` (at most 200 letters): the same key and request
-of the same owner once more is answered with the job that there is, also after a restart; with another request it is
-refused (4012).
+`POST /v1/jobs` and `POST /v1/tasks` take the header `Idempotency-Key` (at most 200 characters): the same key and
+request of the same owner once more is answered with the job that there is, also after a restart; with another
+request it is refused (4012).
 """
 
 LOG = """

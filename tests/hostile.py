@@ -8,9 +8,10 @@ from __future__ import annotations
 import json
 import sys
 import threading
+from collections import Counter
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from http.client import HTTPConnection, HTTPException
 from random import Random
 from typing import Any, NamedTuple
@@ -46,12 +47,19 @@ KINDS = {
         "POST", "/v1/preview", _json({"parts": {f"p{n}": _PLACES[n % 1000] for n in range(24_000)}, "steps": ["home"]})
     ),
     "held job of lines": Hostile("POST", "/v1/jobs?held=true", _json(_LINES)),
+    "change of a job of lines": Hostile("PATCH", "/v1/jobs/{job}", _json({"job": _LINES})),
+    "report of a job of lines": Hostile("GET", "/v1/jobs/{job}"),
+    "page of jobs": Hostile("GET", "/v1/jobs?limit=1000"),
+    "view of the queue": Hostile("GET", "/v1/queue"),
     "many keys": Hostile("POST", "/v1/preview", b'{"a":{' + b",".join(b'"%d":1' % n for n in range(80_000)) + b"}}"),
     "many numbers": Hostile("POST", "/v1/preview", b'{"a":[' + b",".join([b"1"] * 480_000) + b"]}"),
     "deep nesting": Hostile("POST", "/v1/jobs", b'{"a":' + b"[" * 400_000 + b"]" * 400_000 + b"}"),
     "a place far out of reach": Hostile("GET", "/v1/reach?x=-2.2&y=3.3&z=2.0"),
 }
-"""Every kind by its name."""
+"""Every kind by its name; `{job}` stands for the number of a held job (see `prepared`)."""
+
+ANSWERS = {200, 202, 400, 409, 413, 422, 429}
+"""Every status that may answer a hostile request."""
 
 HARMLESS = Hostile("POST", "/v1/preview", b" " * 900_000)
 """As long as the longest, and refused at once: what carrying it costs, and nothing else."""
@@ -68,11 +76,28 @@ def said(port: int, request: Hostile, patience: float = 60.0) -> tuple[int, Any]
         connection.close()
 
 
+def prepared(port: int, kind: str) -> Hostile:
+    """Return a request of a kind, after what it needs: a held job of lines."""
+    request = KINDS[kind]
+    if "{job}" not in request.path:
+        return request
+    status, answer = said(port, KINDS["held job of lines"])
+    assert status == 202, answer
+    return request._replace(path=request.path.format(job=json.loads(answer)["id"]))
+
+
 @dataclass
 class Crowd:
-    """Those who send: `left` requests of a kind are still to be sent."""
+    """Those who send: `left` requests of a kind are still to be sent.
+
+    `statuses` counts the answers, `given_up` the requests for whose answer nobody waited any more, and `dropped` has
+    how the service closed a connection without an answer.
+    """
 
     left: int
+    statuses: Counter[int] = field(default_factory=Counter[int])
+    given_up: int = 0
+    dropped: list[str] = field(default_factory=list[str])
 
 
 @contextmanager
@@ -87,8 +112,12 @@ def crowded(port: int, request: Hostile, count: int) -> Iterator[Crowd]:
                 if crowd.left <= 0:
                     return
                 crowd.left -= 1
-            with suppress(OSError, HTTPException):
-                said(port, request, PATIENCE)
+            try:
+                crowd.statuses[said(port, request, PATIENCE)[0]] += 1
+            except TimeoutError:
+                crowd.given_up += 1
+            except (OSError, HTTPException) as error:
+                crowd.dropped.append(repr(error))
 
     threads = [threading.Thread(target=send, daemon=True) for _ in range(CROWD)]
     for thread in threads:
@@ -103,7 +132,7 @@ def crowded(port: int, request: Hostile, count: int) -> Iterator[Crowd]:
 
 def main() -> None:
     """Send without end."""
-    with crowded(int(sys.argv[1]), KINDS[sys.argv[2]], sys.maxsize):
+    with crowded(int(sys.argv[1]), prepared(int(sys.argv[1]), sys.argv[2]), sys.maxsize):
         print("here", flush=True)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -64,6 +64,10 @@ class FrailJournal(MemoryJournal):
         found = tables.job(self._connection, number)
         assert found is not None
         return found
+
+    def trace(self, listener: Callable[[str], None] | None) -> None:
+        """Tell every statement from now on."""
+        self._connection.set_trace_callback(listener)
 
     async def _frail(self) -> None:
         if self.slow:

@@ -1,6 +1,6 @@
-"""Cancellation of work that moves the robot: a cancel means at rest, whoever cancels and however often.
+"""Cancellation of work that moves the robot: every cancel returns at rest, even after further cancels.
 
-A coroutine that waits for moving axes must not be left by a second cancel: its caller would take the robot for idle
+A second cancel must not end a coroutine that waits for moving axes. Otherwise its caller considers the robot idle
 while the axes still brake. Every such wait goes through `run_to_rest` or `run_to_end`.
 """
 
@@ -16,8 +16,8 @@ T = TypeVar("T")
 async def run_to_rest(work: Awaitable[T], cancel: Callable[[], object] | None = None) -> T:
     """Return the result of `work`; raise what it raises.
 
-    The first cancel of the caller cancels `work`, by `cancel` where that is given. Further cancels change nothing.
-    Either way this returns only when `work` has ended; then it raises `asyncio.CancelledError`.
+    The first cancel of the caller cancels `work`, by `cancel` if given. Further cancels have no effect.
+    In either case this returns only after the end of `work`, and then raises `asyncio.CancelledError`.
     """
     task = asyncio.ensure_future(work)
     if await wait_for_end(task, cancel or task.cancel):
@@ -28,7 +28,7 @@ async def run_to_rest(work: Awaitable[T], cancel: Callable[[], object] | None = 
 
 
 async def run_to_end(work: Awaitable[T]) -> T:
-    """Return the result of `work`, which cancels of the caller do not reach; they take effect when it has ended.
+    """Return the result of `work`, shielded from cancels of the caller; they take effect after its end.
 
     Raises what `work` raises, before any cancel.
     """
@@ -41,7 +41,7 @@ async def run_to_end(work: Awaitable[T]) -> T:
 
 
 async def wait_for_end(task: asyncio.Future[Any], cancel: Callable[[], object] | None = None) -> bool:
-    """Wait until `task` has ended and tell whether the caller was cancelled meanwhile; call `cancel` the first time.
+    """Wait for the end of `task`, and return whether the caller was cancelled; call `cancel` at the first cancel.
 
     A task that is being cancelled already is not cancelled again.
     """
@@ -63,11 +63,11 @@ def cancel_once(task: asyncio.Future[Any] | None) -> None:
 
 
 def is_caller_cancelled() -> bool:
-    """Tell whether somebody cancelled the running task, and not only what it waits for."""
+    """Return whether the running task was cancelled, and not only the awaited one."""
     this = asyncio.current_task()
     return this is not None and this.cancelling() > 0
 
 
 def is_cancelling(task: asyncio.Future[Any]) -> bool:
-    """Tell whether a cancel of `task` was asked for already."""
+    """Return whether a cancel of `task` is requested already."""
     return isinstance(task, asyncio.Task) and task.cancelling() > 0

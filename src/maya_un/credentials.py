@@ -62,7 +62,7 @@ def kept_in(place: Path) -> str:
 
 
 def origin() -> str:
-    """Return where the token to show comes from, as a person names it; "" where there is none."""
+    """Return the variable or file of the token, for people; "" without a token."""
     if not token():
         return ""
     return f"${TOKEN}" if TOKEN in os.environ else str(token_file())

@@ -1,6 +1,6 @@
-"""Writing files: only regular ones, never by a link out of its folder, and whole or not at all.
+"""Write files: only regular ones, never through a link out of their folder, and whole or not at all.
 
-Every file that Maya writes goes through here. Imports nothing heavy, because `maya stop` needs it.
+Every file that Maya writes is written here. Imports nothing heavy, because `maya stop` needs this module.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import BinaryIO, TextIO
 from maya_un.errors import FileUnwritable
 
 PRIVATE = 0o600
-"""Permissions of a file that is nobody else's business."""
+"""Permissions of a file that only its owner may read."""
 
 _ORDINARY = 0o666
 _SAFE = os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
@@ -24,20 +24,20 @@ _NUMBERS = 10_000
 
 
 def writable_place(path: Path) -> Path:
-    """Return the place that writing to `path` would write to, which is a regular file or nothing yet.
+    """Return the target of a write to `path`: a regular file, or a path that does not exist yet.
 
     A link is followed within its folder only. Raises `FileUnwritable`.
     """
     if not path.name or path.name in {".", ".."}:
-        raise FileUnwritable(path=path, reason="it is no name of a file")
+        raise FileUnwritable(path=path, reason="this is not the name of a file")
     place = path
     try:
         if path.is_symlink():
             place = path.resolve()
             if not place.is_relative_to(path.parent.resolve()):
-                raise FileUnwritable(path=path, reason=f"it is a link to {place}; name that file itself")
+                raise FileUnwritable(path=path, reason=f"it is a symbolic link to {place}; name that file instead")
         if not stat.S_ISREG(place.lstat().st_mode):
-            raise FileUnwritable(path=path, reason="it is no regular file")
+            raise FileUnwritable(path=path, reason="it is not a regular file")
     except FileNotFoundError:
         return place
     except (OSError, RuntimeError, ValueError) as error:
@@ -57,7 +57,7 @@ def open_own(path: Path, flags: int, mode: int = PRIVATE) -> int:
     if stat.S_ISREG(os.fstat(descriptor).st_mode):
         return descriptor
     os.close(descriptor)
-    raise FileUnwritable(path=path, reason="it is no regular file")
+    raise FileUnwritable(path=path, reason="it is not a regular file")
 
 
 def private_opener(path: str, flags: int) -> int:
@@ -66,7 +66,7 @@ def private_opener(path: str, flags: int) -> int:
     found = os.fstat(descriptor)
     if not stat.S_ISREG(found.st_mode):
         os.close(descriptor)
-        raise OSError(f"{path} is no regular file")
+        raise OSError(f"{path} is not a regular file")
     if found.st_uid == os.getuid() and stat.S_IMODE(found.st_mode) != PRIVATE:
         os.fchmod(descriptor, PRIVATE)
     return descriptor
@@ -74,9 +74,9 @@ def private_opener(path: str, flags: int) -> int:
 
 @contextmanager
 def replacing_bytes(path: Path, mode: int = _ORDINARY) -> Iterator[BinaryIO]:
-    """Give a file to write that takes the name `path` when the block has ended; it is on the disk then.
+    """Yield a file that replaces `path` when the block ends; it is on the disk then.
 
-    It has the permissions of the file that had the name, `mode` where there was none. Where the block raises, the old
+    It has the permissions of the replaced file, or `mode` without one. If the block raises, the old
     file stays. Raises `FileUnwritable`.
     """
     place = writable_place(path)
@@ -102,7 +102,7 @@ def replacing_bytes(path: Path, mode: int = _ORDINARY) -> Iterator[BinaryIO]:
 
 @contextmanager
 def replacing(path: Path, *, newline: str | None = None) -> Iterator[TextIO]:
-    """Give a file for text in UTF-8, as `replacing_bytes` does; `newline` is that of `open`."""
+    """Yield a file for text in UTF-8, as `replacing_bytes` does; `newline` is that of `open`."""
     with replacing_bytes(path) as file:
         text = TextIOWrapper(file, encoding="utf-8", newline=newline)
         yield text
@@ -118,7 +118,7 @@ def write(path: Path, content: str | bytes, mode: int = _ORDINARY, encoding: str
 
 
 def sync_folder(folder: Path) -> None:
-    """Have the names in a folder survive a power cut; raises `OSError`."""
+    """Make the names in a folder durable; raises `OSError`."""
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
         os.fsync(descriptor)
@@ -127,12 +127,12 @@ def sync_folder(folder: Path) -> None:
 
 
 def unwritable(path: Path, error: Exception) -> FileUnwritable:
-    """Return why `path` cannot be written, by what the system said."""
+    """Return why `path` cannot be written, from the system's error."""
     return FileUnwritable(path=path, reason=getattr(error, "strerror", None) or str(error))
 
 
 def _draft(place: Path, mode: int) -> tuple[Path, int]:
-    """Make a file beside `place` that nobody else has; raises `OSError`."""
+    """Create a new file beside `place`; raises `OSError`."""
     for number in range(_NUMBERS):
         draft = place.with_name(f".{place.name[:200]}.{os.getpid()}-{number}.new")
         with suppress(FileExistsError):

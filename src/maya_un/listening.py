@@ -1,8 +1,9 @@
 """Accept connections without using up the descriptors of the process.
 
-asyncio's own servers accept whatever waits. Without a descriptor left they write a traceback and accept nothing for a
-second. Here connections are accepted one at a time, and the number of a new descriptor tells how many are left: it is
-always the lowest free one (POSIX, accept). Beyond its share a listener closes what it accepted. See decision 29.
+asyncio's own servers accept every waiting connection. Without a descriptor left, they write a traceback and accept
+nothing for a second. Here connections are accepted one at a time. The number of a new descriptor shows how many are
+left, because it is always the lowest free one (POSIX, accept). A listener closes connections beyond its share. See
+decision 29.
 """
 
 from __future__ import annotations
@@ -22,28 +23,28 @@ from typing import NamedTuple
 from maya_un.errors import TooFewDescriptors
 
 WANTED = 1024
-"""The soft limit on descriptors is raised to this where the hard one allows; select() watches no more."""
+"""The soft limit on descriptors is raised to this if the hard limit allows; select() supports no more."""
 
 LEAST = 12
-"""Descriptors that a listening program needs at least, besides those that it opens itself."""
+"""Least number of descriptors of a listening program, besides those that it opens itself."""
 
 KEPT = 16
-"""So many descriptors are kept back for the robot at most: its link, the journal, recordings, configuration."""
+"""Greatest number of descriptors reserved for the robot: link, journal, recordings, configuration."""
 
 STOPS = 32
-"""So many connections of each listener are served for a stop alone at most, where no descriptor is left for others."""
+"""Greatest number of connections of each listener reserved for stops."""
 
 OWN = 32
-"""So many descriptors are kept back at most for clients of this machine, where others use up theirs."""
+"""Greatest number of descriptors reserved for clients on this machine."""
 
 HANDSHAKE = 5.0
-"""How long a TLS handshake may take [s]."""
+"""Longest TLS handshake [s]."""
 
 QUIET = 60.0
-"""Refused connections are logged once in so long [s, loop time]."""
+"""Least time between two log lines about refused connections [s, loop time]."""
 
 BACKLOG = 128
-"""So many connections wait to be accepted."""
+"""Greatest number of connections that wait to be accepted."""
 
 _SLACK = 2
 _AGAIN = 0.1
@@ -61,12 +62,12 @@ class Share(NamedTuple):
 
     @property
     def stops(self) -> int:
-        """How many connections are served for a stop alone."""
+        """Number of connections reserved for stops."""
         return min(STOPS, max(1, self.most - self.full - _SLACK))
 
 
 ALL = Share(sys.maxsize, sys.maxsize)
-"""The share of a listener that need not limit its descriptors."""
+"""The share of a listener without a limit on its descriptors."""
 
 
 class Shares(NamedTuple):
@@ -93,9 +94,9 @@ class Shares(NamedTuple):
 
 
 def reserve_descriptors(own: int = 0) -> None:
-    """Raise the soft limit on descriptors as far as is of use, for a program that opens `own` besides connections.
+    """Raise the soft limit on descriptors for a program that opens `own` besides connections.
 
-    Raises `TooFewDescriptors` where the hard limit leaves fewer than it needs.
+    Raises `TooFewDescriptors` if the hard limit leaves too few.
     """
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     wanted = WANTED if hard == resource.RLIM_INFINITY else min(WANTED, hard)
@@ -109,7 +110,7 @@ def reserve_descriptors(own: int = 0) -> None:
 
 
 def _used() -> int:
-    """Return the lowest free descriptor, as many as are in use; raises `TooFewDescriptors` where none is left."""
+    """Return the lowest free descriptor, about the number in use; raises `TooFewDescriptors` if none is left."""
     try:
         lowest = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
     except OSError as error:
@@ -128,7 +129,7 @@ class Refusals:
         self._next = self._loop.time()
 
     def add(self) -> None:
-        """Count one."""
+        """Count a refused connection."""
         self._count += 1
         now = self._loop.time()
         if now >= self._next:
@@ -139,7 +140,7 @@ class Refusals:
 class Listener(asyncio.AbstractServer):
     """Accepts connections at bound `sockets` for protocols of `factory`, within a `share` of descriptors.
 
-    Made in the running loop, which it listens in from now on. Raises `OSError` where an address is taken.
+    It listens in the running loop from its creation. Raises `OSError` if an address is in use.
     """
 
     def __init__(
@@ -184,7 +185,7 @@ class Listener(asyncio.AbstractServer):
             task.cancel()
 
     async def wait_closed(self) -> None:
-        """Return when no connection is being greeted any more."""
+        """Return when no handshake is under way any more."""
         if self._greeting:
             await asyncio.wait(self._greeting)
 
@@ -193,7 +194,7 @@ class Listener(asyncio.AbstractServer):
         return self._open
 
     def _accept(self, door: socket.socket) -> None:
-        """Accept one connection; where few descriptors are left, the next one only when this one is served or gone."""
+        """Accept one connection; if few descriptors are left, wait with the next until this one is served or closed."""
         try:
             connection, _ = door.accept()
         except OSError as error:
@@ -218,7 +219,7 @@ class Listener(asyncio.AbstractServer):
         task.add_done_callback(lambda _: self._greeted(task, connection))
 
     async def _greet(self, connection: socket.socket, paused: socket.socket | None) -> None:
-        """Have the factory's protocol take a connection, and go on to listen where that is `paused`."""
+        """Connect the factory's protocol to a connection, and resume listening if it is `paused`."""
         self._untouched.discard(connection)
         patience = None
         if self._tls is not None:
@@ -231,7 +232,7 @@ class Listener(asyncio.AbstractServer):
                 self._factory, connection, ssl=self._tls, ssl_handshake_timeout=patience
             )
         except OSError:
-            pass  # the other side went away, or its handshake failed; asyncio has closed the connection
+            pass  # the client disconnected, or its handshake failed; asyncio has closed the connection
         finally:
             if paused is not None:
                 self._loop.call_soon(self._go_on, paused)
@@ -243,7 +244,7 @@ class Listener(asyncio.AbstractServer):
             connection.close()
 
     def _end_oldest_handshake(self) -> bool:
-        """End the handshake that goes on longest; tell whether there was one."""
+        """End the longest handshake; return whether there was one."""
         if self._tls is None or not self._greeting:
             return False
         oldest = next(iter(self._greeting))

@@ -22,6 +22,7 @@ HEAVY = [
     "pydantic",
     "rich",
     "scipy",
+    "typer",
     "uvicorn",
     "yaml",
 ]
@@ -37,14 +38,24 @@ print(json.dumps(sorted(sys.modules)), file=sys.stderr)
 """
 
 
-@pytest.mark.parametrize("word", ["--help", "--version", "status", "stop"])
-def test_a_frequent_word_imports_nothing_heavy(word: str, tmp_path: Path) -> None:
+FREQUENT = ["--help", "--version", "status", "stop", "fk 0.5 1.5 1.5", "ik 0.5 1.1 0.9"]
+
+
+@pytest.mark.parametrize("line", FREQUENT)
+def test_a_frequent_command_imports_nothing_heavy(line: str, tmp_path: Path) -> None:
     done = subprocess.run(
-        [sys.executable, "-c", PROGRAM, word],
-        env={**os.environ, "MAYA_RUNTIME_DIR": str(tmp_path), "XDG_RUNTIME_DIR": str(tmp_path)},
+        [sys.executable, "-c", PROGRAM, *line.split()],
+        env={
+            **os.environ,
+            "MAYA_RUNTIME_DIR": str(tmp_path),
+            "XDG_RUNTIME_DIR": str(tmp_path),
+            "XDG_CONFIG_HOME": str(tmp_path),
+            "MAYA_CONFIG": "",
+        },
         capture_output=True,
         text=True,
         check=True,
     )
     imported: list[str] = json.loads(done.stderr.splitlines()[-1])
-    assert [name for name in HEAVY if name in imported] == []
+    light = {"maya_un.kinematics"} if line[:2] in {"fk", "ik"} else set[str]()
+    assert [name for name in HEAVY if name in imported and name not in light] == []

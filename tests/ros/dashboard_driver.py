@@ -61,6 +61,7 @@ class Driver(QObject):
         super().__init__()
         self._dashboard = dashboard
         self._robot = robot
+        self._others: list[Dashboard] = []
         self._waiting: list[tuple[float, dict[str, Any]]] = []
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._look)
@@ -206,6 +207,14 @@ class Driver(QObject):
         self._dashboard.resize(width, height)
         return [self._dashboard.width(), self._dashboard.height()]
 
+    def do_keep_on_screen(self) -> Any:
+        self._dashboard.keep_window_on_screen()
+
+    def do_frame(self) -> Any:
+        """Return the screen and the window with its frame, as left, top, width and height."""
+        room, frame = QApplication.primaryScreen().availableGeometry(), self._dashboard.frameGeometry()
+        return [[one.left(), one.top(), one.width(), one.height()] for one in (room, frame)]
+
     def do_place(self, name: str) -> Any:
         """Return where a part is in the dashboard [pixels]."""
         at = self._part(name).mapTo(self._dashboard, QPoint(0, 0))
@@ -223,6 +232,7 @@ class Driver(QObject):
         """Return the title of one more dashboard, in a language that is chosen after it was opened."""
         robot: Any = StandIn()
         another = Dashboard(robot, "en", number)
+        self._others.append(another)  # PyQt crashes where Python's garbage collector ends a window
         another.speak(language)
         return another.windowTitle()
 
@@ -260,6 +270,10 @@ def main(arguments: list[str]) -> int:
         from maya_ui.start import join
         from maya_ui.ui_controller import UiController
 
+        if "--old-actionlib" in arguments:
+            import actionlib
+
+            del actionlib.ActionClient.stop  # which came with 1.13
         robot = UiController(lambda: join(app.quit))
     dashboard = Dashboard(robot)
     dashboard.resize(1240, 860)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import threading
 
 from maya_un.errors import Busy, LimitReached, MayaError
 from maya_un.graph.outcome import failure, success
@@ -78,6 +79,8 @@ class Peer:
             case "cancel":
                 for task in self._tasks:
                     task.cancel()
+            case "threads":
+                self._say("threads", names=[thread.name for thread in threading.enumerate()])
             case "writers":
                 self._say("writers", names=sorted(self._echoed.writers), readers=self._out.readers)
             case _:
@@ -88,7 +91,9 @@ class Peer:
     async def _done(self, wish: Message) -> None:
         try:
             if wish["op"] == "call":
-                self._say("answered", answer=await self._graph.call(wish["service"], {}))
+                self._say("calling")
+                answer = await self._graph.call(wish["service"], {}, wish.get("kind", ""))
+                self._say("answered", answer=answer)
             else:
                 ended = await self._graph.do(wish["action"], MOVE, wish["goal"], self._feedback)
                 self._say("ended", outcome=ended.outcome, result=ended.result)

@@ -177,6 +177,22 @@ def test_clients_of_the_node_speak_as_to_the_original(ros: Ros) -> None:
     asyncio.run(story())
 
 
+def test_advertise_service_of_a_type_that_only_ros_knows_is_answered(ros: Ros) -> None:
+    async def story() -> None:
+        async with beside_many_services(ros) as client:
+            await client.say("advertise_service", service="/camera", type="sensor_msgs/SetCameraInfo")
+            await client.say("call_service", id="c", service="/camera", args={"camera_info": {"width": 3}})
+            asked = await client.hear()
+            assert (asked["op"], asked["args"]["camera_info"]["width"]) == ("call_service", 3)
+            values = {"success": True, "status_message": "set"}
+            await client.say("service_response", id=asked["id"], service="/camera", values=values, result=True)
+            assert (await client.hear())["values"] == values
+            await client.say("advertise_service", service="/nothing", type="sensor_msgs/NoSuchService")
+            assert (await client.hear())["code"] == 4019
+
+    asyncio.run(story())
+
+
 async def told(client: Web, topic: str) -> Any:
     found = await client.until(lambda message: message.get("topic") == topic)
     return found["msg"]

@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+from tests.ros.harness import eventually
 from tests.ros.screen import Screen
 from tests.ros.workspace import ROOT
 
@@ -158,14 +159,14 @@ def test_an_interrupted_job_is_shown_and_decided_on(screen: Screen) -> None:
     stand(screen, "not_homed", homed=False)
     said = screen.text("banner_text")
     assert said.startswith("Not homed")
-    assert "Job 3 (parts) was interrupted at pick" in said
+    assert "Job 3 (parts) was interrupted (pick)" in said
     assert not screen.read("resume_queue")["visible"]
     screen.ask("speak", language="es")
     assert screen.ask("menu", name="recover_queue")[0] == "Repetir el paso: la pinza tiene una pieza"
     screen.ask("speak", language="en")
     offered = screen.ask("menu", name="recover_queue", choose=1)
     assert offered == [
-        "Do the step again: the gripper holds a part", "Do the step again: the gripper is empty", "Leave the step out",
+        "Repeat the step: the gripper holds a part", "Repeat the step: the gripper is empty", "Skip the step",
         "End the job",
     ]  # fmt: skip
     assert screen.asked() == [["recover_queue", {"name": "redo", "holding": "no"}]]
@@ -324,6 +325,29 @@ def test_columns_stand_below_each_other_where_the_window_is_narrow(screen: Scree
     assert screen.ask("size", width=1240, height=860) == screen.ask("hint")
 
 
+@pytest.mark.parametrize("language", ["en", "es"])
+def test_dashboard_beside_the_tools_of_the_perspective_fits_1366_pixels(screen: Screen, language: str) -> None:
+    """The console and the node graph need 599 pixels of 1366, and the bar between them and the dashboard 6."""
+    screen.ask("speak", language=language)
+    screen.tell("Queue", mode="paused", reason="restart", job="3 (parts)", step="pick", choices=[["abort", ""]])
+    for narrower in (950, 850, 761):
+        width, _ = screen.ask("size", width=narrower, height=700)
+    screen.tell("Queue", mode="running")
+    screen.ask("speak", language="en")
+    assert width == 761
+
+
+def test_window_kept_on_a_larger_screen_fits_this_one(screen: Screen) -> None:
+    screen.ask("size", width=1720, height=900)
+    screen.ask("keep_on_screen")
+
+    def fits() -> bool:
+        room, frame = screen.ask("frame")
+        return bool(frame == room)
+
+    eventually(fits, "a window as large as the screen", 25.0)
+
+
 def test_the_list_of_events_follows_the_newest_after_a_resize(screen: Screen) -> None:
     screen.tell("Happened", word="refused", code="2104", message="one of many", times=60)
     for height in (700, 900, 860):
@@ -347,8 +371,10 @@ def test_the_perspective_names_plugins_that_there_are_and_fits_a_screen() -> Non
     state = bytes.fromhex(kept["state"].partition("b'")[2].rstrip("')"))
     assert all(name.replace("/", "__").encode("utf-16-be") in state for name in running)
     geometry = bytes.fromhex(kept["geometry"].partition("b'")[2].rstrip("')"))
-    magic, _, _, left, top, right, bottom = struct.unpack(">IHHiiii", geometry[:24])
+    magic, _, _, left, top, right, bottom = struct.unpack_from(">IHHiiii", geometry)
     assert magic == 0x1D9D0CB
+    (screen,) = struct.unpack_from(">i", geometry, 46)
+    assert screen == 0  # Qt ignores a geometry of a screen of another width; 0 counts for all
     assert (right - left, bottom - top) <= (1920, 1080)
 
 

@@ -122,6 +122,32 @@ def test_who_hangs_up_has_his_answer_cancelled(ros: Ros, peer: Peer) -> None:
     assert peer.says("cancelled", before)["of"] == "service"
 
 
+def test_call_cancelled_while_it_connects_is_never_sent(ros: Ros, peer: Peer) -> None:
+    path = f"{ROOT}:{ros.environment.get('PYTHONPATH', '')}"
+    offered = ("lasting", "failing", "late", "quick", "move", "do")
+    server = ros.start(
+        str(python()), "-m", "tests.ros.peer", "__name:=slow", *(f"/peer/{name}:=/slow/{name}" for name in offered),
+        environment={"PYTHONPATH": path},
+    )  # fmt: skip
+    server.until("ready")
+    server.send(signal.SIGSTOP)
+    before = mark(peer.said)
+    peer.do("call", service="/slow/lasting", kind="std_srvs/Trigger")
+    peer.says("calling", before)
+    peer.do("cancel")
+    peer.says("did cancel", before)
+    server.send(signal.SIGCONT)
+
+    def calls() -> bool:
+        mine = mark(peer.said)
+        peer.do("threads")
+        return "maya-call /slow/lasting" in peer.says("threads", mine)["names"]
+
+    ros.until(lambda: not calls(), "an end of the call")
+    assert all(_read(message)["what"] != "asked" for message in peer.said.messages[before:])
+    server.close()
+
+
 ENDS = [
     (Wish.SUCCEEDS, Outcome.SUCCEEDED, ""),
     (Wish.TAKES_A_WHILE, Outcome.SUCCEEDED, ""),

@@ -64,6 +64,20 @@ def test_tf_has_the_gripper_where_kinematics_has_it(ros: Ros, driver: Driver, ca
         assert dist(place(driver, stamp), MECHANISM.fk(joints)) < MICROMETRE
 
 
+def test_tf_before_homing_holds_the_two_trees_that_diagnostics_name(ros: Ros, driver: Driver) -> None:
+    ros.launch("maya_controller", "controller.launch")
+    states = driver.subscribe("/joint_states", "sensor_msgs/JointState")
+    health = driver.subscribe("/diagnostics", "diagnostic_msgs/DiagnosticArray")
+    still = driver.subscribe("/tf_static", "tf2_msgs/TFMessage").until()["transforms"]
+    parents = {one["child_frame_id"]: one["header"]["frame_id"] for one in still}
+    assert set(parents.values()) - set(parents) == {"base", "hook"}
+    health.until(lambda message: "tf holds two trees, base and hook" in str(message))
+    assert states.messages == []
+    homed(driver)
+    states.until()
+    assert len(place(driver, {"secs": 0, "nsecs": 0})) == 3
+
+
 def test_tf_follows_the_twin_and_turns_as_the_manual_says(ros: Ros, driver: Driver) -> None:
     ros.launch("maya_controller", "controller.launch")
     states = driver.subscribe("/joint_states", "sensor_msgs/JointState")

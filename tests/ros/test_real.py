@@ -28,10 +28,10 @@ NO_GUARD = {"safety": {"guard_time": 0.0}}
 class Box:
     """A box, and the controller floor on it."""
 
-    def __init__(self, ros: Ros) -> None:
+    def __init__(self, ros: Ros, hurry: int = HURRY) -> None:
         self.ros = ros
         self.program = ros.start(
-            str(Path(sys.executable).with_name("maya")), "dmc", "serve", "--port", "0", "--speed", str(HURRY)
+            str(Path(sys.executable).with_name("maya")), "dmc", "serve", "--port", "0", "--speed", str(hurry)
         )
         self.program.until("maya dmc fault")
         self.address = self.program.lines[0]
@@ -73,6 +73,21 @@ def test_without_a_mark_of_homing_the_graph_is_up_and_motion_is_refused(box: Box
     assert box.driver.do("/home", "maya_controller/Home").ended() == (Outcome.SUCCEEDED, DONE)
     assert launched.end() == 0
     assert box.ros.param("/maya/config") == NO_GUARD
+
+
+def test_maya_up_beside_the_nodes_is_refused_and_names_their_process(box: Box) -> None:
+    """Whether an owner lives is told by the box's clock, which must not hurry here."""
+    slow = Box(box.ros, hurry=1)
+    launched = slow.launch()
+    try:
+        maya = str(Path(sys.executable).with_name("maya"))
+        up = box.ros.start(maya, "up", "--port", "0", "--journal", "memory", "--address", slow.address)
+        assert up.wait() == 1, up.said
+        assert "1030" in up.said and "(process " in up.said, up.said
+        assert slow.driver.call("/controller/stop")["success"]
+    finally:
+        launched.end()
+        slow.program.end()
 
 
 def test_its_homing_is_taken_over_and_what_it_measures_is_converted(box: Box) -> None:

@@ -192,7 +192,7 @@ def test_an_interrupted_job_is_shown_and_ended_from_the_dashboard(ready: Screen,
     os.kill(process, signal.SIGKILL)
     slow_down(ready, driver, 1.0, "100 %")
     ros.start("rosrun", "maya_process", "process_controller.py")
-    ready.wait("banner_text", "was interrupted at approach")
+    ready.wait("banner_text", "was interrupted (approach 1.18 0.21 0.4)")
     assert not driver.call("/resume_queue")["success"]
     assert ready.ask("menu", name="recover_queue")[-1] == "End the job"
     ready.ask("menu", name="recover_queue", choose=len(ready.ask("menu", name="recover_queue")) - 1)
@@ -262,6 +262,17 @@ def test_a_dashboard_that_dies_while_it_is_held_stops_the_robot(ready: Screen, r
     stopped = events.until(lambda message: message["data"].startswith(("stopped ", "idle ")), after=after)
     assert stopped["data"].startswith("stopped ")
     slow_down(ready, driver, 1.0, "100 %")
+
+
+def test_dashboard_with_actionlib_1_12_leaves_without_an_error(tmp_path: Path, workspace: Workspace) -> None:
+    log = tmp_path / "old.log"
+    with Ros(tmp_path, workspace) as own, Screen(PYTHON, own.environment, log, "--old-actionlib") as old:
+        own.set_param("/maya/speed", SPEED)
+        own.start(*FLOOR)
+        old.wait("home", enabled=True)
+        own.until(lambda: "/home/goal" in own.topics(), "the dashboard's action client")
+        old.ask("leave")
+    assert "Traceback" not in log.read_text(encoding="utf-8")
 
 
 def test_it_stops_the_robot_without_a_master_and_shows_a_lost_one_as_disconnected(

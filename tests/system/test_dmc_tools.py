@@ -74,7 +74,7 @@ def test_program_that_the_controller_refuses_leaves_the_one_before(tmp_path: Pat
     with running("dmc serve --port 0") as twin:
         address = twin.until("127.0.0.1:")
         code, said = done(f"dmc download {address} {good}")
-        assert (code, said.count("left out 1 line"), said.count("tabs into blanks in 1 line")) == (0, 1, 1)
+        assert (code, said.count("left out 1 line"), said.count("tabs by blanks in 1 line")) == (0, 1, 1)
         code, said = done(f"dmc download {address} {new}")
         assert (code, "Duplicate or bad label" in said, "Traceback" in said) == (1, True, False)
         assert done(f"dmc upload {address} {back}")[0] == 0

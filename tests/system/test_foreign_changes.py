@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager, suppress
+from operator import le
 from random import Random
 from typing import NamedTuple
 
@@ -24,6 +25,9 @@ from tests.campaign import Campaign
 from tests.virtual_time import elapse
 
 HERE, FAR = Joints(0.3, 1.5, 1.3), Joints(1.0, 1.2, 1.6)
+TOUCH = 0.02
+"""[s]"""
+
 LOADS = 2.0
 """No line carries more, whatever another program says."""
 
@@ -108,8 +112,9 @@ def actions() -> Iterator[Case]:
             yield Case(f"jog {axis} {sign:+} fast", fast, MOVED | NAMED | {2302, 2306}, None)
             yield Case(f"move {axis} {sign:+}", (f"PR{axis}={sign * way}", f"BG{axis}"), MOVED, True)
             yield Case(f"shift {axis} {sign:+}", (f"IP{axis}={sign * way // 20}",), MOVED, True)
-        yield Case(f"motor {axis} off", (f"MO{axis}",), frozenset({2306}))
-        yield Case(f"gear {axis}", (f"GA{axis}={'B' if axis != 'B' else 'C'}", f"GR{axis}=-1"), NAMED | MOVED)
+        yield Case(f"motor {axis} off", (f"MO{axis}",), frozenset({2306, 2301}))  # it may coast onto its switch
+        geared = (f"GA{axis}={'B' if axis != 'B' else 'C'}", f"GR{axis}=-1")
+        yield Case(f"gear {axis}", geared, NAMED | MOVED | {2302, 2306})  # the boom cannot follow a line's pace
     lines = ("CS S", "LM BC", "VS 40000", "VA 102400", "VD 102400", "LI -60000,-60000", "LE", "BGS")
     yield Case("sequence of the lines", lines, MOVED | NAMED, None)
 
@@ -122,12 +127,18 @@ def test_every_safety_register_is_tried() -> None:
     assert {name for group in operands() for name in group} <= {f"_{name}" for name in CASES}
 
 
+@pytest.mark.timeout(7200)
 @pytest.mark.parametrize("phase", PHASES)
 def test_every_change_in_every_phase_is_named_and_harmless(phase: str, campaign: Campaign) -> None:
     cases = list(CASES.values())
     campaign.rng().shuffle(cases)
+    wrong: list[str] = []
     for number in range(campaign.size(ci=2, long=len(cases))):
-        run_virtual(_trial(cases[number], phase, campaign.rng(number)))
+        try:
+            run_virtual(_trial(cases[number], phase, campaign.rng(number)))
+        except AssertionError as found:
+            wrong.append(str(found))
+    assert not wrong, "\n".join(wrong)
 
 
 @pytest.mark.parametrize(
@@ -210,7 +221,8 @@ async def _trial(case: Case, phase: str, rng: Random) -> None:
             assert bench.controller.state.mode is Mode.FAULT, where
             if code in NAMED:
                 named = str(bench.controller.state.fault)
-                assert any(command[:2] in named for command in case.commands), f"{where}: {named}"
+                registers = {"SP" if command[:2] == "JG" else command[:2] for command in case.commands}
+                assert any(register in named for register in registers), f"{where}: {named}"
             if case.void and homed:
                 assert not bench.controller.state.homed, where
             with pytest.raises((Faulted, NotHomed)):
@@ -220,5 +232,7 @@ async def _trial(case: Case, phase: str, rng: Random) -> None:
         await elapse(2.0)
         seen = bench.mechanics.record.since(mark)
         assert seen.tension <= LOADS, f"{where}: {seen.tension:.2f} loads"
-        assert seen.stall_time == 0.0, f"{where}: stalled {seen.stalled}"
+        # Before the boom is homed only its switch and ER bound what it does: it may touch its end until ER trips
+        touch = (TOUCH if phase == "in homing" else 0.0, 0.0, 0.0)
+        assert all(map(le, seen.stalled, touch)), f"{where}: stalled {seen.stalled}"
         assert not bench.controller.state.moving, where

@@ -25,6 +25,7 @@ from maya_un.assembly import Stack
 from maya_un.errors import MayaError
 from maya_un.loops import run
 from maya_un.server import rights
+from maya_un.server.rights import Rights
 from maya_un.values import Mode, StopReport
 from tests.rosbridging import Said, Web, web
 from tests.shared_robot import SharedRobot, shared_robot
@@ -55,11 +56,11 @@ def http(robot: SharedRobot, who: str, method: str, path: str, body: object = No
     return of_rights(asked(robot, who, method, path, body)[0])
 
 
-def asked(robot: SharedRobot, who: str, method: str, path: str, body: object = None) -> tuple[int, Any]:
+def asked(robot: SharedRobot, who: str, method: str, path: str, body: object = None, **more: str) -> tuple[int, Any]:
     """Return the code that a request is answered with, 0 for done, and the answer."""
     place = urlsplit(robot.url)
     connection = HTTPConnection(place.hostname or "", place.port, timeout=PATIENCE)
-    headers = {**robot.headers(who), "Content-Type": "application/json"}
+    headers = {**robot.headers(who), "Content-Type": "application/json", **more}
     connection.request(method, path, None if body is None else json.dumps(body), headers)
     answer = connection.getresponse()
     text = answer.read()
@@ -420,3 +421,38 @@ def test_token_is_written_to_no_log(robot: SharedRobot, caplog: pytest.LogCaptur
     run(greeted({}, {"type": "hello", "token": token}))
     ours = [record for record in caplog.records if "client" not in record.name]
     assert token.split("_")[2] not in "\n".join(record.getMessage() for record in ours)
+
+
+WAITING = [
+    (how, "POST", "/v1/tasks?wait=true&held=true", {"command": "home"}) for how in ("revoked", "removed", "demoted")
+] + [(how, "GET", "/v1/events?wait=60&since=1000000000", None) for how in ("revoked", "removed")]
+"""Requests that wait; a viewer, too, may wait for events."""
+
+
+@pytest.mark.parametrize(("how", "method", "path", "body"), WAITING)
+def test_http_request_that_waits_ends_at_once_when_its_rights_end(
+    robot: SharedRobot, monkeypatch: pytest.MonkeyPatch, how: str, method: str, path: str, body: object
+) -> None:
+    """The lease alone does not end it: another token of the same user took that."""
+    monkeypatch.setattr(rights, "LOOK_AGAIN", 1000.0)
+    robot.tokens["driver"] = newcomer(robot, "guest", "operator")
+    made = robot.do(lambda stack: stack.service.users.token("guest", by=LOCAL))
+    robot.tokens["waiter"] = made.token
+    connections: Rights = robot.app.state.rights
+    try:
+        lease = asked(robot, "driver", "POST", "/v1/lease", {})[1]["id"]
+        answers: list[tuple[int, Any]] = []
+        waiting = threading.Thread(
+            target=lambda: answers.append(asked(robot, "waiter", method, path, body, **{"Maya-Lease": lease}))
+        )
+        before = len(connections)
+        waiting.start()
+        while len(connections) == before:
+            assert waiting.is_alive(), answers
+        robot.do(lambda stack: REVOKED[how](stack.service.users, made.token))
+        waiting.join(PATIENCE)
+        assert answers and answers[0][0] in {4101, 4102, 4105}
+    finally:
+        with suppress(MayaError):
+            robot.do(lambda stack: stack.service.users.remove("guest"))
+        robot.do(lambda stack: stack.service.queue.clear())

@@ -139,6 +139,8 @@ def test_a_person_takes_the_controller_over_and_back(tmp_path: Path) -> None:
                 two.until("maya home")
                 assert wire.numbers("mayapid") == [float(two.number)]
                 told(first, OwnershipLost.code)
+                faults = done("logs --kind fault", env=first)[1]
+                assert f"(process {one.number})" not in faults, faults
                 code, said = done("recover", env=first)
                 assert (code, str(ControllerOwned.code) in said) == (1, True), said
                 assert done("jog r 0.05", env=first)[0] == 1

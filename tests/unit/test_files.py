@@ -76,7 +76,7 @@ def test_writers_refuse_what_is_no_regular_file(writer: str, made: Callable[[Pat
 
 @pytest.mark.parametrize("name", ["", ".", ".."])
 def test_a_name_of_no_file_is_refused(name: str) -> None:
-    with pytest.raises(FileUnwritable, match="no name of a file"):
+    with pytest.raises(FileUnwritable, match="not the name of a file"):
         files.write(Path(name), "")
 
 

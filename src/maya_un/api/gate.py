@@ -34,14 +34,14 @@ Current = Callable[[Caller], Caller]
 
 
 def unchanged(caller: Caller) -> Caller:
-    """Return a caller as he is: for a service that nobody shares."""
+    """Return the caller unchanged, for a service without users."""
     return caller
 
 
 class Gate:
-    """Lets callers at `service` as far as their role and the `lease` go; `audit` is told of it.
+    """Calls `service` for callers, as far as their role and the `lease` allow; `audit` records it.
 
-    `current` tells which rights a caller has at this instant: an edge may have asked who he is a while ago.
+    `current` returns the present rights of a caller, because the interface may have checked them earlier.
     """
 
     def __init__(self, service: Service, lease: Lease, audit: OnAudit = unheard, current: Current = unchanged) -> None:
@@ -59,7 +59,7 @@ class Gate:
         removed, the wish is cancelled, and what it moves stops on its path. A job is no wish: of one whose owner is
         demoted or removed the step under way is finished, then the queue pauses (`Process.owner_ended`).
 
-        Raises `NotSignedIn` for a caller whose rights have ended since an edge asked who he is, `NotAllowed`,
+        Raises `NotSignedIn` for a caller whose rights ended after the interface checked them, `NotAllowed`,
         `LeaseNeeded`, `LeaseHeld`, `LeaseLost`, and what `wish` raises.
         """
         code = InternalError.code

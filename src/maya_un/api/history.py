@@ -8,6 +8,7 @@ from maya_un.api.messages import AuditLine, EventMessage
 from maya_un.errors import EventsForgotten
 from maya_un.events import EventLog
 from maya_un.process.journal.protocol import Filter
+from maya_un.process.journal.rows import AuditRow, EventRow
 from maya_un.process.process import Process
 from maya_un.process.report import JobReport
 from maya_un.process.view import JobLine
@@ -22,11 +23,12 @@ class History:
     def __init__(self, process: Process, events: EventLog) -> None:
         self._process = process
         self._journal = process.journal
+        self._slices = process.shown.slices
         self._events = events
 
     async def page(self, which: Filter) -> list[JobLine]:
         """Return a page of jobs, newest first unless asked otherwise."""
-        return [self._process.shown.line_of(row) for row in await self._journal.page(which)]
+        return await self._process.shown.page(which)
 
     async def job(self, number: int) -> JobReport:
         """Return what is known of a job, also of one long ended; raises `NotFound`."""
@@ -43,17 +45,23 @@ class History:
         """
         limit = max(0, min(limit, MOST_EVENTS))
         if run == self._events.run and above + 1 >= self._events.oldest:
-            return [EventMessage.of(event) for event in self._events.since(above)[:limit]]
+            return await self._slices.each(EventMessage.of, self._events.since(above)[:limit])
         rows = await self._journal.events(run, above, limit)
         first = rows[0].seq if rows else above + 1
         if first != above + 1 or (not rows and run == self._events.run):
             raise EventsForgotten(since=above, oldest=first if rows else self._events.oldest)
-        return [EventMessage(row.seq, row.time, row.kind, row.code, row.detail) for row in rows]
+        return await self._slices.each(_message, rows)
 
     async def audit(self, below: int | None = None, limit: int = 100) -> list[AuditLine]:
         """Return what was asked for and what came of it, newest first, numbered below `below`."""
         rows = await self._journal.audit(below, max(0, min(limit, 1000)))
-        return [
-            AuditLine(number, row.date, row.who, row.role, row.source, row.operation, row.code, row.detail)
-            for number, row in rows
-        ]
+        return await self._slices.each(_line, rows)
+
+
+def _message(row: EventRow) -> EventMessage:
+    return EventMessage(row.seq, row.time, row.kind, row.code, row.detail)
+
+
+def _line(numbered: tuple[int, AuditRow]) -> AuditLine:
+    number, row = numbered
+    return AuditLine(number, row.date, row.who, row.role, row.source, row.operation, row.code, row.detail)

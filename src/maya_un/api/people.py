@@ -236,10 +236,10 @@ class People:
 
     async def _password(self, password: str) -> str:
         if len(password) not in _PASSWORD:
-            reason = f"it has {_PASSWORD.start} to {_PASSWORD.stop - 1} letters"
+            reason = f"it needs {_PASSWORD.start} to {_PASSWORD.stop - 1} characters"
             raise InvalidValue(key="password", value="…", reason=reason)
         if len(set(password)) < _DIFFERENT:
-            raise InvalidValue(key="password", value="…", reason=f"it has at least {_DIFFERENT} different letters")
+            raise InvalidValue(key="password", value="…", reason=f"it needs at least {_DIFFERENT} different characters")
         return await self._hasher.hashed(password)
 
     def _user(self, name: str) -> User:

@@ -1,7 +1,7 @@
-"""Answer questions of people about jobs and places; nothing moves. All is JSON, so that no answer holds a loop.
+"""Answer requests about jobs and places; nothing moves. Every answer is JSON, so that none blocks a loop.
 
-A long job comes as the bytes of a request, and every answer is bytes. With a worker it is read, worked out and written
-there; only the bytes pass through this process. Everybody who asks has his turn.
+A long job comes as the bytes of a request, and every answer is bytes. A worker parses, computes and serializes; only
+the bytes pass through this process. The worker serves all callers in turn.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ _PIECE = 1 << 18
 
 
 class Previews:
-    """Answers for a `controller`, in `workers` where there are any; `start` tells where a job would begin.
+    """Answers for a `controller`, in `workers` if there are any; `start` returns the start of a job.
 
-    Every method raises what working it out raises (`InvalidJob`, `UnknownName`, `Unreachable` …), and with workers
+    Every method raises the errors of the computation (`InvalidJob`, `UnknownName`, `Unreachable` …), and with workers
     `TooMuchAsked`, `TakesTooLong`, `TooLarge` and `WorkerFailed`.
     """
 
@@ -54,7 +54,7 @@ class Previews:
     async def preview(self, job: object, *, from_homed: bool = False, by: Caller = LOCAL) -> bytes:
         """Return a `JobPreview` as JSON, of a job as `desk.parsed` reads it.
 
-        It starts where the robot is, or where homing leaves it.
+        It starts at the position of the robot, or at the end of homing.
         """
         start = self._start(from_homed)
         if self._workers is None:
@@ -73,13 +73,13 @@ class Previews:
         return await self._told(by, inspect, job, self._foresight.taught(), self._grasp_height, start, samples)
 
     async def decoded(self, body: bytes, whose: str) -> dict[str, Any]:
-        """Return a JSON object that is too long to be read in a loop; raises `InvalidRequest`."""
+        """Return a JSON object that is too long to parse in a loop; raises `InvalidRequest`."""
         if self._workers is None:
             return desk.decode_object(body)
         return (await self._workers.run(desk.decoded, body, whose=f"read {whose}")).value
 
     async def reach(self, point: Point, by: Caller = LOCAL) -> Reach:
-        """Tell whether `point` [m] can be reached, and if not why, and where the nearest reachable point is."""
+        """Return whether `point` [m] can be reached; if not, the reason and the nearest reachable point."""
         return await self._asked(by, reach, point)
 
     async def fk(self, joints: Joints, by: Caller = LOCAL) -> Point:
@@ -91,7 +91,7 @@ class Previews:
         return await self._asked(by, ik, point)
 
     async def _told(self, by: Caller, work: Work[..., None], *args: object) -> bytes:
-        """Return what work hands over, joined."""
+        """Return the pieces of an answer, joined."""
         assert self._workers is not None
         answer = await self._workers.run(work, self._controller.workspace, *args, whose=_whose(by))
         return b"".join(answer.parts)
@@ -115,17 +115,17 @@ def require_samples(samples: int) -> None:
 
 
 def prepare(config: Config) -> None:
-    """Prepare a worker for a machine; with this module all that it needs is loaded."""
+    """Prepare a worker for a machine; the import of this module loads all that it needs."""
     paper.prepare(config)
 
 
 def preview(*args: Any) -> Generator[Any, None, None]:
-    """Hand over what `desk.preview` returns, as JSON."""
+    """Yield the result of `desk.preview` as JSON."""
     yield from _pieces(to_json((yield from desk.preview(*args))))
 
 
 def inspect(*args: Any) -> Generator[Any, None, None]:
-    """Hand over what `desk.inspect` returns, as JSON."""
+    """Yield the result of `desk.inspect` as JSON."""
     yield from _pieces(to_json((yield from desk.inspect(*args))))
 
 

@@ -96,7 +96,7 @@ class Service:
         options: Options = ORDINARY,
         key: str = "",
     ) -> JobAccepted:
-        """Append a job, which may come as JSON, to the queue; it is checked whole when its turn comes, and starts.
+        """Append a job, which may be JSON, to the queue; when its turn comes, it is checked as a whole and starts.
 
         It is written down when this returns. The same `key` and request of the same owner once more is answered with
         the job that there is. What a student submits who does not drive waits for approval.
@@ -160,7 +160,7 @@ class Service:
         await self._held.release()
 
     async def check_storage(self) -> str:
-        """Return why nothing can be written down now, "" where it can; where it cannot, the queue is paused."""
+        """Return why the journal cannot be written, "" if it can; if not, the queue pauses."""
         return await self._process.check_storage()
 
     async def job(self, number: int) -> JobReport:
@@ -217,7 +217,7 @@ class Service:
     async def recover(self, *, take_over: bool = False) -> None:
         """Clear a fault once its cause is gone; moves nothing, starts nothing; raises `NothingToRecover`.
 
-        With `take_over` the controller is taken from another program that owns it; else that raises `ControllerOwned`.
+        `take_over` takes the controller from another program that owns it; otherwise that raises `ControllerOwned`.
         """
         await self._controller.recover(take_over=take_over)
 

@@ -24,7 +24,7 @@ def put_zone(controller: Controller, data: Mapping[str, object]) -> AnyZone:
     new = parse_zone(data)
     zones = {zone.name: zone for zone in controller.zones} | {new.name: zone_of(new)}
     if len(zones) > MOST_ZONES:
-        raise InvalidRequest(key="zone", reason=f"there are {MOST_ZONES} already, the most allowed; remove one first")
+        raise InvalidRequest(key="zone", reason=f"at most {MOST_ZONES} zones may exist; remove one first")
     controller.set_zones(list(zones.values()))
     return new
 

@@ -18,11 +18,11 @@ from maya_un.cli.doctor import commands as doctor
 from maya_un.cli.fleet import commands as fleet
 from maya_un.cli.help import EVERYWHERE
 from maya_un.cli.logs import commands as logs
-from maya_un.cli.quantities import angle, length, share
+from maya_un.cli.quantities import angle, joints_of, length, point_of, share
 from maya_un.cli.queueing import commands as queueing
 from maya_un.cli.settings import Settings, settings_of
 from maya_un.errors import InvalidCommandLine, UnknownName
-from maya_un.values import JOG_AXES, Joints, Point
+from maya_un.values import JOG_AXES
 
 # Unknown options become arguments, so that `maya pick -0.2 1.1` means a place and not an option.
 _CONTEXT = {"help_option_names": ["--help"], "ignore_unknown_options": True}
@@ -55,7 +55,7 @@ _ADDRESSES = "sim, real (the configured controller), HOST or HOST:PORT"
 Address = Annotated[str, typer.Option(help=_ADDRESSES)]
 SkipHome = Annotated[bool, typer.Option("--skip-home", help="take over the homing whose mark stands in the controller")]
 TakeOver = Annotated[
-    bool, typer.Option("--take-over", help="take the controller, at rest, from the program that owns it")
+    bool, typer.Option("--take-over", help="take the controller from the program that owns it; only at rest")
 ]
 _KINDS = "ends in .svg, .png or .pdf; default:"
 WorkspacePicture = Annotated[str | None, typer.Option(metavar="FILE", help=f"{_KINDS} maya-workspace.svg")]
@@ -78,14 +78,6 @@ def run(arguments: list[str], settings: Settings) -> int:
 def _clause(message: str) -> str:
     """Return the parser's words without the end that the sentence of the error adds."""
     return " ".join(message.split()).replace(" Did you mean", " Perhaps you meant").rstrip(".?")
-
-
-def _point(x: str, y: str, z: str) -> Point:
-    return Point(length(x, "x"), length(y, "y"), length(z, "z"))
-
-
-def _joints(a: str, b: str, c: str) -> Joints:
-    return Joints(angle(a, "a"), length(b, "b"), length(c, "c"))
 
 
 def _aimed(command: str, x: str, y: str | None, z: str | None) -> dict[str, object]:
@@ -174,8 +166,8 @@ def run_job(  # noqa: PLR0913, PLR0917 - every option of a command is a paramete
 ) -> int:
     """Carry out a job and report every step.
 
-    By the running robot if there is one; without one, or with --address, --speed, --seed, --skip-home or
-    --take-over, on a stack of its own.
+    The running robot does it, if there is one. Without one, or with --address, --speed, --seed, --skip-home or
+    --take-over, the command connects to a controller or a twin itself.
     """
     from maya_un.cli import run as command
 
@@ -236,7 +228,7 @@ def move(context: typer.Context, a: Goal, b: MaybeB = None, c: MaybeC = None) ->
         return _wish({"command": "move", "joints": _name(a, "maya move", "B")}, context)
     if c is None:
         raise InvalidCommandLine(reason="C is missing", command="maya move")
-    return _wish({"command": "move", "joints": list(_joints(a, b, c))}, context)
+    return _wish({"command": "move", "joints": list(joints_of(a, b, c))}, context)
 
 
 @app.command(**_HOW)
@@ -316,7 +308,7 @@ def fk(context: typer.Context, a: Angle, b: Length, c: Length) -> int:
     """Tell where joints a, b, c hold the gripper."""
     from maya_un.cli import offline
 
-    return offline.fk(_joints(a, b, c), settings_of(context))
+    return offline.fk(joints_of(a, b, c), settings_of(context))
 
 
 @app.command(**_HOW)
@@ -324,7 +316,7 @@ def ik(context: typer.Context, x: Length, y: Length, z: Length) -> int:
     """Tell which joints hold the gripper at x, y, z."""
     from maya_un.cli import offline
 
-    return offline.ik(_point(x, y, z), settings_of(context))
+    return offline.ik(point_of(x, y, z), settings_of(context))
 
 
 @app.command(**_HOW)
@@ -332,7 +324,7 @@ def reach(context: typer.Context, x: Length, y: Length, z: Length) -> int:
     """Tell whether x, y, z can be reached; if not why, and the nearest place that can."""
     from maya_un.cli import offline
 
-    return offline.reach(_point(x, y, z), settings_of(context))
+    return offline.reach(point_of(x, y, z), settings_of(context))
 
 
 @plot.command("workspace", **_HOW)
@@ -352,7 +344,7 @@ def plot_workspace(
     from maya_un.cli import plot as command
 
     high = None if height is None else length(height, "--height")
-    request = command.Request(view, high, None if point is None else _point(*point), output)
+    request = command.Request(view, high, None if point is None else point_of(*point), output)
     return command.workspace(request, settings_of(context))
 
 
@@ -398,12 +390,12 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     seed: Seed = None,
     table: Table = None,
     record: Annotated[
-        str | None, typer.Option(metavar="FILE", help="records the mechanics: motion, loads, stalls, drops")
+        str | None, typer.Option(metavar="FILE", help="append a record of motion, loads, stalls and drops")
     ] = None,
 ) -> int:
     """Serve a virtual DMC-41x3 on TCP and UDP.
 
-    Prints its address when it listens; Ctrl-C ends it. Faults on demand: maya dmc fault.
+    Prints its address when it listens; Ctrl-C ends it. `maya dmc fault` makes faults.
     --record writes one line of JSON for each contact and drop, and one for every 50 ms of motion.
     """
     from maya_un.cli import serve as command
@@ -464,14 +456,19 @@ calibrate.register(app, _HOW)
 def conform(
     context: typer.Context,
     host: Annotated[str, typer.Argument(metavar="HOST[:PORT]", help="or real: the configured controller")],
-    moves: Annotated[bool, typer.Option("--moves", help="its motors may turn by a few thousand counts")] = False,
+    moves: Annotated[
+        bool, typer.Option("--moves", help="check motion too: motors turn by a few thousand counts")
+    ] = False,
     bench: Annotated[
-        bool, typer.Option("--bench", help="everything: it is on a bench, as the factory made it")
+        bool, typer.Option("--bench", help="check everything, on a controller without a machine: see above")
     ] = False,
 ) -> int:
-    """Tell whether a controller answers as a DMC-41x3 does.
+    """Check whether a controller answers as a DMC-41x3 does.
 
-    Without --moves and --bench nothing moves, and settings that are touched are put back.
+    Without --moves and --bench nothing moves, and each changed setting is restored.
+
+    --bench is for a controller that no machine is connected to. It restores the factory settings, erases program,
+    variables and arrays, burns that, and resets the controller. Then it checks all commands, outputs included.
     """
     from maya_un.cli import conform as command
 

@@ -9,6 +9,7 @@ from maya_un.cli.settings import Settings
 from maya_un.cli.words import word
 from maya_un.config import Config, default_path, load, template, to_toml
 from maya_un.errors import FileUnwritable
+from maya_un.files import unwritable, write
 
 
 def configuration(settings: Settings) -> Config:
@@ -50,10 +51,9 @@ def init(file: str | None, settings: Settings) -> int:
     place = _place(file, settings)
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
-        with place.open("x", encoding="utf-8") as target:
-            target.write(template())
-    except FileExistsError as error:
-        raise FileUnwritable(path=place, reason="there is a file already") from error
     except OSError as error:
-        raise FileUnwritable(path=place, reason=error.strerror or str(error)) from error
+        raise unwritable(place, error) from error
+    if place.exists() or place.is_symlink():
+        raise FileUnwritable(path=place, reason="there is a file already")
+    write(place, template())
     return output.answer({"path": str(place)}, word("config_written", settings.language, path=place), settings)

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import gc
 import sys
 from collections.abc import Sequence
 
@@ -13,6 +12,7 @@ from maya_un import __version__
 from maya_un.cli import output
 from maya_un.cli.settings import Settings, asks_for_json, from_environment, split
 from maya_un.errors import MayaError
+from maya_un.interpreter import quiet_collector
 
 
 def program() -> int:
@@ -21,14 +21,6 @@ def program() -> int:
     code = main()
     output.forget_unprinted()
     return code
-
-
-def quiet_collector() -> None:
-    """Keep garbage collection from holding the event loop.
-
-    A full collection walks every object there is: tens of milliseconds in a long job, in which a stop would wait.
-    """
-    gc.set_threshold(5_000, 4, 20_000)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -69,6 +61,10 @@ def _dispatch(rest: list[str], settings: Settings) -> int:
         from maya_un.cli import quick
 
         return quick.run(rest[0], rest[1:], settings)
+    if rest[0] in {"fk", "ik"} and len(rest) == 4 and not any(word.startswith("--") for word in rest):
+        from maya_un.cli import offline
+
+        return offline.answer(rest[0], rest[1:], settings)
     if rest[:2] == ["completion", "values"]:
         from maya_un.cli.completion import values
 

@@ -1,23 +1,28 @@
-"""`maya fk|ik|reach`: questions about the machine that need no machine."""
+"""`maya fk|ik|reach`: questions about the machine that need no machine.
+
+`fk` and `ik` import nothing heavy where the manual's machine answers: no file changes it, and the place is reachable.
+"""
 
 from __future__ import annotations
 
+import os
 from contextlib import suppress
 from math import degrees
 from typing import TYPE_CHECKING
 
+from maya_un import runtime
 from maya_un.cli import output
-from maya_un.cli.configure import configuration
-from maya_un.cli.report import table
+from maya_un.cli.quantities import joints_of, point_of
 from maya_un.cli.settings import Settings
 from maya_un.cli.words import word
-from maya_un.config import Config
 from maya_un.errors import MayaError
 from maya_un.kinematics.ranges import Ranges
+from maya_un.manual import default_path
 from maya_un.values import Joints, Point
 
 if TYPE_CHECKING:
     from maya_un.api.messages import Distance, Reach
+    from maya_un.config import Config
     from maya_un.kinematics.workspace import Workspace
 
 _PATIENCE = 1.0
@@ -34,19 +39,45 @@ def point_text(point: Point) -> str:
     return "  ".join(f"{name} {value * 1e3:.3f} mm" for name, value in zip("xyz", point, strict=True))
 
 
+def answer(command: str, arguments: list[str], settings: Settings) -> int:
+    """Carry out `fk` or `ik` with three arguments; raises as those do, and `InvalidValue`."""
+    if command == "fk":
+        return fk(joints_of(*arguments), settings)
+    return ik(point_of(*arguments), settings)
+
+
 def fk(joints: Joints, settings: Settings) -> int:
     """Print where `joints` (rad, m, m) hold the gripper [m]; raises `Unreachable`."""
+    point = _fk(joints, settings)
+    return output.answer(point._asdict(), point_text(point), settings)
+
+
+def _fk(joints: Joints, settings: Settings) -> Point:
+    ranges = _manual(settings)
+    if ranges is not None and ranges.within(joints):
+        return ranges.mechanism.fk(joints)
+    from maya_un.cli.configure import configuration
+
     config = configuration(settings)
     ranges = Ranges.configured(config)
     quick = not config.zones and ranges.within(joints)
-    point = ranges.mechanism.fk(joints) if quick else _workspace(config).fk(joints)
-    return output.answer(point._asdict(), point_text(point), settings)
+    return ranges.mechanism.fk(joints) if quick else _workspace(config).fk(joints)
 
 
 def ik(point: Point, settings: Settings) -> int:
     """Print the joints (rad, m, m) that hold the gripper at `point` [m]; raises `Unreachable`."""
-    joints = _workspace(_in_force(settings)).require(point)
+    joints = _ik(point, settings)
     return output.answer(joints._asdict(), joints_text(joints), settings)
+
+
+def _ik(point: Point, settings: Settings) -> Joints:
+    ranges = _manual(settings) if runtime.find() is None else None
+    if ranges is not None:
+        with suppress(MayaError):
+            joints = ranges.mechanism.ik(point)
+            if ranges.within(joints):
+                return joints
+    return _workspace(_in_force(settings)).require(point)
 
 
 def reach(point: Point, settings: Settings) -> int:
@@ -65,6 +96,13 @@ def reach(point: Point, settings: Settings) -> int:
     return output.DONE if found.reachable else output.FAILED
 
 
+def _manual(settings: Settings) -> Ranges | None:
+    """Return the ranges of the manual's machine, None where a configuration may say otherwise."""
+    if settings.config is not None or os.environ.get("MAYA_CONFIG") or default_path().exists():
+        return None
+    return Ranges.of_the_manual()
+
+
 def _workspace(config: Config) -> Workspace:
     """Return the whole workspace, whose arrays take a while to import."""
     from maya_un.kinematics.workspace import Workspace
@@ -77,6 +115,9 @@ def _in_force(settings: Settings) -> Config:
 
     A file that is named counts, and so does the usual one where the robot does not tell.
     """
+    from maya_un.cli.configure import configuration
+    from maya_un.config import Config
+
     if settings.config is None:
         from maya_un.cli.client import Client
 
@@ -90,6 +131,8 @@ def _reach_text(found: Reach, language: str) -> str:
         nearest = word("nowhere", language) if found.nearest is None else point_text(found.nearest)
         lines = [word("out_of_reach", language, reason=found.reason, nearest=nearest)]
         return "\n".join([*lines, *(word("also", language, reason=one.text) for one in found.broken[1:])])
+    from maya_un.cli.report import table
+
     lines = [f"{word('reachable', language)}: {joints_text(found.joints)}"]
     lines.append(word("tensions", language, b=found.tensions[0], c=found.tensions[1]))
     rows = [(word(f"limit_{one.limit}", language, zone=one.zone), _margin_text(one, language)) for one in found.margins]

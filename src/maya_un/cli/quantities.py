@@ -7,7 +7,7 @@ from math import isfinite, pi
 
 from maya_un.address import REAL, SIM, meant, split
 from maya_un.errors import InvalidValue, SpeedOnRealMachine
-from maya_un.values import FARTHEST, WITHIN
+from maya_un.values import FARTHEST, WITHIN, Joints, Point
 
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµ°%]*)")
 _LENGTHS = {"": 1.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6}
@@ -28,6 +28,16 @@ def angle(text: str, key: str) -> float:
     """Return an angle [rad]; raises `InvalidValue` naming `key`."""
     rule = "an angle is a number in rad, or with rad, mrad or deg behind it"
     return _coordinate(text, key, _quantity(text, key, _ANGLES, rule))
+
+
+def point_of(x: str, y: str, z: str) -> Point:
+    """Return a point [m]; raises `InvalidValue` naming the coordinate."""
+    return Point(length(x, "x"), length(y, "y"), length(z, "z"))
+
+
+def joints_of(a: str, b: str, c: str) -> Joints:
+    """Return joints (rad, m, m); raises `InvalidValue` naming the joint."""
+    return Joints(angle(a, "a"), length(b, "b"), length(c, "c"))
 
 
 def share(text: str, key: str) -> float:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import os
 import socket
-import sys
 from collections.abc import AsyncIterator, Callable
 from contextlib import AbstractAsyncContextManager, ExitStack, asynccontextmanager, nullcontext
 from functools import partial
@@ -29,6 +28,7 @@ from maya_un.cli.twin import on_the_table, require_twin
 from maya_un.config import Config
 from maya_un.config.state import own_state_folder
 from maya_un.errors import MayaError
+from maya_un.interpreter import prompt_loop
 from maya_un.listening import reserve_descriptors
 from maya_un.loops import ScaledLoop, run
 from maya_un.process.journal.file import remove_new, require_place
@@ -108,7 +108,7 @@ def up(options: Options, settings: Settings) -> int:
     Raises what starting raises: `AlreadyRunning`, `AddressInUse`, `StorageInUse`, `ConnectFailed` and their kin.
     """
     reserve_descriptors(own=_FILES)
-    sys.setswitchinterval(_TURN)
+    prompt_loop()
     options.remote.check()
     config = configuration(settings)
     address = target_address(options.address, config.controller.address)
@@ -142,10 +142,6 @@ def journal_file(named: str | None) -> Path | None:
         return own_state_folder() / "maya.db"
     require_place(Path(named))
     return Path(named)
-
-
-_TURN = 0.001
-"""Longest wait of the robot's loop for the interpreter's lock while the server's thread runs Python [s]."""
 
 
 async def _serve(robot: _Robot, options: Options, doors: _Doors, settings: Settings) -> None:

@@ -8,15 +8,15 @@ from typing import Any
 from maya_un.cli.client import Client
 
 _WORDS: dict[str, tuple[str, str]] = {
-    "because_asked": ("{by} asked for it", "lo pidió {by}"),
+    "because_asked": ("{by} paused it", "{by} la pausó"),
     "because_step": ("step mode", "modo paso a paso"),
-    "because_stop": ("somebody said stop: {by}", "alguien dijo parar: {by}"),
-    "because_asked_unknown": ("somebody asked for it", "alguien lo pidió"),
-    "because_stop_unknown": ("somebody said stop", "alguien dijo parar"),
+    "because_stop": ("{by} stopped the robot", "{by} detuvo el robot"),
+    "because_asked_unknown": ("somebody paused it", "alguien la pausó"),
+    "because_stop_unknown": ("somebody stopped the robot", "alguien detuvo el robot"),
     "because_fault": ("a fault", "un fallo"),
-    "because_restart": ("this program was started anew", "el programa se inició de nuevo"),
-    "because_driver": ("the driver was heard of no more", "no se supo más del conductor"),
-    "because_storage": ("nothing can be written down", "no se puede escribir nada"),
+    "because_restart": ("the program was restarted", "el programa se reinició"),
+    "because_driver": ("the driver no longer responds", "el conductor ya no responde"),
+    "because_storage": ("the disk cannot be written", "no se puede escribir en el disco"),
     "because_failure": ("a job failed", "un trabajo falló"),
     "waits_paused": (
         "Job {id} waits: the queue is paused ({reason}). `maya queue resume` lets it go on.",

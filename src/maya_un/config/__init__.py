@@ -4,7 +4,7 @@ The defaults are the manual's; a TOML file changes single keys. Units are SI, ex
 controller, whose names end in `_counts`.
 """
 
-from maya_un.config.load import default_path, load, template, to_toml
+from maya_un.config.load import load, template, to_toml
 from maya_un.config.model import (
     AxisConfig,
     CellConfig,
@@ -20,6 +20,7 @@ from maya_un.config.model import (
 from maya_un.config.recorder import RecorderConfig
 from maya_un.config.storage import StorageConfig
 from maya_un.config.units import Units
+from maya_un.manual import default_path
 
 __all__ = [
     "AxisConfig",

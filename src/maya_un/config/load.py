@@ -15,15 +15,7 @@ from maya_un.config.base import flaw
 from maya_un.config.model import Config
 from maya_un.config.zones import KINDS
 from maya_un.errors import FileUnreadable, InvalidConfig
-
-
-def default_path() -> Path:
-    """Return where the configuration is looked for: $MAYA_CONFIG, else maya/config.toml in the user's folder."""
-    named = os.environ.get("MAYA_CONFIG")
-    if named:
-        return Path(named)
-    home = os.environ.get("XDG_CONFIG_HOME")
-    return (Path(home) if home else Path.home() / ".config") / "maya" / "config.toml"
+from maya_un.manual import default_path
 
 
 def load(path: Path | None = None) -> Config:

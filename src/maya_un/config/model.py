@@ -7,6 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
+from maya_un import manual
 from maya_un.address import split
 from maya_un.config.base import Contradiction, Metres
 from maya_un.config.base import Section as _Section
@@ -41,10 +42,12 @@ class ControllerConfig(_Section):
 class Geometry(_Section):
     """Lengths of the mechanism [m] (manual, figures 7 to 9)."""
 
-    height: Annotated[Metres, Field(description="H, height of the anchors above the table [m]")] = 2.35
-    length: Annotated[Metres, Field(description="D, distance of anchor c from axis a [m]")] = 2.30
-    delta: Annotated[Metres, Field(description="distance of anchor b from axis a [m]")] = 0.30
-    gripper_height: Annotated[Metres, Field(description="Phi, lines' meeting point to gripper point [m]")] = 0.20
+    height: Annotated[Metres, Field(description="H, height of the anchors above the table [m]")] = manual.HEIGHT
+    length: Annotated[Metres, Field(description="D, distance of anchor c from axis a [m]")] = manual.LENGTH
+    delta: Annotated[Metres, Field(description="distance of anchor b from axis a [m]")] = manual.DELTA
+    gripper_height: Annotated[Metres, Field(description="Phi, lines' meeting point to gripper point [m]")] = (
+        manual.GRIPPER_HEIGHT
+    )
 
     @property
     def width(self) -> float:
@@ -111,8 +114,8 @@ def _line(letter: Letter, minimum: float, maximum: float) -> AxisConfig:
 def _boom() -> AxisConfig:
     return AxisConfig(
         letter="A",
-        minimum=0.0,
-        maximum=2 * pi / 3,
+        minimum=manual.STROKES[0][0],
+        maximum=manual.STROKES[0][1],
         speed_counts=1_000,
         acceleration_counts=1_024,
         deceleration_counts=1_024,
@@ -126,8 +129,8 @@ class Axes(_Section):
     """The three axes."""
 
     a: AxisConfig = Field(default_factory=_boom)
-    b: AxisConfig = Field(default_factory=lambda: _line("B", 0.575, 2.260))
-    c: AxisConfig = Field(default_factory=lambda: _line("C", 0.565, 2.300))
+    b: AxisConfig = Field(default_factory=lambda: _line("B", *manual.STROKES[1]))
+    c: AxisConfig = Field(default_factory=lambda: _line("C", *manual.STROKES[2]))
 
     def __getitem__(self, index: int) -> AxisConfig:
         return (self.a, self.b, self.c)[index]
@@ -166,7 +169,9 @@ class WiringConfig(_Section):
 class SafetyConfig(_Section):
     """Limits that the manual lacks and physics has (errata 1, 5, 6)."""
 
-    tension_limit: Annotated[float, Field(gt=1.0, le=20.0, description="line tension, multiple of the load")] = 5.0
+    tension_limit: Annotated[float, Field(gt=1.0, le=20.0, description="line tension, multiple of the load")] = (
+        manual.TENSION_LIMIT
+    )
     emergency_tension: Annotated[
         float, Field(ge=1.0, le=5.0, description="what a fault may take tension to, multiple of tension_limit")
     ] = 1.2

@@ -30,7 +30,7 @@ def own_state_folder() -> Path:
         place.mkdir(mode=0o700, parents=True, exist_ok=True)
         found = place.stat()
         if found.st_mode & stat.S_IWOTH:
-            reason = "everybody may write to this folder, and so change the queue; close it with `chmod 700`"
+            reason = "everybody may write to this folder and so change the queue; set its permissions with `chmod 700`"
             raise FileUnwritable(path=place, reason=reason)
         if found.st_uid == os.getuid() and found.st_mode & 0o077:
             place.chmod(0o700)

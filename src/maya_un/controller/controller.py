@@ -140,9 +140,9 @@ class GalilController:
         self._monitor.link.tap(listener)
 
     async def open(self, *, take_over: bool = False) -> None:
-        """Connect, make the controller this program's, and write the configured registers; sends no motion.
+        """Connect, claim the controller, and write the configured registers; sends no motion.
 
-        One that belongs to a program that lives is taken only with `take_over`, and at rest. Raises `ConnectFailed`,
+        A controller of a living owner is taken only with `take_over`, and at rest. Raises `ConnectFailed`,
         `LinkTimeout`, `WrongController`, `ControllerOwned`, `ControllerMoves`, `ParameterMismatch`, `GuardBlocked`.
         """
         driver = await self._monitor.open()
@@ -316,9 +316,9 @@ class GalilController:
     async def recover(self, *, take_over: bool = False) -> None:
         """Clear a fault once its cause is gone; moves nothing, switches motors on where they are.
 
-        A controller that another program took is taken back where that one has ended, or with `take_over`. Raises
+        A controller that another program took over is taken back if that program ended, or with `take_over`. Raises
         `NothingToRecover`; `NotConnected`, `AbortInput`, `AmplifierFault` while the cause lasts; `Busy` while the axes
-        still finish what was sent; `ControllerOwned`.
+        still finish earlier commands; `ControllerOwned`.
         """
         monitor = self._monitor
         driver = monitor.link.driver
@@ -408,7 +408,7 @@ class GalilController:
             except Stopped:
                 await self._stopping.rest(driver, self._release_stopped)
                 raise
-            except OwnershipLost as error:  # what moves now may be another program's: the guard stops what is ours
+            except OwnershipLost as error:  # a motion may be another program's now: the guard stops ours
                 monitor.fail(error, driver)
                 raise
             except MachineError as error:
@@ -443,7 +443,7 @@ class GalilController:
         return True
 
     async def _require_kept(self, driver: Driver) -> None:
-        """Raise `PositionNotKept` where the references are not where a motion of ours left them."""
+        """Raise `PositionNotKept` if the references differ from the end of our last motion."""
         monitor = self._monitor
         left = await marker.noted(driver)
         if left is None:

@@ -43,7 +43,7 @@ class Execution:
             await wish.wait(inf, self._monitor.pace.news)
 
     async def carry_out(self, wish: Wish, driver: Driver, plan: Plan, on_via: OnVia | None = None) -> bool:
-        """Do the move of a plan and return True; False, and nothing moved, where the wanted pace changed meanwhile."""
+        """Do the move of a plan and return True; if the speed changed meanwhile, move nothing and return False."""
         monitor, move = self._monitor, plan.move
         assert move is not None
         if move.start != monitor.standing():  # segments are relative: from elsewhere none of what was proved is true
@@ -83,7 +83,7 @@ class Execution:
         return tuple(i for i in range(3) if axes[i].letter in move.axes)
 
     def _blocked(self, record: DataRecord, run: Run, refusal: CommandRejected) -> SwitchBlocks | None:
-        """Return the error for a switch that is active before a motion towards it, None for another cause."""
+        """Return the error for a switch that is active before a motion towards it, None without one."""
         if refusal.details["tc"] != ErrorCode.BEGIN_AT_LIMIT:
             return None
         ways = run.move.segments.counts

@@ -57,7 +57,7 @@ def grave(record: DataRecord, order: Order, members: Sequence[int] = (0, 1, 2)) 
 
 
 def foreign(record: DataRecord, order: Order) -> ForeignMotion | None:
-    """Return the error for an axis that moves by itself: every motion of ours is a sequence of coordinated axes."""
+    """Return the error for an independent motion of an axis: our motions are sequences of coordinated axes."""
     for i, place in enumerate(order):
         axis = record.axes[place]
         if axis.moving and not axis.coordinated and axis.stop_code == _RUNS:

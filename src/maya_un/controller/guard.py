@@ -1,4 +1,4 @@
-"""Keeps the guard in the controller running and the owner's beat going, and knows whether it does."""
+"""Keep the guard in the controller running and the owner's beat going, and detect when it stops."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from maya_un.errors import (
     HostSilent,
     InvalidValue,
     MachineError,
+    OwnerErased,
     OwnershipLost,
     UnexpectedReply,
 )
@@ -26,14 +27,14 @@ BEATS = 20
 """Beats in the guard's time: one that comes late, or is lost, is no reason to stop."""
 
 USUAL = 0.5
-"""Time of an owner's beat where no guard waits for it [s]."""
+"""Period of an owner's beat without a guard [s]."""
 
 _PROGRAM_RUNS = 17
 
 
 @dataclass(frozen=True, slots=True)
 class Watch:
-    """The meaning of an answer to the guard's question; a senseless answer is `garbled` and proves nothing.
+    """The parsed answer to the guard's question; a senseless answer is `garbled` and proves nothing.
 
     `ours` tells whether the controller still belongs to this program.
     """
@@ -52,7 +53,7 @@ class Watch:
 
 
 class Guard:
-    """The guard of one controller, and the beat that keeps both its patience and this program's ownership.
+    """The guard of one controller, and the beat that restarts its time and keeps this program's ownership.
 
     `seconds` is how long the host may be silent (0: no guard, the beat alone), `letters` are the axes it stops.
     `on_watch` is told what every beat's answer says from `install` on. A link that is lost ends the beat.
@@ -69,23 +70,26 @@ class Guard:
         self._installed = False
         self._beat: asyncio.Task[None] | None = None
         self._sent: set[asyncio.Task[None]] = set()
+        self._changing = asyncio.Lock()
 
     async def claim(self, driver: Driver, address: str, moving: Moving, *, take_over: bool = False) -> None:
-        """Make the controller this program's and beat from now on; raises as `Ownership.claim`."""
-        await self._stop_beating()
-        await self.owner.claim(driver, address, moving, take_over=take_over)
-        await self.arm(driver)  # somebody may have deleted the variables that the question names
-        self._begin_beating(driver)
+        """Claim the controller for this program and beat from now on; raises as `Ownership.claim`."""
+        async with self._changing:
+            await self._stop_beating()
+            await self.owner.claim(driver, address, moving, take_over=take_over)
+            await self.arm(driver)  # somebody may have deleted the variables that the question names
+            self._begin_beating(driver)
 
     async def resume(self, driver: Driver, moving: Moving) -> None:
         """Beat again on a new connection to a controller that is still ours, once nothing moves."""
-        await self._stop_beating()
-        while True:
-            if not await moving():
-                break
-            await asyncio.sleep(LOOK)
-        await self.owner.sign(driver)
-        self._begin_beating(driver)
+        async with self._changing:  # a person may recover meanwhile: there is one beat
+            await self._stop_beating()
+            while True:
+                if not await moving():
+                    break
+                await asyncio.sleep(LOOK)
+            await self.owner.sign(driver)
+            self._begin_beating(driver)
 
     async def install(self, driver: Driver) -> None:
         """Put the guard into the controller unless it is there, start it unless it runs; `claim` comes before.
@@ -110,7 +114,7 @@ class Guard:
             await driver.batch(self.owner.first_arm)
 
     async def load(self, driver: Driver, commands: Sequence[str]) -> None:
-        """Send commands that prepare a motion, and make sure in the same breath that we own it and the guard watches.
+        """Send commands that prepare a motion, and check in the same batch that we own it and the guard runs.
 
         Raises `OwnershipLost`, `GuardNotRunning`, `HostSilent`, and as the driver.
         """
@@ -124,13 +128,15 @@ class Guard:
         if not await self.owner.did(driver, command):
             raise await self.lost(driver)
 
-    async def lost(self, driver: Driver) -> OwnershipLost | GuardNotRunning:
-        """Return the error for a controller that we lost; a controller without an owner was reset."""
-        holder = await self.owner.holder(driver)
-        return OwnershipLost(holder=holder) if holder else GuardNotRunning()
+    async def lost(self, driver: Driver) -> OwnershipLost | OwnerErased | GuardNotRunning:
+        """Return the error for lost ownership; without an owner and a guard, the controller was reset."""
+        holder = await self.owner.successor(driver)
+        if holder:
+            return OwnershipLost(holder=holder)
+        return OwnerErased() if (await self._look(driver)).running else GuardNotRunning()
 
     async def close(self, driver: Driver | None) -> None:
-        """End the beat; with a driver whose controller is ours also the guard, and give the controller up.
+        """End the beat; with a driver of a controller of ours, end the guard too and give the controller up.
 
         Where the guard could not be installed, thread 7 is somebody else's and left alone; so is all that another
         program owns.

@@ -1,7 +1,6 @@
-"""What the machine does unasked, and who is told: the motion under way, or the house.
+"""Detect changes that Maya did not command, and report them to the motion under way, or enter the fault state.
 
-It shows in the record, which is read again and again; in what the guard in the controller says with every beat; and in
-what the controller reports by itself.
+Such changes show in the data record, in the guard's answer to every beat, and in the controller's own reports.
 """
 
 from __future__ import annotations
@@ -28,6 +27,7 @@ from maya_un.errors import (
     MachineError,
     MayaError,
     NotConnected,
+    OwnerErased,
     OwnershipLost,
     PositionChanged,
     RegisterChanged,
@@ -37,16 +37,16 @@ from maya_un.galil.driver import Driver
 from maya_un.galil.record import DataRecord
 
 MOVING_RATE, REST_RATE = 20.0, 4.0
-"""Groups of registers read in a second, at most: of the first group while something moves, and of all in turn."""
+"""Reads per second, at most: of the first group in motion, and of all groups in turn."""
 
 _NAMED = (AbortInput, AmplifierFault, CommandRejected, PositionChanged, RegisterChanged, ForeignMotion, UnexpectedReply)
-"""Errors that name their cause; a refused command of ours explains a register that differs."""
+"""Errors that name their cause; a refused command of ours explains a different register."""
 
 
 class Lookout:
-    """Looks out for the controller that `monitor` keeps, and keeps the guard in it awake.
+    """Watches the controller of `monitor`, and keeps the guard in it running. Never sends motion.
 
-    One that is not `live`, as in a dry run, has no guard and looks only when somebody asks. It never sends motion.
+    One that is not `live`, as in a dry run, has no guard and reads only on request.
     """
 
     def __init__(self, monitor: Monitor, *, live: bool) -> None:
@@ -63,12 +63,12 @@ class Lookout:
         monitor.on_returned = self._on_returned
 
     def begin(self) -> None:
-        """Read the record at the configured rate from now on, also where a defect ended that."""
+        """Read the record at the configured rate from now on, also after a defect ended the reading."""
         if self._live and (self._looking is None or self._looking.done()):
             self._looking = self._loop.create_task(self._keep_looking(), name="state stream")
 
     async def close(self) -> None:
-        """Look and hear no more, and end the guard."""
+        """Stop reading and listening, and end the guard."""
         link = self._monitor.link
         if self._looking is not None:
             self._looking.cancel()
@@ -83,7 +83,7 @@ class Lookout:
             task.cancel()
 
     async def _leave_torque(self, guard: Guard) -> None:
-        """Leave motors to the next program that can lift what any path needs, and no more."""
+        """Set the torque that any path may need, and no more, for the next program."""
         monitor = self._monitor
         if monitor.link.up and monitor.registers.written and not monitor.moving():
             driver = monitor.link.driver
@@ -114,9 +114,9 @@ class Lookout:
             await self._guard.install(driver)
 
     async def load(self, driver: Driver, commands: Sequence[str]) -> None:
-        """Send what prepares a motion; with a guard only where it watches (`GuardNotRunning`, `HostSilent`).
+        """Send the preparation of a motion; with a guard, only if it runs (`GuardNotRunning`, `HostSilent`).
 
-        In the same breath a live one reads every register that safety stands on; raises `RegisterChanged`.
+        With `live`, also read every register that safety depends on; raises `RegisterChanged`.
         """
         registers = self._monitor.registers
         asked = registers.ask(driver) if self._live and commands and registers.known else None
@@ -129,7 +129,7 @@ class Lookout:
             await registers.require(driver, asked)
 
     async def name(self, driver: Driver, error: MachineError) -> MachineError:
-        """Return why a motion has ended with `error`: a register that somebody changed, where there is one."""
+        """Return the cause of a motion's `error`: a changed register if there is one, else `error`."""
         registers = self._monitor.registers
         if not self._live or not registers.known or driver.lost.done() or isinstance(error, _NAMED):
             return error
@@ -145,7 +145,7 @@ class Lookout:
         return error
 
     async def wake_guard(self, driver: Driver) -> None:
-        """Begin the guard's time anew before a motion: at rest, a host that was busy for longer did no harm."""
+        """Restart the guard's time before a motion: at rest, a host that was busy for longer does no harm."""
         if self._guard is not None:
             await self._guard.arm(driver)
 
@@ -158,7 +158,7 @@ class Lookout:
         return self._monitor.moving()
 
     def _on_returned(self, driver: Driver) -> None:
-        """Beat again on a new connection once nothing moves: the guard has to stop a motion under way."""
+        """Beat again on a new connection once nothing moves: the guard must stop a motion under way."""
         if self._guard is not None:
             self._begin(self._resume(driver, self._guard))
 
@@ -170,7 +170,7 @@ class Lookout:
             error = await guard.lost(driver)
         except (NotConnected, MachineError):
             return  # lost again: the link's keeper dials again
-        if isinstance(error, OwnershipLost):
+        if isinstance(error, OwnershipLost | OwnerErased):
             self._monitor.enter_fault(error)
 
     async def _keep_looking(self) -> None:
@@ -183,7 +183,7 @@ class Lookout:
                 driver = monitor.link.driver
                 asked = self._ask(driver)
                 record = await monitor.look()
-                if run is monitor.run:  # asked before BGS, a record tells of the motion before
+                if run is monitor.run:  # a record requested before BGS shows the motion before
                     await self._judge(record)
                 if asked is not None:
                     await self._judge_registers(driver, asked)
@@ -194,7 +194,7 @@ class Lookout:
                 raise
 
     def _ask(self, driver: Driver) -> Asked | None:
-        """Ask for registers: the first group often while something moves, all in turn a few times a second."""
+        """Send reads of registers: the first group often in motion, all in turn a few times a second."""
         monitor = self._monitor
         if not monitor.powered or not monitor.registers.known or monitor.fault is not None:
             return None
@@ -209,7 +209,7 @@ class Lookout:
         return monitor.registers.ask(driver, dict.fromkeys(groups)) if groups else None
 
     async def _judge_registers(self, driver: Driver, asked: Asked) -> None:
-        """Tell the motion under way, or the house, that somebody changed a register."""
+        """Report a changed register to the motion under way, or enter the fault state."""
         monitor = self._monitor
         try:
             await monitor.registers.require(driver, asked)
@@ -220,12 +220,12 @@ class Lookout:
             await self._tell(driver, changed)
 
     def _void_by(self, changed: RegisterChanged) -> None:
-        """Make the homing void if a register changed that defines what counts mean."""
+        """Make the homing invalid if the register defines the meaning of counts."""
         if str(changed.details["register"])[:2] in MEANING:
             self._monitor.displace(changed)
 
     async def _tell(self, driver: Driver, error: MachineError) -> None:
-        """End the motion under way with an error, or enter the fault; where the controller was reset, with that."""
+        """End the motion under way with an error, or enter the fault state; after a reset, report the reset."""
         monitor = self._monitor
         if not await marker.remembered(driver):
             monitor.homed, error = False, ControllerReset()
@@ -240,7 +240,7 @@ class Lookout:
             monitor.enter_fault(error)
 
     async def _judge(self, record: DataRecord) -> None:
-        """Tell the motion under way, or the house, what the record says that the machine did unasked."""
+        """Report changes that Maya did not command to the motion under way, or enter the fault state."""
         monitor = self._monitor
         if monitor.fault is not None:
             return
@@ -270,7 +270,7 @@ class Lookout:
             monitor.enter_fault(found)
 
     def _met(self, record: DataRecord) -> MayaError | None:
-        """Return the error of the motion under way, None if all is well; a homing checks limits itself."""
+        """Return the error of the motion under way, None without one; a homing checks limits itself."""
         monitor, run = self._monitor, self._monitor.run
         found = None if run is None else faults.grave(record, monitor.order, run.members)
         found = found or monitor.motor_off()
@@ -284,7 +284,7 @@ class Lookout:
         return strange
 
     def _on_watch(self, watch: Watch, driver: Driver) -> None:
-        """Hear from the guard, many times a second; it matters while nothing else is wrong."""
+        """Evaluate the guard's answer, many times a second, unless there is a fault already."""
         monitor = self._monitor
         if monitor.fault is not None or driver.lost.done():
             return
@@ -298,13 +298,13 @@ class Lookout:
             self._begin(self._guard.arm(driver))
 
     async def _find_owner(self, driver: Driver, guard: Guard) -> None:
-        """End what is under way with the name of the program that took the controller over."""
+        """End the motion under way with an error that names the new owner."""
         try:
             error = await guard.lost(driver)
         except (NotConnected, MachineError):
             return  # the link's keeper announces the loss
-        if isinstance(error, GuardNotRunning):
-            await self._find_out(error)  # it is nobody's: a reset
+        if not isinstance(error, OwnershipLost):
+            await self._find_out(error)  # no owner: a reset
         elif self._monitor.fault is None and not self._ending():
             self._monitor.end(error)
 
@@ -313,20 +313,20 @@ class Lookout:
         return wish is not None and wish.interrupted.done()
 
     def _on_message(self, text: str) -> None:
-        """A limit or a following error, told by the controller itself: look at once."""
+        """Read at once after a report of the controller: a limit or a following error."""
         if text.startswith(REPORT):
             self._unheard = True
             if self._hearing is None or self._hearing.done():
                 self._hearing = self._begin(self._hear())
 
     async def _hear(self) -> None:
-        """Look once for all reports that came meanwhile, so that a flood of them is no flood of questions."""
+        """Read once for all reports that came meanwhile, so many reports do not cause many reads."""
         while self._unheard:
             self._unheard = False
             await self._find_out(None)
 
     async def _find_out(self, otherwise: MachineError | None) -> None:
-        """Look what befell the axes and end the motion under way with it, or with `otherwise`."""
+        """Find what happened to the axes, and end the motion under way with that error, or with `otherwise`."""
         monitor = self._monitor
         run = monitor.run
         try:

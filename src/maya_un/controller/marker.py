@@ -7,8 +7,8 @@ counts must lie within their strokes, where a reset controller, which counts fro
 Counts mean what the configuration of their homing called the switches (`axes.*.minimum`), so that is noted too, as
 `mayamina`, `mayaminb`, `mayaminc` [counts]. Where a calibration has moved them since, the mark holds no more.
 
-Every motion leaves where it came to rest in `mayaata`, `mayaatb`, `mayaatc` [counts], valid while `mayamove` is 0. Who
-takes the mark over later sees by it that somebody moved the axes or changed their positions meanwhile.
+Every motion writes its rest position into `mayaata`, `mayaatb`, `mayaatc` [counts], valid while `mayamove` is 0. A
+program that adopts the mark later compares it with the positions, and so detects foreign changes.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ async def erase(driver: Driver) -> None:
 
 
 async def remembered(driver: Driver) -> bool:
-    """Tell whether the controller still has the variable of the mark; a reset takes it away."""
+    """Return whether the controller still has the variable of the mark; a reset removes it."""
     try:
         await driver.value("mayahome")
     except CommandRejected:
@@ -84,17 +84,17 @@ async def remembered(driver: Driver) -> bool:
 
 
 MOVING = "mayamove=1"
-"""Command before a motion: from now on nobody knows at which counts the axes will rest."""
+"""Command before a motion: the rest position is unknown from now on."""
 
 
 def resting(counts: Sequence[int]) -> list[str]:
-    """Return the commands that note at which counts the references of a, b, c rest."""
+    """Return the commands that write the rest positions of the references of a, b, c."""
     places = [f"mayaat{name}={count}" for name, count in zip(AXES, counts, strict=True)]
     return [*places, "mayamove=0"]
 
 
 async def noted(driver: Driver) -> tuple[float, float, float] | None:
-    """Return the counts at which the references of a, b, c were left at rest, None where nobody knows."""
+    """Return the written rest positions of the references of a, b, c [counts], None if unknown."""
     try:
         if await driver.value("mayamove") != 0.0:
             return None

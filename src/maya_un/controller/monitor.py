@@ -39,9 +39,9 @@ OFF_SWITCH = (0.002, 0.001, 0.001)
 
 
 class Monitor:
-    """Keeps the link, reads the record when it is asked to, publishes states and events. It never sends motion.
+    """Keeps the link, reads the record on request, publishes states and events. Never sends motion.
 
-    `on_returned` is told when the controller answers again after a loss, and all that is known of it is published.
+    `on_returned` is called when the controller answers again after a loss and the state has been published.
     """
 
     def __init__(self, dial: Dial, address: str, config: Config) -> None:
@@ -126,7 +126,7 @@ class Monitor:
         return self.record
 
     def _reckon(self, record: DataRecord) -> None:
-        """Notice a position that changes, or an axis that moves, without a motion of ours."""
+        """Detect a position that changes, or an axis that moves, without a motion of ours."""
         if self.under_way or isinstance(self.fault, OwnershipLost):  # what moves is ours, or the new owner's
             self.reckoning.forget()
             return
@@ -140,12 +140,12 @@ class Monitor:
         return self.run is not None or self.phase is not None or self.seeking
 
     def displace(self, error: MachineError) -> None:
-        """Make the homing void, because of `error`; the first cause stays until `recover`."""
+        """Make the homing invalid, because of `error`; the first cause stays until `recover`."""
         self.homed = False
         self.displaced = self.displaced or error
 
     def hold(self, driver: Driver) -> None:
-        """Give the lines the torque of rest; a live program also leaves in the controller where the axes rest."""
+        """Set the torque of rest for the lines; a live program also writes the rest position of the axes."""
         commands = self.registers.torque(self.torque.rest)
         if self.live and self.homed:
             commands += marker.resting(self.standing())
@@ -155,7 +155,7 @@ class Monitor:
             sent.add_done_callback(lambda done: self._held(done, driver))
 
     def _held(self, done: asyncio.Future[list[str]], driver: Driver) -> None:
-        """Enter the fault state where the controller refused the torque of rest: nobody waits for its answer."""
+        """Enter the fault state if the controller refused the torque of rest: no caller waits for the answer."""
         error = None if done.cancelled() else done.exception()
         if isinstance(error, CommandRejected):
             self.fail(error, driver)
@@ -189,7 +189,7 @@ class Monitor:
             yield self.config.axes[i], place
 
     async def power(self, driver: Driver) -> None:
-        """Switch on the motors that are off, and take every reference to where its axis stands (SH moves nothing)."""
+        """Switch on the motors that are off, and set every reference to the position (SH moves nothing)."""
         record = await self.look()
         places = [(axis.letter, record.axes[place]) for axis, place in self.places()]
         off = [name for name, axis in places if axis.motor_off or abs(axis.position - axis.reference) > SETTLED]

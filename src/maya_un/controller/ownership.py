@@ -1,16 +1,16 @@
-"""One owner of a controller at a time: a token in the controller says whose it is.
+"""One owner of a controller at a time: a token in the controller identifies the owner.
 
-The token is the axis user variable ZAB: it is always there, no burn brings it back, and a reset makes it 0, which means
-nobody's (Galil DMC-41x3, command ZA). An owner lives as long as its beat does, TIME written into `mayabeat` again and
-again. The controller executes one command at a time, so every write here is one command that takes effect only while
+The token is the axis user variable ZAB. It always exists, no burn restores it, and a reset makes it 0, which means no
+owner (Galil DMC-41x3, command ZA). An owner is alive while it beats, that is, writes TIME into `mayabeat` again and
+again. The controller executes one command at a time. So every write here is one command that takes effect only while
 the token has the value that its writer expects:
 
-- a claim swaps the token only where it is still the one that was seen, with the same last beat;
-- a beat, and whatever arms the guard, changes nothing once the token is somebody else's;
-- an output changes in the same command that compares the token.
+- a claim swaps the token only if token and last beat are still those that were read before;
+- a beat, or a command that arms the guard, changes nothing if the token belongs to another program;
+- one command compares the token and changes the output.
 
-BG cannot carry a condition. So the new owner ends the connection of the old one (IH): what the old one sent too late
-never arrives, not even from a host that slept between its proof and its BG.
+BG cannot carry a condition. So the new owner closes the connection of the old one (IH). Commands that the old one sent
+too late never arrive, even if its host was suspended between its check and its BG.
 """
 
 from __future__ import annotations
@@ -31,19 +31,19 @@ from maya_un.galil.hardware import LETTERS
 from maya_un.galil.numbers import parse_number
 
 Moving = Callable[[], Awaitable[bool]]
-"""Looks at the axes, and tells whether one of them moves."""
+"""Read the axes, and return whether one of them moves."""
 
 LOOK = 0.05
-"""Time between two looks at a beat or at the axes [s]."""
+"""Time between two reads of a beat or of the axes [s]."""
 
 SILENT = 1.0
-"""An owner is taken for dead after so long without a beat [s], and not before twice the guard's time."""
+"""An owner counts as dead after this time without a beat [s], and not before twice the guard's time."""
 
 REST_WITHIN = 15.0
-"""Longest wait for the axes of a dead owner [s]: the longest guard time, and a stop."""
+"""Longest wait for the axes of a dead owner to rest [s]: the longest guard time, and a stop."""
 
 TELL = 0.1
-"""A living owner hears of its loss for so long [s] before its connection ends."""
+"""A living owner has this time to notice its loss [s] before its connection ends."""
 
 _NAMES = tuple(f"mayawho{place}" for place in range(1, 5))
 _CHARACTERS = 6
@@ -53,7 +53,7 @@ _WRAP = 2**32
 
 
 class Held(NamedTuple):
-    """Whose the controller is: the `token` (0: nobody's), TIME now, and TIME of the last beat, None where none is."""
+    """Ownership as read: the `token` (0: no owner), TIME now, and TIME of the last beat (None: never)."""
 
     token: int
     time: int
@@ -61,12 +61,12 @@ class Held(NamedTuple):
 
     @property
     def age(self) -> float:
-        """Age of the last beat [s]: TIME wraps; without a beat it is infinite."""
+        """Age of the last beat [s], across a wrap of TIME; infinite without a beat."""
         return float("inf") if self.beat is None else (self.time - self.beat) % _WRAP / SAMPLES
 
 
 class Ownership:
-    """This program's ownership of a controller; an owner stays it while silent for at most `patience` [s]."""
+    """This program's ownership of a controller; an owner may be silent for at most `patience` [s]."""
 
     def __init__(self, patience: float) -> None:
         self._patience = patience
@@ -76,28 +76,28 @@ class Ownership:
 
     @property
     def beat(self) -> str:
-        """The command of a beat; it feeds nobody else's guard."""
+        """The command of a beat; it has no effect on the guard of another owner."""
         return self._kept(BEAT, "TIME")
 
     @property
     def arm(self) -> tuple[str, ...]:
-        """The commands that begin the guard's time anew; the variables must be there."""
+        """The commands that restart the guard's time; the variables must exist."""
         return self.beat, f"{OUT}={self.theirs}*{OUT}"
 
     @property
     def first_arm(self) -> tuple[str, ...]:
-        """The same where a reset took the variables; whose token is not there any more makes no guard patient."""
+        """The same after a reset removed the variables; without our token they do not restart the time."""
         return f"{BEAT}={self.ours}*TIME", f"{OUT}={self.theirs}"
 
     def output(self, bit: int, *, high: bool) -> str:
-        """Return the command that sets or clears an output, and leaves it where the token is not ours."""
+        """Return the command that sets or clears an output; it changes nothing if the token is not ours."""
         return f"OB {bit},{self.ours}|@OUT[{bit}]" if high else f"OB {bit},{self.theirs}&@OUT[{bit}]"
 
     async def claim(self, driver: Driver, address: str, moving: Moving, *, take_over: bool = False) -> None:
-        """Make the controller ours where it is nobody's, ours already, or its owner is silent and its axes rest.
+        """Own the controller if it has no owner, is ours already, or its owner is silent and its axes rest.
 
-        With `take_over` also from an owner that lives. Raises `ControllerOwned` for one that lives otherwise,
-        `ControllerMoves` where its axes do not come to rest, and as the driver.
+        `take_over` takes it from a living owner too. Raises `ControllerOwned` for a living owner otherwise,
+        `ControllerMoves` if the axes do not come to rest, and as the driver.
         """
         loop = asyncio.get_running_loop()
         latest = loop.time() + REST_WITHIN
@@ -122,7 +122,7 @@ class Ownership:
                 await self._wait_for_rest(driver, now=False, latest=latest)
 
     async def look(self, driver: Driver) -> Held:
-        """Return whose the controller is now."""
+        """Read the present ownership."""
         try:
             token, beat, time = await _numbers(driver, "_ZAB", BEAT, "TIME")
         except CommandRejected:
@@ -131,28 +131,36 @@ class Ownership:
         return Held(token, time, beat)
 
     async def did(self, driver: Driver, *commands: str) -> bool:
-        """Send commands that hold while the controller is ours, and tell whether it was."""
+        """Send commands that take effect only if the controller is ours; return whether it was."""
         question = f"MG{self.ours}"
         answers = await driver.batch([*commands, question])
         return _number(answers[-1], question) == 1.0
 
     async def holds(self, driver: Driver) -> bool:
-        """Tell whether the controller is ours now."""
+        """Return whether the controller is ours now."""
         return await self.did(driver)
 
     async def holder(self, driver: Driver) -> str:
-        """Return the name of the controller's owner for people, "" if nobody owns it."""
+        """Return the name of the owner for people, "" without an owner."""
         if (await self.look(driver)).token == 0:
             return ""
         try:
             names = await driver.batch([f"MG {name}{{S{_CHARACTERS}}}" for name in _NAMES])
             (process,) = await _numbers(driver, _PROCESS)
         except CommandRejected:
-            return "a program that gave no name"
+            return "an unnamed program"
         return f"{''.join(names).strip()} (process {process})"
 
+    async def successor(self, driver: Driver) -> str:
+        """Return the name of the program that took the controller over, "" if nobody owns it.
+
+        A new owner signs only after it has closed our connection. Until then, the name in the controller is ours.
+        """
+        holder = await self.holder(driver)
+        return "not yet named" if holder == f"{_written(_own_name())} (process {os.getpid()})" else holder
+
     async def sign(self, driver: Driver) -> None:
-        """Write our name and connection into the controller, but never over those of another owner."""
+        """Write our name and connection into the controller, unless another program owns it."""
         (handle,) = await _numbers(driver, "_IA3")
         letter = LETTERS[handle]
         mine = {
@@ -168,15 +176,15 @@ class Ownership:
             await driver.batch([f"{name}={self.ours}*{value}" for name, value in mine.items()])
 
     async def release(self, driver: Driver) -> None:
-        """Make the controller nobody's, if it is ours."""
+        """Give the controller up, if it is ours."""
         await driver.send(f"ZAB={self.theirs}*_ZAB")
 
     def _kept(self, variable: str, value: str) -> str:
-        """Return the command that gives a variable a value while the token is ours, and else its own."""
+        """Return the command that sets a variable if the token is ours, and else keeps its value."""
         return f"{variable}={self.ours}*{value}+({self.theirs}*{variable})"
 
     async def silent(self, driver: Driver, held: Held, address: str) -> Held | None:
-        """Return what is held once its owner is silent, None where it has changed hands meanwhile.
+        """Return the ownership once the owner is silent, None if the owner has changed.
 
         Raises `ControllerOwned` as soon as the owner beats.
         """
@@ -186,18 +194,18 @@ class Ownership:
             if newer.token != held.token:
                 return None
             if newer.beat != held.beat:
-                raise ControllerOwned(address=address, holder=await self.holder(driver) or "just ended")
+                raise ControllerOwned(address=address, holder=await self.holder(driver) or "a program that is ending")
             held = newer
         return held
 
     async def _wait_for_rest(self, driver: Driver, *, now: bool, latest: float) -> None:
-        """Wait until the next look at axes that move; raises `ControllerMoves` `now`, or behind the latest time."""
+        """Wait before the next read of moving axes; raise `ControllerMoves` if `now` or after the latest time."""
         if now or asyncio.get_running_loop().time() >= latest:
-            raise ControllerMoves(holder=await self.holder(driver) or "somebody else")
+            raise ControllerMoves(address=driver.address, holder=await self.holder(driver) or "another program")
         await asyncio.sleep(LOOK)
 
     async def _swapped(self, driver: Driver, held: Held, *, alive: bool) -> bool:
-        """Swap the token for ours if it is still as it was seen; begin to beat in the same breath."""
+        """Swap the token for ours if it is unchanged, and send the first beat with it."""
         same = f"(_ZAB={held.token})"
         if held.beat is not None and held.token and not alive:
             same += f"&({BEAT}={held.beat})"
@@ -206,13 +214,13 @@ class Ownership:
         return await self.did(driver, swap, *arm)
 
     async def _fence(self, driver: Driver) -> None:
-        """End the connection of the owner until now, so that nothing it sent before arrives any more."""
+        """Close the connection of the former owner, so its late commands never arrive."""
         try:
             (handle,) = await _numbers(driver, _HANDLE)
             letter = LETTERS[handle]
             same, own = await _numbers(driver, f"(_IH{letter}0={_PEER})&(_IH{letter}1={_PORT})", "_IA3")
         except (CommandRejected, IndexError):
-            return  # it left no name, or its handle is free
+            return  # it wrote no name, or its handle is free
         if same and own != handle:
             await driver.send(f"IH{letter}=>-3")
 
@@ -227,12 +235,12 @@ async def living_owner(driver: Driver) -> str:
     except ControllerOwned as owned:
         return str(owned.details["holder"])
     except (CommandRejected, UnexpectedReply):
-        pass  # it knows nothing of owners
+        pass  # it does not know these variables
     return ""
 
 
 async def _numbers(driver: Driver, *operands: str) -> list[int]:
-    """Return whole numbers, printed in a format of our own, so that VF cannot cut them."""
+    """Return whole numbers, printed in our own format, because VF could truncate them."""
     command = f"MG {','.join(f'{operand}{{F10.0}}' for operand in operands)}"
     reply = await driver.send(command)
     words = reply.split()
@@ -256,9 +264,14 @@ def _own_name() -> str:
     return f"{user}@{platform.node()}"
 
 
+def _written(name: str) -> str:
+    """Return a name as the controller can hold it."""
+    return "".join(character if " " < character <= "~" else "-" for character in name)[: _CHARACTERS * len(_NAMES)]
+
+
 def _packed(name: str) -> list[str]:
     """Return a name as numbers: six characters are the six bytes of a variable (Galil DMC-41x3, strings)."""
     room = _CHARACTERS * len(_NAMES)
-    data = "".join(character if " " < character <= "~" else "-" for character in name)[:room].encode("ascii")
+    data = _written(name).encode("ascii")
     pieces = [data[place : place + _CHARACTERS].ljust(_CHARACTERS, b"\0") for place in range(0, room, _CHARACTERS)]
     return [f"${piece[:4].hex()}.{piece[4:].hex()}".upper() for piece in pieces]

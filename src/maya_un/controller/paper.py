@@ -1,4 +1,4 @@
-"""The planning of the controller floor without a controller: a preview on paper equals the real motion.
+"""The planning of the controller layer without a controller: the preview equals the real motion.
 
 In a worker (`maya_un.workers`) there is one, made by `prepare`; the functions of this module work on it there.
 """
@@ -25,7 +25,7 @@ _WORKSPACES = 4
 
 
 class Paper:
-    """A machine of `config` on paper, in a `workspace`: what planning needs to know of a controller."""
+    """A machine of `config` in a `workspace`, for planning without a controller."""
 
     def __init__(self, config: Config, workspace: Workspace, planner: Planner) -> None:
         self.config = config
@@ -47,7 +47,7 @@ class Paper:
 
 
 class Drawer:
-    """Keeps a planner, and for every workspace that was asked about lately what `made` makes of the paper for it."""
+    """Caches a planner, and the result of `made` for each recently used workspace."""
 
     def __init__(self, config: Config) -> None:
         self.config = config
@@ -57,7 +57,7 @@ class Drawer:
         self._made: OrderedDict[tuple[object, Workspace], Any] = OrderedDict()
 
     def on(self, workspace: Workspace, made: Callable[[Paper], T]) -> T:
-        """Return what `made` makes of the paper for a workspace, the same again for the same."""
+        """Return the result of `made` for a workspace, cached."""
         key = (made, workspace)
         found = self._made.pop(key, None)
         if found is None:
@@ -72,12 +72,12 @@ _drawers: list[Drawer] = []
 
 
 def prepare(config: Config) -> None:
-    """Make the drawer of this process."""
+    """Create the cache of this process."""
     _drawers[:] = [Drawer(config)]
 
 
 def drawer() -> Drawer:
-    """Return the drawer of this process."""
+    """Return the cache of this process."""
     return _drawers[0]
 
 

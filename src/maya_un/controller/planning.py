@@ -1,4 +1,4 @@
-"""Where the controller floor has its motions planned: here, or in a worker, so that nothing holds the loop."""
+"""Plan motions of the controller layer in this process, or in a worker, so that planning never blocks the loop."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from maya_un.workers import Answer, Workers
 T = TypeVar("T")
 
 OWN = "motion"
-"""Principal whose turn the robot's own plans use."""
+"""Principal of the robot's own plans, for the worker's scheduler."""
 
 
 class Planning:
-    """Plans by `planner` and `jogging`, in `workers` where there are any."""
+    """Plans by `planner` and `jogging`, in `workers` if there are any."""
 
     def __init__(self, planner: Planner, jogging: Jogging, workers: Workers | None) -> None:
         self._planner = planner
@@ -32,13 +32,13 @@ class Planning:
         self._workers = workers
 
     async def plan(self, wish: Wish, workspace: Workspace, route: Route, speed: float) -> Plan:
-        """Return the plan of a route for `wish`; raises as `Planner.plan` does, what ends the wish, `WorkerFailed`."""
+        """Return the plan of a route for `wish`; raises as `Planner.plan`, what ends the command, `WorkerFailed`."""
         if self._workers is None:
             return self._planner.plan(workspace, route, speed)
         return await _unless_ended(wish, self._workers.run(paper.plan, workspace, route, speed, whose=OWN))
 
     async def jogged(self, wish: Wish, workspace: Workspace, axis: str, here: Joints, way: float) -> Jogged:
-        """Return how far a jog goes; raises as `Jogging.within` does, what ends the wish, `WorkerFailed`."""
+        """Return how far a jog goes; raises as `Jogging.within`, what ends the command, `WorkerFailed`."""
         if self._workers is None:
             return self._jogging.within(workspace, axis, here, way)
         return await _unless_ended(wish, self._workers.run(paper.jogged, workspace, axis, here, way, whose=OWN))

@@ -89,7 +89,7 @@ class Controller(Protocol):
 
     @property
     def stops(self) -> int:
-        """Number of stops and aborts so far; compare it between two motions to notice one."""
+        """Number of stops and aborts so far; a change between two motions shows one."""
         ...
 
     def watch(self) -> AsyncIterator[State]:

@@ -1,7 +1,7 @@
 """Expected positions of the axes from this program's commands: any other change is foreign.
 
-The reference of an axis (Galil DMC-41x3, command RP) changes by motion, by DP, and by SH, which takes it to where the
-axis is. So at rest it stays exactly, and in motion it stays on the path.
+The reference of an axis (Galil DMC-41x3, command RP) changes by motion, by DP, and by SH, which sets it to the position
+of the axis. So at rest it does not change, and in motion it stays on the path.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from maya_un.kinematics.mechanism import Floats
 from maya_un.values import AXES
 
 SETTLED = 20
-"""An axis at rest is as near to its reference [counts]; SH changes the reference by no more."""
+"""Greatest distance of an axis at rest from its reference [counts]; SH changes the reference by no more."""
 
 _ON_PATH = 16
-"""The reference lies within this share of the error limit (ER) of its path while it moves, samples apart."""
+"""In motion, the reference is within this share of the error limit (ER) of its path."""
 
 _PUSHED = 4
 """An axis that is farther than this share of the error limit (ER) from its reference at rest was pushed."""
@@ -39,13 +39,13 @@ class Reckoning:
         self._last: DataRecord | None = None
 
     def forget(self) -> None:
-        """Know nothing, as while a motion of ours is under way."""
+        """Forget the positions, as during a motion of ours."""
         self._last = None
 
     def compare(self, record: DataRecord) -> MachineError | None:
-        """Take over a record that shows axes at rest; return what is not ours in it, None where all is as we left it.
+        """Store a record of axes at rest; return the error for a foreign change, None without one.
 
-        What moves then was begun by another program, unless nothing was known before.
+        If an axis moves, another program began the motion, unless no record was stored before.
         """
         last = self._last
         if last is None:

@@ -1,8 +1,8 @@
 """The registers that safety depends on: declared once, written at connect, and read again and again.
 
-Some have a value that the configuration asks for. The others, as gains and types of motors and encoders, belong to the
-machine: they have to stay as they were when this program connected. Those of the coordinate system are what the last
-motion set. All are read before every motion, a few in every look while something moves, and all in turn at rest.
+The configuration gives the value of some. Others, such as gains and types of motors and encoders, belong to the
+machine: they must keep the value that they had when this program connected. The last motion sets those of the
+coordinate system. All are read before every motion, a few with every record in motion, and all in turn at rest.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from maya_un.galil.driver import Driver
 from maya_un.galil.numbers import parse_number
 
 _SAMPLE = 1000
-"""TM [us, nominal]: speeds, and the guard's time, are meant at this one."""
+"""TM [us, nominal]: speeds and the guard's time refer to this value."""
 
 _PRINTED = 10.4
 _FORMAT = f"VF {_PRINTED}"
-"""How numbers are printed: a narrower format, left by somebody else, would cut what is read back."""
+"""Format of printed numbers: a narrower format, set by another program, would truncate the answers."""
 
 _SAME = 5e-4
-"""Values that differ by less are the same: the controller prints four decimals and keeps steps of its own."""
+"""Values that differ by less are equal: the controller prints four decimals and rounds to its own steps."""
 
 _ODD = frozenset({"TM", "CN"})
 
 _PLANE = {"VS": 2.0, "VA": 1024.0, "VD": 1024.0, "VR": 0.0}
-"""Registers of the coordinate system that every motion sets, and the steps in which the controller keeps them."""
+"""Registers of the coordinate system that every motion sets, and the steps to which the controller rounds."""
 
 
 class Group(NamedTuple):
@@ -56,14 +56,14 @@ GROUPS = (
     Group(axes="NB NF NZ"),
     Group(axes="OA OT OV BW"),
 )
-"""Every register that safety depends on (Galil DMC-41x3); while something moves, each look reads the first group."""
+"""Every register that safety depends on (Galil DMC-41x3); in motion, the first group is read often."""
 
 MEANING = frozenset({"MT", "CE", "DV", "AF", "GR"})
-"""Registers without which the counts mean something else: a change of them makes the homing void."""
+"""Registers that define the meaning of counts: a change makes the homing invalid."""
 
 
 def wanted(config: Config) -> dict[str, float]:
-    """Return register operands (`_TM`, `_SPA`, `_ERB`, `_CN0`, …) and the values the configuration asks for.
+    """Return register operands (`_TM`, `_SPA`, `_ERB`, `_CN0`, …) and their values in the configuration.
 
     Software limits (FL, BL) are off: the whole-path check is narrower, and before homing they mean nothing.
     Accelerations are what the controller makes of them: multiples of 1024 counts/s², speeds even (Galil AC, SP).
@@ -109,7 +109,7 @@ async def identify(driver: Driver, address: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """A question about registers on its way, and the expected answer."""
+    """A pending read of registers, and the expected values."""
 
     answers: asyncio.Future[list[str]]
     lines: Sequence[Line]
@@ -117,18 +117,18 @@ class Asked:
 
 
 class Line(NamedTuple):
-    """One question: its number, which the answer begins with, and the operands whose values follow."""
+    """One read: its number, with which the answer begins, and the operands whose values follow."""
 
     number: int
     operands: tuple[str, ...]
 
     @property
     def command(self) -> str:
-        """The command that asks."""
+        """The command that reads."""
         return f"MG{self.number},{','.join(self.operands)}"
 
     def read(self, answer: str) -> dict[str, float]:
-        """Return the values that an answer holds; raises `UnexpectedReply` for the answer to something else."""
+        """Return the values of an answer; raises `UnexpectedReply` for the answer to another command."""
         try:
             number, *values = (parse_number(word) for word in answer.split())
         except ValueError as error:
@@ -150,16 +150,16 @@ class Registers:
 
     @property
     def known(self) -> bool:
-        """Whether they have been written and noted since this program connected."""
+        """Whether they have been written and read since this program connected."""
         return bool(self._expected)
 
     @property
     def written(self) -> bool:
-        """Whether they have been written once, be it before a link was lost."""
+        """Whether they have ever been written, also before a link was lost."""
         return bool(self._kept)
 
     def sent(self, commands: Iterable[str]) -> None:
-        """Note what commands of ours set, those of the coordinate system and TL; said as they are written."""
+        """Note the values that our commands set, of the coordinate system and TL, when they are written."""
         if not self._expected:
             return
         for command in commands:
@@ -172,17 +172,17 @@ class Registers:
                 self._expected[f"_TL{command[2]}"] = float(command[4:])
 
     def torque(self, limits: Volts) -> list[str]:
-        """Return the commands that set torque limits, without those that stand already."""
+        """Return the commands that set torque limits, without unchanged ones."""
         known = self._expected
         return torque.commands(
             {letter: volts for letter, volts in limits.items() if abs(known.get(f"_TL{letter}", -1.0) - volts) > _SAME}
         )
 
     async def configure(self, driver: Driver) -> None:
-        """Write every register of the configuration, read all, and take those of the machine as they are.
+        """Write every register of the configuration, read all, and accept those of the machine.
 
-        Where those were noted before, they are written back. Raises `ParameterMismatch` where the controller kept
-        another value.
+        If those of the machine were noted before, they are written back. Raises `ParameterMismatch` if the controller
+        has another value.
 
         DC holds the stop's deceleration: an axis-wise move is never used for travel, only an axis-wise stop is.
         """
@@ -201,18 +201,18 @@ class Registers:
         self._expected = found | self._wanted
 
     def forget(self) -> None:
-        """Expect nothing until they are configured again."""
+        """Expect no values until they are configured again."""
         self._expected = {}
 
     def ask(self, driver: Driver, numbers: Iterable[int] | None = None) -> Asked:
-        """Ask for groups of registers (by their places in `GROUPS`; None: all), before returning."""
+        """Send the read of groups of registers (by their places in `GROUPS`; None: all), before returning."""
         return self._ask(driver, self._lines if numbers is None else [self._lines[number] for number in numbers])
 
     async def require(self, driver: Driver, asked: Asked) -> None:
-        """Raise `RegisterChanged` where somebody changed a register; raises as `Driver.batch`, and `UnexpectedReply`.
+        """Raise `RegisterChanged` if a register differs; raises as `Driver.batch`, and `UnexpectedReply`.
 
-        An answer without sense is no proof, and neither is one after somebody changed how numbers are printed (VF):
-        then all are asked again.
+        A senseless answer proves nothing, and neither does one after another program changed the print format (VF).
+        Then all are read again.
         """
         try:
             changed = await _difference(asked)
@@ -223,14 +223,21 @@ class Registers:
             await driver.send(_FORMAT)
             changed = await _difference(self._ask(driver, asked.lines))
         if changed is not None:
-            raise changed
+            raise await self._cause(driver, changed)
+
+    async def _cause(self, driver: Driver, changed: RegisterChanged) -> RegisterChanged:
+        """Return the change of TM, where TM changed: the speeds and accelerations that are read scale with it."""
+        expected, found = self._expected.get("_TM"), await driver.value("_TM")
+        if expected is None or abs(found - expected) <= _SAME:
+            return changed
+        return RegisterChanged(register="TM", found=f"{found:g}", wanted=f"{expected:g}")
 
     def _ask(self, driver: Driver, lines: Sequence[Line]) -> Asked:
         expected = {name: self._expected[name] for line in lines for name in line.operands if name in self._expected}
         return Asked(driver.begin_batch([line.command for line in lines]), lines, expected)
 
     async def _read(self, driver: Driver) -> dict[str, float]:
-        """Return the values of all registers; a line with one that this controller does not have is made shorter."""
+        """Return the values of all registers; registers that this controller lacks are dropped from their line."""
         found: dict[str, float] = {}
         lines: list[Line] = []
         for line in self._lines:
@@ -246,7 +253,7 @@ class Registers:
 
 
 async def _difference(asked: Asked) -> RegisterChanged | None:
-    """Return the error for the first register that is not as expected, None where all are."""
+    """Return the error for the first register that is not as expected, None without one."""
     answers = await asked.answers
     for line, answer in zip(asked.lines, answers, strict=True):
         for name, value in line.read(answer).items():

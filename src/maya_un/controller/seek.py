@@ -199,7 +199,7 @@ class Seeker:
         return look
 
     async def define(self, axis: int, counts: int) -> None:
-        """Call where an axis rests `counts` (DP), and note it in the controller."""
+        """Define the position of an axis at rest as `counts` (DP), and note it in the controller."""
         command = f"DP{self._config.axes[axis].letter}={counts}"
         await self._driver.batch([command, marker.datum(self._config, self._units, axis)])
         if self._known is not None:
@@ -207,7 +207,7 @@ class Seeker:
             self._known = a, b, c
 
     def _require_known(self, look: Look) -> None:
-        """Raise `ForeignMotion` or `PositionChanged` where the axes are not as the last step left them."""
+        """Raise `ForeignMotion` or `PositionChanged` if the axes changed since the last step."""
         if self._known is None:
             return
         for axis, (known, here) in enumerate(zip(self._known, look.reference, strict=True)):
@@ -217,14 +217,14 @@ class Seeker:
                 raise self._reckoning.changed(axis, here - known)
 
     async def _require_ours(self, look: Look) -> None:
-        """Raise `ForeignMotion` where an axis moves by itself."""
+        """Raise `ForeignMotion` if an axis moves independently."""
         foreign = faults.foreign(look.record, self._order)
         if foreign is not None:
             await self.settle()
             raise foreign
 
     def _require_on_way(self, before: Look, look: Look, counts: Mapping[int, int]) -> None:
-        """Raise `PositionChanged` where the reference is not on the way of the step; axes not in it stay exactly."""
+        """Raise `PositionChanged` if the reference leaves the path of the step; other axes must not change."""
         for axis in set(range(3)) - counts.keys():
             if look.reference[axis] != before.reference[axis]:
                 raise self._reckoning.changed(axis, look.reference[axis] - before.reference[axis])

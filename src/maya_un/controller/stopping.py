@@ -17,7 +17,7 @@ from maya_un.galil.record import DataRecord
 from maya_un.values import StopReport
 
 PATIENCE = 30.0
-"""A controller that refuses commands is asked again for so long [s] whether its axes rest."""
+"""A controller that refuses commands is polled for this time [s] until its axes rest."""
 
 
 class Stopping:
@@ -66,7 +66,7 @@ class Stopping:
             raise asyncio.CancelledError
 
     def _require_on_path(self, record: DataRecord) -> None:
-        """Make the homing void where a motion that was stopped does not rest on its path."""
+        """Make the homing invalid if a stopped motion does not rest on its path."""
         monitor = self._monitor
         if monitor.run is None or faults.grave(record, monitor.order) is not None:
             return
@@ -100,9 +100,9 @@ class Stopping:
             await asyncio.sleep(0.02)
 
     async def _resting(self, driver: Driver, latest: float) -> DataRecord | None:
-        """Return the record once nothing moves, None while something does; brake what a refused stop left moving.
+        """Return the record once nothing moves, None in motion; brake axes that a refused stop left moving.
 
-        Raises `CommandRejected` where the controller still refuses to answer at loop time `latest` [s].
+        Raises `CommandRejected` if the controller still refuses to answer at loop time `latest` [s].
         """
         try:
             record = await self._stop_strays(driver)

@@ -1,10 +1,10 @@
-"""How hard the motors of the lines may pull: at rest next to nothing, in motion what the path needs and a little more.
+"""Torque limits of the line motors: almost no torque at rest; in motion what the path needs, and a reserve.
 
-A drum that locks itself holds its load without its motor. So a line that is not in a motion of ours gets too little
-torque to shorten against any load: another program can begin a motion of it, and the line stays. The bound is kept
+A self-locking drum holds its load without its motor. So a line outside our motions gets too little torque to lift any
+load: if another program begins a motion of it, the line stays. The bound is kept
 by the controller (Galil DMC-41x3, command TL), so it holds also while this program is late or dead.
 
-Shortening a line that carries T loads takes `homing.torque_per_load` times T, and friction.
+To shorten a line that carries T loads, a motor needs `homing.torque_per_load` times T, and friction.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ HOMING = 4.0
 """Torque of a line that homing moves [loads]: it needs 2.6 on the tightest ellipse, and friction up to half a load."""
 
 SPARE, FRICTION = 1.25, 1.0
-"""In motion a line gets so many times the greatest tension of its path, and so many loads more for friction."""
+"""In motion, a line gets this multiple of the greatest tension of its path, and these loads for friction."""
 
 _LINES = (1, 2)
 _STEP = 20.0 / 65536.0
@@ -44,12 +44,12 @@ class Torque:
 
     @property
     def most(self) -> Volts:
-        """The limits for the greatest tension that any path may have."""
+        """The limits for the greatest tension of any path."""
         return self._each(_LINES, self._needed(self._config.safety.tension_limit))
 
     @property
     def rest(self) -> Volts:
-        """The limits at rest; a drum that does not lock itself needs its motor to hold the load."""
+        """The limits at rest; a drum that is not self-locking needs its motor to hold the load."""
         return self._each(_LINES, HOLD) if self._config.safety.self_locking else self.most
 
     def homing(self, axes: Collection[int]) -> Volts:

@@ -30,6 +30,7 @@ MayaError
     ├── LinkLost 1001 · ConnectFailed 1002 · LinkTimeout 1003 · CommandRejected 1004
     │   WrongController 1005 · UnexpectedReply 1006 · ParameterMismatch 1007
     │   ProgramDiffers 1008 · MemoryDamaged 1009 · NodeGone 1011 · OwnershipLost 1031
+    │   OwnerErased 1033
     ├── LimitReached 2301 · FollowingError 2302 · AbortInput 2303 · AmplifierFault 2304
     │   UnexpectedStop 2305 · MotorOff 2306 · ControllerReset 2307 · EndNotReached 2308
     │   GuardNotRunning 2309 · HostSilent 2310 · PositionChanged 2311 · RegisterChanged 2312
@@ -125,6 +126,7 @@ from maya_un.errors.link import (
     MemoryDamaged,
     NodeGone,
     NotConnected,
+    OwnerErased,
     OwnershipLost,
     ParameterMismatch,
     ProgramDiffers,
@@ -245,6 +247,7 @@ __all__ = [
     "NotTaught",
     "NothingToRecover",
     "NothingToRevert",
+    "OwnerErased",
     "OwnershipLost",
     "ParameterMismatch",
     "PathRefused",

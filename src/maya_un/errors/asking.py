@@ -120,7 +120,7 @@ class UnknownInterface(RequestError):
 
 
 class ServiceFailed(RequestError):
-    """A service of the graph failed, or went away before it answered.
+    """A service of the graph failed, or ended before it answered.
 
     If the reason repeats this error's own message, the message appears once, without its code.
     """

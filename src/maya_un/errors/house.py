@@ -42,7 +42,7 @@ class NothingToRevert(RequestError):
 
 
 class StorageFailed(RequestError):
-    """What is to be kept cannot be written; nothing of it is acknowledged."""
+    """A running service cannot write a change to the disk, and keeps nothing of it. At a start this is 5014."""
 
     code = 5007
 
@@ -84,13 +84,16 @@ class TooFewDescriptors(RequestError):
 
 
 class StorageUnavailable(RequestError):
-    """The file of the queue cannot be written just now: the disk is full or read-only. A later start may succeed."""
+    """The file of the queue cannot be opened for writing: the disk is full or read-only. A later start may succeed.
+
+    A service that runs already reports 5007 instead.
+    """
 
     code = 5014
 
 
 class WorkerFailed(RequestError):
-    """The worker process that computes beside the robot's loop ended, or cannot start."""
+    """The worker process that computes for the service ended, or cannot start."""
 
     code = 5020
 

@@ -102,9 +102,15 @@ class ControllerOwned(RequestError):
 
 
 class OwnershipLost(MachineError):
-    """Another program took the controller over, so this one sends nothing more that moves."""
+    """Another program took the controller over; this one no longer moves anything and keeps its waiting jobs."""
 
     code = 1031
+
+
+class OwnerErased(MachineError):
+    """Another program erased the variable that names this program as the controller's owner."""
+
+    code = 1033
 
 
 class ControllerMoves(RequestError):

@@ -150,31 +150,31 @@ class HostSilent(MachineError):
 
 
 class PositionChanged(MachineError):
-    """A position of the controller changed though no motion of ours changed it; the homing is void."""
+    """A position changed without a motion of Maya's, by another program or by hand; the homing is no longer valid."""
 
     code = 2311
 
 
 class RegisterChanged(MachineError):
-    """A register that safety depends on no longer has the value that this program wrote or found."""
+    """A register that safety depends on no longer has the value that Maya wrote, or found when it connected."""
 
     code = 2312
 
 
 class ForeignMotion(MachineError):
-    """An axis moves though this program did not begin it; the homing is void."""
+    """An axis carries out a motion that Maya did not start; the homing is no longer valid."""
 
     code = 2313
 
 
 class PositionNotKept(RequestError):
-    """The mark of a homing stands, but the axes are not where they were left."""
+    """The controller holds the mark of a homing, but the axes are not where Maya left them."""
 
     code = 2314
 
 
 class SwitchBlocks(MachineError):
-    """A limit switch keeps a motion from its beginning, though the axis is inside its stroke."""
+    """An active limit switch prevents a motion, although the axis is not at the end of its stroke."""
 
     code = 2315
 

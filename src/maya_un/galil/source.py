@@ -45,10 +45,10 @@ class Source:
     def changes(self) -> tuple[str, ...]:
         """Texts about the changes; empty without any."""
         found = (
-            (self.remarks, "left out {} of remarks for the host"),
-            (self.tabs, "turned tabs into blanks in {}"),
-            (self.comments, "cut the comment off {}"),
-            (self.empty, "marked {} that held nothing as comments"),
+            (self.remarks, "left out {} of REM or host remarks"),
+            (self.tabs, "replaced tabs by blanks in {}"),
+            (self.comments, "cut off the comment of {}"),
+            (self.empty, "turned {} without text into comments"),
         )
         return tuple(text.format(f"{count} line{'s' * (count != 1)}") for count, text in found if count)
 

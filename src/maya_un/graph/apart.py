@@ -26,6 +26,7 @@ from maya_un.robot.primitives import Primitive
 from maya_un.robot.protocol import OnPhase, Robot
 from maya_un.robot.robot import MayaRobot
 from maya_un.values import Progress, State
+from maya_un.workers import Workers
 
 INNER = "/robot_controller/task"
 """The action by which primitive_server has primitives done, so that one node decides who may move the robot."""
@@ -61,7 +62,7 @@ class Both:
 
 @asynccontextmanager
 async def robot_floor(
-    graph: Graph, config: Config, *, clock: Clock | None = None, speed: float = 1.0
+    graph: Graph, config: Config, workers: Workers | None = None, *, clock: Clock | None = None, speed: float = 1.0
 ) -> AsyncGenerator[GraphController]:
     """Offer the robot floor, on the controller floor of the same graph, while the block runs.
 
@@ -69,7 +70,7 @@ async def robot_floor(
     way is at rest when the block is left.
     """
     async with GraphController.on(graph, config, speed=speed) as controller:
-        door = RobotDoor(Both(MayaRobot(controller, config), controller), clock=clock, speed=speed)
+        door = RobotDoor(Both(MayaRobot(controller, config, workers), controller), clock=clock, speed=speed)
         async with door.commands(graph), door.task(graph, INNER):
             yield controller
 

@@ -28,17 +28,17 @@ from maya_un.graph.protocol import (
 from maya_un.graph.table import Form, asked_by_call, asked_by_topic
 
 Permit = Callable[[Operation], None]
-"""Raises a `MayaError` where an operation may not be asked for."""
+"""Raises a `MayaError` if an operation may not be requested."""
 
 _log = logging.getLogger("maya_un.graph")
 
 
 def anything(_: Operation) -> None:
-    """Permit everything: for a graph that nobody shares."""
+    """Permit everything, for a graph without users."""
 
 
 class Attended:
-    """A `graph` whose services, actions and topics are open to its users only as far as `permit` allows.
+    """A `graph` whose services, actions and topics accept only requests that `permit` allows.
 
     Requests of this process itself are not checked. Questions that are answered at once, and cancels, are
     open to everybody. See `graph.protocol.Graph`.
@@ -63,7 +63,7 @@ class Attended:
         return self._graph.advertise(topic, kind, latch=latch, queue_size=queue_size)
 
     def subscribe(self, topic: str, kind: str, heard: Heard, *, queue_size: int = 100) -> Subscription:
-        """Listen to a topic; a wish that is refused is logged, for nobody waits for an answer."""
+        """Subscribe to a topic; a refused command is logged, because no caller waits for an answer."""
         operation = asked_by_topic(topic)
         if operation is Operation.GRAPH:  # it is no wish, but what others tell
             return self._graph.subscribe(topic, kind, heard, queue_size=queue_size)

@@ -111,7 +111,7 @@ class BusService:
         except asyncio.CancelledError:
             if is_caller_cancelled():
                 raise
-            raise ServiceFailed(service=self._name, reason="nobody answers any more") from None
+            raise ServiceFailed(service=self._name, reason="it no longer answers") from None
         finally:
             self._tasks.discard(task)  # type: ignore[arg-type]
 

@@ -32,7 +32,7 @@ BYTES = frozenset({"uint8", "char"})
 _GREATEST_SINGLE = 3.4028235677973366e38
 _SECOND = 1_000_000_000
 _STAMPS = {"time": "uint32", "duration": "int32"}
-_NEWER = {"sec": "secs", "nanosec": "nsecs"}
+_OTHERS = ({"sec": "secs", "nanosec": "nsecs"}, {"sec": "secs", "nsec": "nsecs"})
 
 NOW: ContextVar[Mapping[str, int] | None] = ContextVar("now", default=None)
 """The time {"secs", "nsecs"} that the word "now" stands for while a message is converted; None where nobody says it."""
@@ -213,13 +213,13 @@ def _time(stamp: Converter) -> Converter:
 def _stamp(least: int, greatest: int) -> Converter:
     """Return the converter of {"secs", "nsecs"}; nanoseconds beyond a second are carried over.
 
-    ROS 2's names of the two, {"sec", "nanosec"}, are understood too.
+    ROS 2's names of the two, {"sec", "nanosec"}, are understood too, and those of rosbag.js, {"sec", "nsec"}.
     """
     whole, names = _integer(-(2**63), 2**63), {"secs", "nsecs"}
 
     def convert(data: Any) -> dict[str, int]:
-        if isinstance(data, Mapping) and data and _NEWER.keys() >= data.keys():
-            data = {_NEWER[name]: value for name, value in data.items()}
+        if isinstance(data, Mapping) and "sec" in data:
+            data = _renamed(data)
         if not isinstance(data, Mapping) or not names.issuperset(data):
             raise Misfit(f'it must be {{"secs", "nsecs"}}, not {repr(data)}')
         carried, nsecs = divmod(whole(data.get("nsecs", 0)), _SECOND)
@@ -229,6 +229,14 @@ def _stamp(least: int, greatest: int) -> Converter:
         return {"secs": secs, "nsecs": nsecs}
 
     return convert
+
+
+def _renamed(data: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return a time under the names of ROS 1, where it stands under those of somebody else."""
+    for others in _OTHERS:
+        if others.keys() >= data.keys():
+            return {others[name]: value for name, value in data.items()}
+    return data
 
 
 _SCALARS: dict[str, Converter] = {"bool": _bool, "string": _string, "float64": _float, "float32": _single}

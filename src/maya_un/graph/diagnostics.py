@@ -82,7 +82,7 @@ def axes(state: State) -> Status:
         "counts": " ".join(map(str, state.counts)),
     }
     if state.joints is None and state.mode is not Mode.DISCONNECTED:
-        values["joints"] = "not known before homing: /joint_states is silent, and tf has no frames of what moves"
+        values["joints"] = "not known before homing: /joint_states is silent, and tf holds two trees, base and hook"
     if state.joints is not None:
         a, b, c = state.joints
         values["joints"] = f"a {degrees(a):.2f} deg, b {b:.4f} m, c {c:.4f} m"
@@ -95,12 +95,15 @@ def axes(state: State) -> Status:
     return Status("maya: axes", Level.OK, "motors on", values)
 
 
-def robot(*, controller_there: bool, can_teleop: bool, running: str = "") -> Status:
-    """Return how the robot floor is; `running` is the primitive under way, "" where there is none."""
+def robot(*, controller_there: bool, can_teleop: bool, running: str = "", why: str = "") -> Status:
+    """Return how the robot floor is; `running` is the primitive under way, "" where there is none.
+
+    `why` says why it takes no command now, where that is known.
+    """
     values = {"can_teleop": can_teleop, "running": running}
     if not controller_there:
         return Status("maya: robot", Level.ERROR, "1011 the controller floor is not there", values)
-    message = f"at {running}" if running else "ready" if can_teleop else "waits for the controller floor"
+    message = f"at {running}" if running else "ready" if can_teleop else why or "waits for the controller floor"
     return Status("maya: robot", Level.OK if running or can_teleop else Level.WARN, message, values)
 
 
@@ -119,7 +122,7 @@ def interrupted(job: int, name: str, step: str, *, robot_there: bool) -> Status:
     values = {"interrupted": job, "step": step, "paused": True}
     if not robot_there:
         return Status("maya: process", Level.ERROR, "1011 the robot floor is not there", values)
-    message = f"job {job} ({name}) was interrupted: decide what becomes of it (`maya queue recover`, /recover_queue)"
+    message = f"job {job} ({name}) was interrupted: decide about it (`maya queue recover`, /recover_queue)"
     return Status("maya: process", Level.WARN, message, values)
 
 

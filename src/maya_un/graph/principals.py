@@ -1,6 +1,6 @@
 """The principal of each command in a graph: set where the command comes in, read where it meets the gate.
 
-It goes with what a message sets going, tasks included, so that nobody on the way has to hand it on.
+It follows the work that a message starts, tasks included, so handlers need not pass it on.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from contextvars import ContextVar
 from maya_un.api.access.caller import ROS, Caller
 
 Who = Callable[[], Caller]
-"""Returns the principal at this instant."""
+"""Returns the present principal."""
 
 _CALLER: ContextVar[Caller] = ContextVar("caller", default=ROS)
 
@@ -24,7 +24,7 @@ def caller() -> Caller:
 
 @contextmanager
 def acting_for(who: Caller) -> Iterator[None]:
-    """Make `who` the principal of everything that begins in the block."""
+    """Make `who` the principal of all work that begins in the block."""
     token = _CALLER.set(who)
     try:
         yield

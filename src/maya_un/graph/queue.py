@@ -1,4 +1,4 @@
-"""The queue of the process floor, as its door offers it to a graph."""
+"""The queue of the process layer, as a graph uses it."""
 
 from __future__ import annotations
 
@@ -48,10 +48,10 @@ async def _sender() -> Caller:
 
 
 class Queue:
-    """Takes what comes from a graph through the gate.
+    """Passes requests of a graph to the gate.
 
-    `view` tells how the queue is, `controller` is the floor below. `who` tells whose wish it is: by default of whoever
-    sent the message, as far as the graph knows.
+    `view` returns the state of the queue, `controller` is the layer below. `who` returns the caller, by default the
+    sender of the message.
     """
 
     def __init__(
@@ -63,11 +63,11 @@ class Queue:
         self._who = _sender if who is None else who
 
     def status(self) -> Status:
-        """Return how the floor is."""
+        """Return the status of the process layer."""
         return status_of(self._view(), self._controller)
 
     def told(self) -> Message:
-        """Return how the queue is, as /queue_status tells it."""
+        """Return the state of the queue as a message for /queue_status."""
         return told(self._view())
 
     async def append(self, primitives: Sequence[Primitive]) -> None:
@@ -77,9 +77,9 @@ class Queue:
         await self._call(by, operation, lambda service: service.submit(job, by=by), job.name)
 
     async def end_all(self) -> None:
-        """Stop every movement on its path, whoever began it, and cancel all that waits; raises `StorageFailed`.
+        """Stop all motion on its path and cancel all jobs; raises `StorageFailed`.
 
-        For somebody who may not cancel what others submitted, it is a stop: what waits is paused.
+        From a caller without the right `clear`, this only stops: waiting jobs stay, and the queue pauses.
         """
         by = await self._who()
         if allowed(by.role, Operation.CLEAR):
@@ -88,12 +88,12 @@ class Queue:
             await self._call(by, Operation.STOP, lambda service: service.stop())
 
     async def resume(self) -> None:
-        """Go on with what waits; raises `AnswerNeeded` while an interrupted job waits for a person's choice."""
+        """Continue the paused queue; raises `AnswerNeeded` while an interrupted job waits for a person."""
         by = await self._who()
         await self._call(by, Operation.RESUME, lambda service: service.queue.resume(by=by))
 
     async def recover(self, choice: str, holding: bool | None) -> None:
-        """Say what becomes of the interrupted job; raises as `api.queueing.Queueing.recover` does."""
+        """Decide about the interrupted job; raises as `api.queueing.Queueing.recover` does."""
         by = await self._who()
         await self._call(by, Operation.RESTART, lambda service: service.queue.recover(choice, holding, by=by), choice)
 

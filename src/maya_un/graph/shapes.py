@@ -67,7 +67,7 @@ def marker(  # noqa: PLR0913 - a marker has that many sides
     """Return marker `number` of the namespace `name`; of lines only the first of `size` counts, their width [m].
 
     One that is not in the frame `BASE` moves with its frame. One that is there now, and in another frame later,
-    `follows` from the beginning: rviz ends itself where `frame_locked` of a marker it has drawn becomes false.
+    `follows` from the beginning: rviz crashes if `frame_locked` of a drawn marker becomes false.
     """
     return {
         "header": header(frame=frame),

@@ -163,21 +163,22 @@ START_QUEUE = Row(
     asks=Operation.PROPOSE,
 )  # fmt: skip
 STOP_QUEUE = Row(
-    "/stop_queue", Form.TOPIC, "std_msgs/Empty", Floor.PROCESS, "cancel every movement, a homing included",
+    "/stop_queue", Form.TOPIC, "std_msgs/Empty", Floor.PROCESS,
+    "stop all motion, homing included, and cancel all jobs; from a role without `clear`: stop, and pause the queue",
     ("maya_dashboard",), ("process_controller",), heard=True,
     asks=Operation.STOP,
 )  # fmt: skip
 QUEUE_STATUS = Row(
-    "/queue_status", Form.TOPIC, "std_msgs/String", Floor.PROCESS, "how the queue is, as JSON",
+    "/queue_status", Form.TOPIC, "std_msgs/String", Floor.PROCESS, "the state of the queue, as JSON",
     ("process_controller",), ("maya_dashboard",), latch=True, queue_size=10, manual=False,
 )  # fmt: skip
 RESUME_QUEUE = Row(
-    "/resume_queue", Form.SERVICE, "std_srvs/Trigger", Floor.PROCESS, "go on with what waits in the queue",
+    "/resume_queue", Form.SERVICE, "std_srvs/Trigger", Floor.PROCESS, "continue a paused queue",
     ("process_controller",), ("maya_dashboard",), manual=False,
     asks=Operation.RESUME,
 )  # fmt: skip
 RECOVER_QUEUE = Row(
-    "/recover_queue", Form.SERVICE, "maya_process/RecoverQueue", Floor.PROCESS, "decide on an interrupted job",
+    "/recover_queue", Form.SERVICE, "maya_process/RecoverQueue", Floor.PROCESS, "decide about an interrupted job",
     ("process_controller",), ("maya_dashboard",), manual=False,
     asks=Operation.RESTART,
 )  # fmt: skip

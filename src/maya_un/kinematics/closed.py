@@ -41,14 +41,14 @@ class ClosedForm:
     def of(cls, config: Config) -> Self:
         """Return the mechanism of a configuration; angles are counted around the middle of axis a."""
         geometry, boom = config.geometry, config.axes.a
-        return cls(
-            height=geometry.height,
-            length=geometry.length,
-            delta=geometry.delta,
-            drop=geometry.gripper_height,
-            width=geometry.width,
-            turn_start=0.5 * (boom.minimum + boom.maximum) - pi,
-        )
+        lengths = (geometry.height, geometry.length, geometry.delta, geometry.gripper_height)
+        return cls.measured(lengths, (boom.minimum, boom.maximum))
+
+    @classmethod
+    def measured(cls, lengths: tuple[float, float, float, float], boom: tuple[float, float]) -> Self:
+        """Return the mechanism with these lengths H, D, Δ, Φ [m], whose axis a turns in this range [rad]."""
+        height, length, delta, drop = lengths
+        return cls(height, length, delta, drop, width=length - delta, turn_start=0.5 * (boom[0] + boom[1]) - pi)
 
     @property
     def reach_down(self) -> float:

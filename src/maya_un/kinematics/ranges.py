@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import TYPE_CHECKING
 
+from maya_un import manual
 from maya_un.kinematics.closed import ClosedForm
 from maya_un.values import Joints
 
@@ -32,6 +33,13 @@ class Ranges:
         """Return the ranges of a configuration, whose zones do not count."""
         a, b, c = ((axis.minimum, axis.maximum) for axis in (config.axes.a, config.axes.b, config.axes.c))
         return Ranges(ClosedForm.of(config), a, b, c, config.safety.tension_limit)
+
+    @classmethod
+    def of_the_manual(cls) -> Ranges:
+        """Return the ranges of the manual's machine."""
+        lengths = (manual.HEIGHT, manual.LENGTH, manual.DELTA, manual.GRIPPER_HEIGHT)
+        mechanism = ClosedForm.measured(lengths, manual.STROKES[0])
+        return Ranges(mechanism, *manual.STROKES, manual.TENSION_LIMIT)
 
     def within(self, joints: Joints) -> bool:
         """Whether the joints keep every limit (to `TOLERANCE`); False for numbers that are not finite."""

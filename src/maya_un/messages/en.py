@@ -20,17 +20,19 @@ SENTENCES: dict[int, str] = {
     1010: "There is no connection to the controller. Wait for it, or check power and cable.",
     1011: "{node} is not there any more. What it did has been stopped on its path; start it again, and look where "
     "the robot stands before you go on.",
-    1020: "Nothing is running here. Start `maya up`, then run the command again. If you cannot, stop a robot with "
-    "`maya stop --address real` (or HOST:PORT).",
+    1020: "Nothing is running here. Start `maya up`, then run the command again. To stop a robot without `maya up`, "
+    "run `maya stop --address real` (or HOST:PORT).",
     1021: "The running `maya up` does not answer ({reason}). Use `maya stop` to stop the robot, then restart it.",
     1022: "It is not clear which virtual controller is meant: {reason}. Start `maya dmc serve`, or name with `--twin` one "
     "that runs (now: {running}).",
     1030: "Another running program, {holder}, owns the controller at {address}. Use that program, or end it. If you "
     "cannot, check that the robot is at rest, then take the controller over with `--take-over`.",
-    1031: "Another program, {holder}, took the controller over, so this program moves nothing any more. Use that "
-    "program. When it has ended, run `maya recover` here.",
+    1031: "Another program, {holder}, took the controller over. This program moves nothing any more and keeps its "
+    "waiting jobs. Use the other program. When it has ended, run `maya recover` here, then `maya queue resume`.",
     1032: "Axes still move by commands of {holder}, so the controller cannot change its owner now. Wait until they are "
-    "at rest, or run `maya stop`, then try again.",
+    "at rest, or stop them from any computer with `maya stop --address {address}`. Then try again.",
+    1033: "Another program erased the variable that names the owner of the controller (ZAB), so nothing moves. Close the "
+    "other program, then run `maya recover`.",
     1040: "The download failed ({reason}), and the former program could not be restored. Download a program again "
     "before you run one.",
     1050: "The robot's rosbridge at {url} does not answer: {reason}. Start the robot with `maya up --rosbridge`, or set IP to where it is; this program tries again.",
@@ -68,15 +70,18 @@ SENTENCES: dict[int, str] = {
     2310: "The guard in the controller stopped the axes, because this program had been silent for too long. See what "
     "keeps this computer busy, then say `maya recover`.",
     2311: "Axis {axis} is {distance} away from where Maya left it. Another program moved it or changed its position "
-    "(DP), or somebody pushed it. The homing is void. Close that program, run `maya recover`, then home again.",
-    2312: "Another program changed register {register} of the controller from {wanted} to {found}. Motion is safe only "
-    "with the former value. Close that program, then run `maya recover`, which writes the value back.",
-    2313: "Another program moves axis {axis}. Maya stops it, and the homing is void. Close that program, run "
-    "`maya recover`, then home again.",
+    "(DP), or somebody pushed it. The homing is no longer valid. Close the other program, if there is one, and let go "
+    "of the axis. Run `maya recover`, then home again.",
+    2312: "Register {register} of the controller is {found}, but Maya expects {wanted}. Another program changed it. "
+    "Motion is safe only with {register} = {wanted}. Close that program, then run `maya recover`, which writes "
+    "{wanted} back.",
+    2313: "Axis {axis} moves, but Maya did not start this motion. Maya stops it, and the homing is no longer valid. "
+    "Close every other program that commands the controller, and let go of the axis. Run `maya recover`, then home "
+    "again.",
     2314: "Maya cannot keep the homing: axis {axis} is {distance} away from where Maya left it. Another program moved "
-    "it or changed its position. Run `maya home`.",
-    2315: "Axis {axis} cannot begin to move: its {side} limit switch reads active, though the axis is inside its "
-    "stroke. Check the switch and its cable, then run `maya recover`.",
+    "it or changed its position, or somebody pushed it. Run `maya home`.",
+    2315: "Axis {axis} cannot begin to move. Its {side} limit switch reads active, although the axis is not at the end "
+    "of its stroke. Check the switch and its cable, then run `maya recover`.",
     2401: "The {side} limit switch of axis {axis} reads the opposite of what CN {cn} says ({reason}). Correct the "
     "wiring or `limit_active_level` in the configuration.",
     2402: "Axis {axis} stopped following during homing ({reason}). Look for an obstacle, then say `maya recover`.",
@@ -110,9 +115,9 @@ SENTENCES: dict[int, str] = {
     4020: "The service {service} failed: {reason}.",
     4022: "Job {number} was changed since it was looked at. Look at it again: `maya job show {number}`.",
     4021: "{wish} cannot be said over the ROS graph. Use `maya` beside the robot floor, or `maya up`.",
-    4030: "Too many previews run at once ({most} are allowed). Wait until one has ended, then ask again.",
-    4031: "This takes more than {seconds} s of computing. Ask for less: fewer steps, fewer samples, fewer zones.",
-    4032: "This needs more than {most}. Ask for less: fewer steps or fewer samples.",
+    4030: "Too many computations run at once (at most {most}). Wait until one has ended, then try again.",
+    4031: "This request takes more than {seconds} s of computing. Reduce it: fewer steps, fewer samples, fewer zones.",
+    4032: "This request needs more than {most}. Reduce it: fewer steps or fewer samples.",
     4040: "The deadline of this step, {deadline}, has passed. Send it again with a later deadline if it is still needed.",
     4041: "This step is for the robot {robot}, and this robot is {name}. Send it to {robot}.",
     4042: "The robot stopped, or the step before this one failed, so this step did not begin. Look at the robot, then send the step again under another id.",
@@ -130,26 +135,26 @@ SENTENCES: dict[int, str] = {
     4105: "This control lease has ended ({reason}). Take it again with `maya lease take`.",
     4106: "Too many requests ({limit} in {seconds} s are allowed). Wait {wait} s.",
     4110: "The certificate of the service was refused ({reason}). Use the URL that `maya up` printed, and give the "
-    "certificate file of the service as `ca`. `maya doctor` checks its name and dates.",
+    "certificate file of the service as `ca`. `maya doctor` checks the certificate's name and dates.",
     5001: "The configuration is refused at {key} = {value}: {reason}.",
     5002: "{path} cannot be written: {reason}.",
     5003: "{address} is in use already. Choose another port, or stop what listens there.",
     5004: "`maya up`, or the ROS nodes, run already (process {pid}). Use them, or end them first.",
     5005: "{path} is somebody else's: {remedy}.",
     5006: "No calibration can be taken back in {path}: {reason}.",
-    5007: "This could not be written down ({reason}), so it was not accepted. Make room on the disk or see to its rights, "
-    "then say it again.",
+    5007: "The disk refused to store this ({reason}), so nothing of it was accepted. Free space on the disk or correct "
+    "its permissions, then try again.",
     5008: "{path} is damaged ({reason}); it was left as it is. Put a backup in its place (`maya queue restore`), or move it "
     "away to begin an empty one.",
     5009: "{path} was written by a newer version ({found}; this one knows {known}). Use that version, or another file.",
     5010: "{path} is in use by process {pid}. End that one first, or use another file.",
     5011: "No ROS master answers at {uri}. Start `roscore`, or roslaunch, which starts one; ROS_MASTER_URI says where it is.",
     5012: "ROS cannot be used from here ({reason}). `scripts/ros` sets up what is needed on Debian and Ubuntu.",
-    5013: "This process may open {limit} files and connections at once, has {used} open already, and needs {least} "
+    5013: "This process may open {limit} files and connections at once. It has {used} open already, and needs {least} "
     "more. Raise the limit with `ulimit -n 1024`, or with LimitNOFILE=1024 in a systemd unit.",
-    5014: "{path} cannot be written now: {reason}. Free space on the disk, or mount it for writing, then start again. "
-    "systemd tries again by itself.",
-    5020: "The worker process failed ({reason}), so there is no result. Nothing has moved. Try again; if that fails "
-    "too, look at the log and restart `maya up`.",
+    5014: "{path} cannot be opened for writing now ({reason}), so nothing was started. Free space on the disk, or "
+    "mount it for writing, then start again. systemd tries again by itself.",
+    5020: "The worker process failed ({reason}), so there is no result. Nothing has moved. Try again. If that fails "
+    "too, read the log and restart `maya up`.",
     5999: "Something went wrong inside ({reason}). This is a defect of ours; please report it with the log.",
 }

@@ -20,17 +20,20 @@ SENTENCES: dict[int, str] = {
     1010: "No hay conexión con el controlador. Espere, o revise alimentación y cable.",
     1011: "{node} ya no está. Lo que hacía se detuvo sobre su trayectoria; inícielo de nuevo y mire dónde está el robot "
     "antes de seguir.",
-    1020: "Aquí no hay nada en marcha. Inicie `maya up` y repita la orden. Si no puede, detenga un robot con "
-    "`maya stop --address real` (o HOST:PORT).",
+    1020: "Aquí no hay nada en marcha. Inicie `maya up` y repita la orden. Para detener un robot sin `maya up`, "
+    "ejecute `maya stop --address real` (o HOST:PORT).",
     1021: "El `maya up` en marcha no responde ({reason}). Detenga el robot con `maya stop` y reinícielo.",
     1022: "No está claro de qué controlador virtual se trata: {reason}. Inicie `maya dmc serve`, o nombre con `--twin` uno "
     "que esté en marcha (ahora: {running}).",
-    1030: "Otro programa en marcha, {holder}, posee el controlador en {address}. Use ese programa o termínelo. Si no "
-    "puede, compruebe que el robot esté en reposo y tome el controlador con `--take-over`.",
-    1031: "Otro programa, {holder}, tomó el controlador, así que este programa ya no mueve nada. Use ese programa. "
-    "Cuando haya terminado, ejecute aquí `maya recover`.",
+    1030: "Otro programa en marcha, {holder}, es el dueño del controlador en {address}. Use ese programa o termínelo. "
+    "Si no puede, compruebe que el robot esté en reposo y tome el controlador con `--take-over`.",
+    1031: "Otro programa, {holder}, tomó el controlador. Este programa ya no mueve nada y conserva sus trabajos en "
+    "espera. Use el otro programa. Cuando haya terminado, ejecute aquí `maya recover` y luego `maya queue resume`.",
     1032: "Aún se mueven ejes por órdenes de {holder}, así que el controlador no puede cambiar de dueño ahora. Espere "
-    "a que estén en reposo, o ejecute `maya stop`, e inténtelo otra vez.",
+    "a que estén en reposo, o deténgalos desde cualquier computador con `maya stop --address {address}`. Luego "
+    "inténtelo otra vez.",
+    1033: "Otro programa borró la variable que nombra al dueño del controlador (ZAB), así que nada se mueve. Cierre el "
+    "otro programa y luego ejecute `maya recover`.",
     1040: "La descarga falló ({reason}) y no se pudo restaurar el programa anterior. Descargue un programa otra vez "
     "antes de ejecutarlo.",
     1050: "El rosbridge del robot en {url} no responde: {reason}. Arranque el robot con `maya up --rosbridge`, o ponga en IP dónde está; este programa lo intentará otra vez.",
@@ -68,16 +71,17 @@ SENTENCES: dict[int, str] = {
     2310: "El guardián del controlador detuvo los ejes, porque este programa estuvo callado demasiado tiempo. Vea qué ocupa a "
     "este ordenador y diga `maya recover`.",
     2311: "El eje {axis} está a {distance} de donde Maya lo dejó. Otro programa lo movió o cambió su posición (DP), o "
-    "alguien lo empujó. El homing ya no vale. Cierre ese programa, ejecute `maya recover` y haga homing otra "
-    "vez.",
-    2312: "Otro programa cambió el registro {register} del controlador de {wanted} a {found}. El movimiento solo es "
-    "seguro con el valor anterior. Cierre ese programa y ejecute `maya recover`, que vuelve a escribir el valor.",
-    2313: "Otro programa mueve el eje {axis}. Maya lo detiene y el homing ya no vale. Cierre ese programa, ejecute "
-    "`maya recover` y haga homing otra vez.",
+    "alguien lo empujó. El homing ya no vale. Cierre el otro programa, si lo hay, y suelte el eje. Ejecute `maya "
+    "recover` y haga homing otra vez.",
+    2312: "El registro {register} del controlador vale {found}, pero Maya espera {wanted}. Otro programa lo cambió. El "
+    "movimiento solo es seguro con {register} = {wanted}. Cierre ese programa y ejecute `maya recover`, que vuelve a "
+    "escribir {wanted}.",
+    2313: "El eje {axis} se mueve, pero Maya no inició este movimiento. Maya lo detiene y el homing ya no vale. Cierre "
+    "todo otro programa que mande en el controlador y suelte el eje. Ejecute `maya recover` y haga homing otra vez.",
     2314: "Maya no puede conservar el homing: el eje {axis} está a {distance} de donde Maya lo dejó. Otro programa lo "
-    "movió o cambió su posición. Ejecute `maya home`.",
-    2315: "El eje {axis} no puede empezar a moverse: su final de carrera {side} lee activo, aunque el eje está dentro "
-    "de su carrera. Revise el interruptor y su cable y ejecute `maya recover`.",
+    "movió o cambió su posición, o alguien lo empujó. Ejecute `maya home`.",
+    2315: "El eje {axis} no puede empezar a moverse. Su final de carrera {side} lee activo, aunque el eje no está al "
+    "final de su carrera. Revise el interruptor y su cable y ejecute `maya recover`.",
     2401: "El final de carrera {side} del eje {axis} lee lo contrario de lo que dice CN {cn} ({reason}). Corrija el "
     "cableado o `limit_active_level` en la configuración.",
     2402: "El eje {axis} dejó de seguir durante el homing ({reason}). Busque un obstáculo y diga `maya recover`.",
@@ -111,10 +115,9 @@ SENTENCES: dict[int, str] = {
     4020: "El servicio {service} falló: {reason}.",
     4022: "El trabajo {number} cambió desde que se miró. Mírelo otra vez: `maya job show {number}`.",
     4021: "{wish} no puede decirse por el grafo de ROS. Use `maya` junto al piso del robot, o `maya up`.",
-    4030: "Se calculan demasiadas previsiones a la vez (se permiten {most}). Espere a que termine una y pídala otra "
-    "vez.",
-    4031: "Esto necesita más de {seconds} s de cálculo. Pida menos: menos pasos, menos muestras, menos zonas.",
-    4032: "Esto necesita más de {most}. Pida menos: menos pasos o menos muestras.",
+    4030: "Hay demasiados cálculos a la vez (como máximo {most}). Espere a que termine uno e inténtelo otra vez.",
+    4031: "Esta petición necesita más de {seconds} s de cálculo. Redúzcala: menos pasos, menos muestras, menos zonas.",
+    4032: "Esta petición necesita más de {most}. Redúzcala: menos pasos o menos muestras.",
     4040: "El plazo de este paso, {deadline}, ha pasado. Envíelo otra vez con un plazo posterior si todavía hace falta.",
     4041: "Este paso es para el robot {robot}, y este robot es {name}. Envíelo a {robot}.",
     4042: "El robot se detuvo, o falló el paso anterior, y este paso no empezó. Mire el robot y envíe el paso otra vez con otro id.",
@@ -132,27 +135,27 @@ SENTENCES: dict[int, str] = {
     4105: "Este mando ha terminado ({reason}). Tómelo de nuevo con `maya lease take`.",
     4106: "Demasiadas peticiones (se permiten {limit} en {seconds} s). Espere {wait} s.",
     4110: "Se rechazó el certificado del servicio ({reason}). Use la URL que mostró `maya up` e indique el archivo con "
-    "el certificado del servicio como `ca`. `maya doctor` comprueba su nombre y sus fechas.",
+    "el certificado del servicio como `ca`. `maya doctor` comprueba el nombre y las fechas del certificado.",
     5001: "La configuración se rechaza en {key} = {value}: {reason}.",
     5002: "No se puede escribir {path}: {reason}.",
     5003: "{address} ya está en uso. Elija otro puerto o cierre lo que escucha allí.",
     5004: "`maya up`, o los nodos de ROS, ya están en marcha (proceso {pid}). Úselos o ciérrelos antes.",
     5005: "{path} es ajeno: {remedy}.",
     5006: "No hay calibración que deshacer en {path}: {reason}.",
-    5007: "Esto no se pudo guardar ({reason}), así que no se aceptó. Haga sitio en el disco o revise sus permisos y "
-    "dígalo de nuevo.",
+    5007: "El disco no aceptó guardar esto ({reason}), así que nada de ello se aceptó. Libere espacio en el disco o "
+    "corrija sus permisos e inténtelo otra vez.",
     5008: "{path} está dañado ({reason}); se dejó como está. Ponga una copia en su lugar (`maya queue restore`), o apártelo "
     "para empezar uno vacío.",
     5009: "{path} lo escribió una versión más nueva ({found}; esta conoce {known}). Use esa versión, u otro archivo.",
     5010: "{path} lo usa el proceso {pid}. Ciérrelo antes, o use otro archivo.",
     5011: "Ningún maestro de ROS responde en {uri}. Inicie `roscore`, o roslaunch, que inicia uno; ROS_MASTER_URI dice dónde está.",
     5012: "Desde aquí no se puede usar ROS ({reason}). `scripts/ros` instala lo necesario en Debian y Ubuntu.",
-    5013: "Este proceso puede abrir {limit} archivos y conexiones a la vez, ya tiene {used} abiertos y necesita "
+    5013: "Este proceso puede abrir {limit} archivos y conexiones a la vez. Ya tiene {used} abiertos y necesita "
     "{least} más. Suba el límite con `ulimit -n 1024`, o con LimitNOFILE=1024 en una unidad de systemd.",
-    5014: "{path} no se puede escribir ahora: {reason}. Libere espacio en el disco, o móntelo para escritura, e inicie "
-    "de nuevo. systemd lo intenta otra vez por sí mismo.",
-    5020: "El proceso auxiliar falló ({reason}), así que no hay resultado. Nada se ha movido. Inténtelo otra vez; si "
-    "vuelve a fallar, mire el registro y reinicie `maya up`.",
+    5014: "{path} no se puede abrir para escribir ahora ({reason}), así que no se inició nada. Libere espacio en el "
+    "disco, o móntelo para escritura, e inicie de nuevo. systemd lo intenta otra vez por sí mismo.",
+    5020: "El proceso auxiliar falló ({reason}), así que no hay resultado. Nada se ha movido. Inténtelo otra vez. Si "
+    "vuelve a fallar, lea el registro y reinicie `maya up`.",
     5999: "Algo falló por dentro ({reason}). Es un defecto nuestro; repórtelo con el registro.",
 }
 

@@ -57,7 +57,7 @@ class Changes:
         return Entry((row,), make, tell, sure)
 
     def cleared(self, row: Cleared) -> Entry:
-        """Return the end of many jobs that only wait; `tell_cleared` tells it, except of those looked at meanwhile."""
+        """Return the end of many waiting jobs; `tell_cleared` announces it, except of those in memory by then."""
         seen: list[Item] = []
 
         def make() -> None:

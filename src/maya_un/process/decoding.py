@@ -1,4 +1,4 @@
-"""JSON objects as they come from outside."""
+"""Parse JSON objects from clients."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, NoReturn
 from maya_un.errors import InvalidRequest
 
 MOST_VALUES = 100_000
-"""So many values, keys and brackets of an object are read; the longest job has about a third of that."""
+"""Most values, keys and brackets of an object; the longest job has about a third of them."""
 
 
 def decode_object(body: bytes) -> dict[str, Any]:
@@ -32,7 +32,7 @@ def decode_object(body: bytes) -> dict[str, Any]:
 
 
 def require_few(text: str | bytes, key: str = "body") -> None:
-    """Raise `InvalidRequest` where JSON has more than `MOST_VALUES`, without reading it: by its punctuation."""
+    """Raise `InvalidRequest` if JSON has more than `MOST_VALUES`; count punctuation instead of parsing."""
     marks = map(text.count, ",:[{") if isinstance(text, str) else map(text.count, b",:[{")
     if sum(marks) > MOST_VALUES:
         raise InvalidRequest(key=key, reason=f"it has more than {MOST_VALUES} values")

@@ -1,4 +1,4 @@
-"""Computations about jobs in a worker (`maya_un.workers`); each function yields where others may take a turn.
+"""Computations about jobs in a worker (`maya_un.workers`); each function yields to other requests.
 
 Long lists of tasks cross in pieces: reading a long one at once would hold the caller's loop. `taught` is a
 pickle of what is taught, or of the error why nobody can tell.
@@ -26,10 +26,10 @@ from maya_un.robot.plans import on_paper
 from maya_un.values import Point
 
 MOST_SAMPLED = 200_000
-"""So many samples of all motions of a job together are told, 990 motions of 200 each among them."""
+"""Most samples of all motions of a job together; enough for 990 motions of 200 samples."""
 
 PIECE = 50
-"""So many tasks cross at a time."""
+"""Number of tasks in one message."""
 
 
 class Rest(NamedTuple):
@@ -54,7 +54,7 @@ def decoded(body: bytes) -> Generator[None, None, dict[str, Any]]:
 
 
 def write(job: object, taught: bytes, grasp_height: float) -> Generator[Any, None, Kept]:
-    """Hand over the tasks of a job, and return how it is kept; raises as `write_job` and `Job.parse` do."""
+    """Yield the tasks of a job, and return its stored form; raises as `write_job` and `Job.parse` do."""
     yield
     written = write_job(parsed(job), grasp_height, recalled(taught))
     yield from _pieces(written.expansion.tasks)
@@ -62,7 +62,7 @@ def write(job: object, taught: bytes, grasp_height: float) -> Generator[Any, Non
 
 
 def expand_kept(body: Body, grasp_height: float) -> Generator[Any, None, Rest]:
-    """Hand over the tasks of a kept job, and return the rest; raises as `written.expanded` does."""
+    """Yield the tasks of a stored job, and return the rest; raises as `written.expanded` does."""
     yield
     expansion = expanded(body, grasp_height)
     yield from _pieces(expansion.tasks)
@@ -70,12 +70,12 @@ def expand_kept(body: Body, grasp_height: float) -> Generator[Any, None, Rest]:
 
 
 def walk(workspace: Workspace, tasks: Sequence[Task], start: Pose) -> Generator[None, None, Course]:
-    """Return what some tasks will be from `start`."""
+    """Return the preview of some tasks from `start`."""
     return (yield from walked(on_paper(workspace), tasks, start))
 
 
 def require(workspace: Workspace, tasks: Sequence[Task], start: Pose) -> Generator[None, None, Pose]:
-    """Return where some tasks end; raises the refusal of the first that would be refused."""
+    """Return the end of some tasks; raises the error of the first task that would be refused."""
     pose = start
     for task in tasks:
         pose = on_paper(workspace).preview(task.primitive, pose).end
@@ -86,7 +86,7 @@ def require(workspace: Workspace, tasks: Sequence[Task], start: Pose) -> Generat
 def preview(
     workspace: Workspace, job: object, taught: bytes, grasp_height: float, start: Pose
 ) -> Generator[None, None, JobPreview]:
-    """Return what a job would be."""
+    """Return the preview of a job."""
     yield
     tasks = expand(parsed(job), grasp_height, recalled(taught)).tasks
     return (yield from walked(on_paper(workspace), tasks, start)).preview
@@ -107,7 +107,7 @@ def inspect(
 
 
 def parsed(job: object) -> Job:
-    """Return a job, be it read already, plain data, or JSON in bytes; raises `InvalidJob`, `InvalidRequest`."""
+    """Return a job from a `Job`, plain data, or JSON in bytes; raises `InvalidJob`, `InvalidRequest`."""
     if isinstance(job, Job):
         return job
     return Job.parse(decode_object(job) if isinstance(job, bytes) else job)

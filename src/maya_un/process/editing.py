@@ -144,9 +144,9 @@ class Editing:
         await self._ledger.write(propose)
 
     async def clear(self, error: MayaError) -> Cleared | None:
-        """End all that wait, held ones too; return what remains to be told. Raises `StorageFailed`.
+        """End all waiting jobs, held ones too; return the events that remain to be sent. Raises `StorageFailed`.
 
-        Those that only wait end by one change. Others end some at a time, so that everybody gets his turn.
+        Most end by one change. Those in memory end some at a time, so other tasks can run.
         """
         cleared: Cleared | None = None
 
@@ -164,7 +164,7 @@ class Editing:
         return cleared
 
     async def tell_cleared(self, row: Cleared) -> None:
-        """Tell the end of every job that `row` has ended, some at a time, so that others get their turn."""
+        """Announce the end of every job of `row`, some at a time, so other tasks can run."""
         numbers = sorted(row.numbers)
         for begin in range(0, len(numbers), _AT_A_TIME):
             some = await self._ledger.journal.names_of(numbers[begin : begin + _AT_A_TIME])
@@ -218,7 +218,7 @@ class Editing:
         return self._changes.row(item, replace(item.row, options=options, position=position), sure=False)
 
     def _require_same(self, item: Item, written: Written, before: Expansion | None) -> None:
-        """Raise `InvalidJob` where what has begun of a job is not the same in its new body; `before` is the old one."""
+        """Raise `InvalidJob` if a new body changes begun steps of a job; `before` is the old body."""
         if not item.begun:
             return
         old = before if item.record is None else item.record.expansion

@@ -119,12 +119,12 @@ class Forecast:
         record = item.record
         if record is None or record.preview is None:
             return None
-        takes = {
-            step.row.index: self._homing.seconds if step.row.predicted is None else step.row.predicted
-            for step in record.remaining
-        }
-        current = takes.get(record.current, 0.0)
-        return max(0.0, sum(takes.values()) - min(now - record.current_since, current))
+        tally, step = record.tally, record.under_way
+        current = 0.0
+        if step is not None and not step.state.ended:
+            current = self._homing.seconds if step.row.predicted is None else step.row.predicted
+        whole = tally.predicted + tally.homings * self._homing.seconds
+        return max(0.0, whole - min(now - record.current_since, current))
 
     async def close(self) -> None:
         """Work out nothing more."""
@@ -180,4 +180,4 @@ class Forecast:
 
 def _homings_left(item: Item) -> int:
     """Return how many homings are ahead of the job under way, the one that goes on included."""
-    return 0 if item.record is None else sum(step.row.predicted is None for step in item.record.remaining)
+    return 0 if item.record is None else item.record.tally.homings

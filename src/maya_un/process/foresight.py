@@ -1,7 +1,7 @@
-"""What jobs come to before anything moves, worked out here, or in a worker where there is one.
+"""Compute the results of jobs before anything moves, in a worker if there is one.
 
-With a worker nothing of it holds the loop: neither what people ask nor what the queue itself has to know. Without one,
-as in a dry run, it is worked out in the loop, which lets others run between two steps.
+With a worker, no computation blocks the loop, for a request or for the queue itself. Without one, as in a dry run, the
+loop computes, and runs other tasks between two steps.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ from maya_un.workers import Staff, Work
 T = TypeVar("T")
 
 CHECK = "check"
-"""Whose turn it is to work out the job that is to begin."""
+"""Principal of the computation of the job that begins next."""
 
 REPORT = "report"
-"""Whose turn it is to work out a job that somebody looks at."""
+"""Principal of the computation of a job that somebody reads."""
 
 SUBMITTED = 128
-"""So many jobs of one may be read at once; more wait for nobody, they are refused."""
+"""Most jobs of one principal that may be parsed at once; more are refused."""
 
 _LONG = 200
-"""A job of more steps is expanded in a thread where there is no worker."""
+"""A job of more steps is expanded in a thread if there is no worker."""
 
 
 class Foresight:
-    """Works out jobs for a robot, by `staff` where there is any."""
+    """Computes jobs for a robot, with `staff` if there is any."""
 
     def __init__(
         self, robot: Robot, controller: Controller, grasp_height: float, recall: Recall, staff: Staff | None

@@ -63,7 +63,7 @@ class JobInspection:
 
 
 class Inspected(Planned, Protocol):
-    """Who tells the details of a primitive too."""
+    """A source of details of primitives."""
 
     def inspect(self, primitive: Primitive, start: Pose, samples: int = 200) -> tuple[list[ActionDetail], Pose]:
         """Return the details of every action of `primitive` from `start`, and where it ends."""

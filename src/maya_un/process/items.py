@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter, defaultdict
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from weakref import WeakValueDictionary
 
 from maya_un.errors import MayaError, NotFound
 from maya_un.process.journal.protocol import Journal
-from maya_un.process.journal.rows import Cleared, JobRow, Waiting
+from maya_un.process.journal.rows import Cleared, JobRow
 from maya_un.process.order import MayBegin, Order, Place
 from maya_un.process.report import JobRecord
 from maya_un.process.states import TaskState
 
 AT_HAND = 100
-"""Of jobs that only wait, those behind the first so many are left in the journal."""
+"""Number of waiting jobs in memory; the others stay in the journal."""
 
 REMEMBERED = 200
 """Jobs that have ended and are still known with all they left; the journal has the others."""
@@ -31,8 +31,8 @@ class Item:
 
     `record` is there once it has begun. `waits_for` has the jobs that must be done before it. A `direct` one is a wish
     for now, which a paused queue does not hold up. `end_by` is what is to end it early; with `interrupt` it is to end
-    as interrupted instead. `moving` tells that its runner may be cancelled, `concludes` that it is over for its runner,
-    which writes that down. `began` is loop time [s] of this run.
+    as interrupted instead. `moving` tells that its runner may be cancelled, `checking` that it still works out the job,
+    `concludes` that it is over for its runner, which writes that down. `began` is loop time [s] of this run.
     `finished` tells that its end has been announced, of which `ended` wakes those who wait.
     """
 
@@ -43,6 +43,7 @@ class Item:
     end_by: MayaError | None = None
     interrupt: bool = False
     moving: bool = False
+    checking: bool = False
     concludes: bool = False
     began: float | None = None
     finished: bool = False
@@ -80,13 +81,12 @@ class Item:
 class Items:
     """All jobs that have not ended, the order of those that wait, and the last that have ended.
 
-    Of a job that only waits, far behind, no more than the place is in memory; the `journal` has the rest.
+    Of a waiting job far behind, only the place is in memory; the `journal` has the rest.
     `on_change` is called after every change.
     """
 
     def __init__(self, journal: Journal) -> None:
         self._journal = journal
-        self._parked: set[int] = set()
         self._looked_at: WeakValueDictionary[int, Item] = WeakValueDictionary()
         self._alive: dict[int, Item] = {}
         self._ended: dict[int, Item] = {}
@@ -99,42 +99,41 @@ class Items:
         self.on_change: Callable[[], None] = lambda: None
 
     def __iter__(self) -> Iterator[Item]:
-        """Yield what is in memory: all that has begun or waits for others, and what was looked at or ended lately."""
+        """Yield the jobs in memory: begun, dependent, recently read or recently ended ones."""
         yield from self._ended.values()
         yield from self._alive.values()
-        yield from (item for number, item in tuple(self._looked_at.items()) if number in self._parked)
+        yield from (item for number, item in tuple(self._looked_at.items()) if self._is_parked(number))
 
     @property
-    def parked(self) -> Collection[int]:
-        """The numbers of jobs that only wait, of which no more than the place is in memory."""
-        return self._parked
+    def parked(self) -> list[int]:
+        """The numbers of waiting jobs of which only the place is in memory."""
+        return [number for number in self._order if number not in self._alive]
 
-    def take_up(self, waiting: Sequence[Waiting]) -> None:
-        """Take up jobs that only wait, in the queue's order, before any other."""
-        self._order.fill((Place.of(one.priority, one.position, one.id), one.owner, one.queued) for one in waiting)
-        self._parked.update(one.id for one in waiting)
-        queued = sum(one.queued for one in waiting)
-        self._counts[TaskState.QUEUED] += queued
-        self._counts[TaskState.HELD] += len(waiting) - queued
-        if waiting:
+    def _is_parked(self, number: int) -> bool:
+        return number not in self._alive and number in self._order
+
+    def take_up(self, waiting: Order) -> None:
+        """Restore the waiting jobs, before any other."""
+        self._order = waiting
+        self._counts[TaskState.QUEUED] += waiting.ready_count
+        self._counts[TaskState.HELD] += len(waiting) - waiting.ready_count
+        if len(waiting):
             self.on_change()
 
     def park(self, item: Item) -> None:
-        """Forget all but the place of a job that only waits far behind, and whose end nobody waits for."""
+        """Keep only the place of a waiting job far behind, if no caller waits for its end."""
         plain = not (item.waits_for or item.direct or item.begun or item.record or item.ended)
         place = self._order.place_of(item.number)
         if plain and place is not None and place > AT_HAND and self._alive.get(item.number) is item:
             del self._alive[item.number]
-            self._parked.add(item.number)
             self._looked_at[item.number] = item
 
     def cleared(self, row: Cleared) -> list[Item]:
-        """End many jobs that only wait at once; return those that have been looked at meanwhile."""
-        gone = self._parked.intersection(row.numbers)
+        """End many waiting jobs at once; return those that are in memory by now."""
+        gone = {number for number in row.numbers if self._is_parked(number)}
         queued = sum(self._order.is_ready(number) for number in gone)
         self._counts[TaskState.QUEUED] -= queued
         self._counts[TaskState.HELD] -= len(gone) - queued
-        self._parked -= gone
         self._order.drop_all(gone)
         changed = [self._alive[number] for number in row.numbers if number not in gone and number in self._alive]
         seen = [item for number, item in tuple(self._looked_at.items()) if number in gone]
@@ -150,12 +149,12 @@ class Items:
         return bool(self._dependents.get(number))
 
     def _item(self, number: int) -> Item | None:
-        """Return a job that has not ended; one of which only the place is in memory is read.
+        """Return a job that has not ended; read it if only its place is in memory.
 
-        It is the same object for all who hold it, and forgotten with the last of them unless it is changed.
+        All holders share one object, which is dropped with the last of them unless it changes.
         """
         item = self._alive.get(number)
-        if item is None and number in self._parked:
+        if item is None and self._is_parked(number):
             item = self._looked_at.get(number)
             row = None if item is not None else self._journal.waiting_job(number)
             if row is not None:
@@ -163,9 +162,8 @@ class Items:
         return item
 
     def _hold(self, item: Item) -> None:
-        """Have all of a job in memory from now on, because it is at hand, or changes."""
-        if item.number in self._parked:
-            self._parked.discard(item.number)
+        """Keep all of a job in memory from now on, because it is near its turn, or changes."""
+        if self._is_parked(item.number):
             self._alive[item.number] = item
 
     @property
@@ -191,7 +189,7 @@ class Items:
     @property
     def all_ended(self) -> bool:
         """Whether nothing is left, held jobs included."""
-        return not self._alive and not self._parked
+        return not self._alive and not len(self._order)
 
     def get(self, number: int) -> Item:
         """Return a job that has not ended, or has ended lately; raises `NotFound`."""
@@ -204,9 +202,15 @@ class Items:
         """Return a job that has not ended, or has ended lately, None where it is not known."""
         return self._item(number) or self._ended.get(number)
 
+    def in_memory(self, number: int) -> Item | None:
+        """Return a job as `find` does, None for one of which only the place is in memory: nothing is read."""
+        if self._is_parked(number):
+            return self._looked_at.get(number)
+        return self._alive.get(number) or self._ended.get(number)
+
     def alive(self, number: int) -> bool:
         """Tell whether a job has not ended."""
-        return number in self._alive or number in self._parked
+        return number in self._alive or number in self._order
 
     def waiting(self, count: int) -> list[Item]:
         """Return the first that wait, held ones among them, in the order of the queue."""

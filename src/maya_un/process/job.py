@@ -39,7 +39,7 @@ MOST_TASKS = 3_000
 
 
 MOST_NAMES = 1_000
-"""So many parts, places and pallets each may be named; a job has so many steps."""
+"""Most parts, places and pallets each of a job, and most steps."""
 
 
 class JobPallet(Grid):

@@ -80,7 +80,7 @@ class Ledger:
         await self.write(tuple)
 
     async def check(self) -> None:
-        """See whether the journal can be written; where it cannot, the queue is paused as after any such failure."""
+        """Check whether the journal can be written; if not, pause the queue as after any such failure."""
         if self._closed:
             return
         async with self._turn:

@@ -2,13 +2,16 @@
 
 The greater priority goes first; within one priority the smaller position, then the smaller number. Only what is ready
 is ever next: what is held, or waits for another job, keeps its place and lets the others pass.
+
+A job takes some 36 bytes, because very many may wait: numbers and positions stand in arrays.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_left, insort
+from array import array
+from bisect import bisect_left
 from collections.abc import Callable, Container, Iterable, Iterator
-from itertools import islice
+from itertools import pairwise
 from typing import NamedTuple
 
 MayBegin = Callable[[str], bool]
@@ -34,33 +37,53 @@ class Place(NamedTuple):
         return -self.back
 
 
+class _Kind(NamedTuple):
+    """What many jobs have in common."""
+
+    back: int
+    owner: str
+    ready: bool
+
+
 class Order:
-    """Jobs in the order of the queue. Finding the next costs the same however many wait."""
+    """Jobs in the order of the queue. Finding the next costs the same however many wait.
+
+    Three columns have a row for every job, in the order of the numbers: its number, its position and its kind, an index
+    into `_kinds`. The line, and that of the ready jobs of each owner, hold numbers in the queue's order.
+    """
 
     def __init__(self) -> None:
-        self._places: dict[int, Place] = {}
-        self._line: list[Place] = []
-        self._ready: dict[str, list[Place]] = {}
-        self._owners: dict[int, str] = {}
+        self._numbers = array("q")
+        self._positions = array("d")
+        self._kind = array("i")
+        self._kinds: list[_Kind] = []
+        self._kind_of: dict[_Kind, int] = {}
+        self._line = array("q")
+        self._ready: dict[str, array[int]] = {}
         self._last = 0.0
 
     def __len__(self) -> int:
         return len(self._line)
 
     def __contains__(self, number: int) -> bool:
-        return number in self._places
+        row = self._row(number)
+        return row < len(self._numbers) and self._numbers[row] == number
 
     def __iter__(self) -> Iterator[int]:
-        return (place.number for place in tuple(self._line))
+        return iter(self._line[:])
+
+    @property
+    def ready_count(self) -> int:
+        """How many jobs are ready."""
+        return sum(map(len, self._ready.values()))
 
     def first(self, count: int) -> list[int]:
         """Return the numbers of the first jobs, ready or not, `count` at most."""
-        return [place.number for place in islice(self._line, count)]
+        return list(self._line[:count])
 
     def place_of(self, number: int) -> int | None:
         """Return the place of a job, from 1, None where it does not wait."""
-        place = self._places.get(number)
-        return None if place is None else bisect_left(self._line, place) + 1
+        return self._spot(self._line, self._place(number)) + 1 if number in self else None
 
     def end(self, number: int) -> float:
         """Return the position of a new job `number`, behind all that there ever were."""
@@ -69,80 +92,113 @@ class Order:
     def put(self, place: Place, owner: str, *, ready: bool) -> None:
         """Put a job of `owner` at its place, or at another one, or make it ready or not."""
         self.drop(place.number)
-        self._places[place.number] = place
-        insort(self._line, place)
+        lines = [self._line, self._ready.setdefault(owner, array("q"))] if ready else [self._line]
+        for line in lines:
+            line.insert(self._spot(line, place), place.number)
+        row = self._row(place.number)
+        self._numbers.insert(row, place.number)
+        self._positions.insert(row, place.position)
+        self._kind.insert(row, self._index_of(_Kind(place.back, owner, ready)))
         self._last = max(self._last, place.position)
-        if ready:
-            self._owners[place.number] = owner
-            insort(self._ready.setdefault(owner, []), place)
 
     def fill(self, places: Iterable[tuple[Place, str, bool]]) -> None:
-        """Put many jobs into an empty order: places in the queue's order, owners, and whether they are ready."""
+        """Fill an empty order with many jobs: places in the queue's order, owners, and whether they are ready."""
         for place, owner, ready in places:
-            self._places[place.number] = place
-            self._line.append(place)
-            self._last = max(self._last, place.position)
+            self._line.append(place.number)
             if ready:
-                self._owners[place.number] = owner
-                self._ready.setdefault(owner, []).append(place)
+                self._ready.setdefault(owner, array("q")).append(place.number)
+            self._positions.append(place.position)
+            self._kind.append(self._index_of(_Kind(place.back, owner, ready)))
+            self._last = max(self._last, place.position)
+        self._numbers = self._line[:]
+        if any(one > other for one, other in pairwise(self._line)):
+            self._keep(sorted(range(len(self)), key=self._line.__getitem__))
 
     def is_ready(self, number: int) -> bool:
         """Tell whether a job may be next."""
-        return number in self._owners
+        return number in self and self._kinds[self._kind[self._row(number)]].ready
 
     def drop_all(self, numbers: Container[int]) -> None:
-        """Take many jobs out at once."""
-        self._line = [place for place in self._line if place.number not in numbers]
-        self._places = {place.number: place for place in self._line}
-        self._owners = {number: owner for number, owner in self._owners.items() if number not in numbers}
-        kept = {owner: [one for one in places if one.number not in numbers] for owner, places in self._ready.items()}
-        self._ready = {owner: places for owner, places in kept.items() if places}
+        """Remove many jobs at once."""
+        self._keep([row for row, number in enumerate(self._numbers) if number not in numbers])
+        self._line = array("q", (one for one in self._line if one not in numbers))
+        kept = {owner: array("q", (one for one in line if one not in numbers)) for owner, line in self._ready.items()}
+        self._ready = {owner: line for owner, line in kept.items() if line}
 
     def drop(self, number: int) -> None:
         """Take a job out, where it is in."""
-        place = self._places.pop(number, None)
-        if place is None:
+        if number not in self:
             return
-        _remove(self._line, place)
-        owner = self._owners.pop(number, None)
-        if owner is not None:
-            _remove(self._ready[owner], place)
-            if not self._ready[owner]:
-                del self._ready[owner]
+        row, place = self._row(number), self._place(number)
+        kind = self._kinds[self._kind[row]]
+        del self._line[self._spot(self._line, place)]
+        if kind.ready:
+            line = self._ready[kind.owner]
+            del line[self._spot(line, place)]
+            if not line:
+                del self._ready[kind.owner]
+        del self._numbers[row], self._positions[row], self._kind[row]
 
     def next(self, may_begin: MayBegin) -> int | None:
         """Return the first job that is ready and whose owner may begin, None where there is none."""
-        firsts = [places[0] for owner, places in self._ready.items() if may_begin(owner)]
-        return min(firsts).number if firsts else None
+        firsts = (line[0] for owner, line in self._ready.items() if may_begin(owner))
+        return min(firsts, key=self._place, default=None)
 
     def moved(self, number: int, beside: int, *, behind: bool) -> list[Place]:
         """Return the new places of jobs, so that `number` stands before or `behind` the job `beside`, at its priority.
 
         There are several where no number lies between two neighbours' positions any more. Both jobs are in the order.
         """
-        there = self._places[beside]
+        there = self._place(beside)
         neighbour = self._neighbour(there, number, 1 if behind else -1)
         low, high = (there, neighbour) if behind else (neighbour, there)
         position = _between(low, high)
         if position is not None:
             return [Place(there.back, position, number)]
-        rest = [place.number for place in self._line if place.back == there.back and place.number != number]
+        rest = [one for one in self._line if one != number and self._place(one).back == there.back]
         rest.insert(rest.index(beside) + behind, number)
         return [Place(there.back, float(n), one) for n, one in enumerate(rest, 1)]
 
     def outermost(self, number: int, *, last: bool) -> int | None:
         """Return the first job, or the `last`, that is not `number`; None where there is no other."""
         ends = self._line[:-3:-1] if last else self._line[:2]
-        return next((place.number for place in ends if place.number != number), None)
+        return next((one for one in ends if one != number), None)
+
+    def _row(self, number: int) -> int:
+        """Return the row of a job in the columns, or where it would be."""
+        return bisect_left(self._numbers, number)
+
+    def _place(self, number: int) -> Place:
+        """Return the place of a job that is in."""
+        row = self._row(number)
+        return Place(self._kinds[self._kind[row]].back, self._positions[row], number)
+
+    def _spot(self, line: array[int], place: Place) -> int:
+        """Return how many jobs of a line stand before a place."""
+        return bisect_left(line, place, key=self._place)
 
     def _neighbour(self, place: Place, number: int, way: int) -> Place | None:
         """Return who stands next to a place, before it (-1) or behind it (1), `number` left out; of its priority."""
-        index = bisect_left(self._line, place) + way
-        if 0 <= index < len(self._line) and self._line[index].number == number:
+        index = self._spot(self._line, place) + way
+        if 0 <= index < len(self._line) and self._line[index] == number:
             index += way
-        if not 0 <= index < len(self._line) or self._line[index].back != place.back:
+        if not 0 <= index < len(self._line):
             return None
-        return self._line[index]
+        found = self._place(self._line[index])
+        return found if found.back == place.back else None
+
+    def _index_of(self, kind: _Kind) -> int:
+        """Return the index of a kind, which is kept from now on."""
+        index = self._kind_of.setdefault(kind, len(self._kinds))
+        if index == len(self._kinds):
+            self._kinds.append(kind)
+        return index
+
+    def _keep(self, rows: list[int]) -> None:
+        """Keep these rows of the columns, in this order."""
+        self._numbers = array("q", map(self._numbers.__getitem__, rows))
+        self._positions = array("d", map(self._positions.__getitem__, rows))
+        self._kind = array("i", map(self._kind.__getitem__, rows))
 
 
 def _between(low: Place | None, high: Place | None) -> float | None:
@@ -153,7 +209,3 @@ def _between(low: Place | None, high: Place | None) -> float | None:
         return low.position + 1.0
     middle = (low.position + high.position) / 2.0
     return middle if low.position < middle < high.position else None
-
-
-def _remove(places: list[Place], place: Place) -> None:
-    del places[bisect_left(places, place)]

@@ -60,7 +60,7 @@ class Course(NamedTuple):
 
 
 class Planned(Protocol):
-    """Who tells what a primitive would be: a robot, or its plans on paper."""
+    """A source of previews of primitives: a robot, or its planner."""
 
     @property
     def config(self) -> Config:
@@ -68,7 +68,7 @@ class Planned(Protocol):
         ...
 
     def preview(self, primitive: Primitive, start: Pose) -> PrimitivePreview:
-        """Return what `primitive` would be from `start`; raises what running it would."""
+        """Return the preview of `primitive` from `start`; raises what running it would."""
         ...
 
 

@@ -104,7 +104,7 @@ class Process:
         await self._recovering.take_up(known, waiting)
 
     async def check_storage(self) -> str:
-        """Return why nothing can be written down now, "" where it can; then the queue is paused."""
+        """Return why the journal cannot be written, "" if it can; if not, the queue pauses."""
         await self._whole.do(self._ledger.check())
         return self._ledger.failing
 
@@ -270,7 +270,7 @@ class Process:
             item.finish()
 
     async def _submit(self, written: Written, asked: Asked, skipped: int = 0, halts: int | None = None) -> int:
-        """Keep a job; one that was asked for before a stop, when there had been so many `halts`, is not begun after."""
+        """Store a job; if `halts` has changed since its request, a stop came meanwhile, and it does not begin."""
         if not asked.options.held and not asked.proposal:
             self._require_able()
         before = self.turns.halts if halts is None else halts
@@ -284,7 +284,7 @@ class Process:
         return number
 
     async def _clear(self) -> None:
-        """Cancel all that wait; of those that only wait, it is told afterwards, some at a time."""
+        """Cancel all waiting jobs; their events follow afterwards, some at a time."""
         cleared = await self._editing.clear(Cancelled())
         if cleared is not None:
             self._whole.begin(self._editing.tell_cleared(cleared))

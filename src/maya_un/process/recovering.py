@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 from maya_un.errors import Cancelled, MayaError, NotFound
 from maya_un.process.changes import Changes
 from maya_un.process.editing import Editing
 from maya_un.process.items import Item, Items
-from maya_un.process.journal.rows import JobRow, QueueRow, StepRow, Unfinished, Waiting
+from maya_un.process.journal.rows import JobRow, QueueRow, StepRow, Unfinished
 from maya_un.process.ledger import Entry
+from maya_un.process.order import Order
 from maya_un.process.pausing import BY_ITSELF
 from maya_un.process.recovery import Decision, Situation, choices, decide
 from maya_un.process.report import JobRecord, StepRecord
@@ -34,16 +34,17 @@ class Recovering:
         self._changes = changes
         self._editing = editing
 
-    async def take_up(self, known: Unfinished, waiting: Sequence[Waiting] = ()) -> None:
-        """Put everything in that was not finished; `waiting` are the jobs that only wait.
+    async def take_up(self, known: Unfinished, waiting: Order | None = None) -> None:
+        """Restore all unfinished jobs; `waiting` has the places of the waiting jobs.
 
-        What was under way is interrupted, and nothing begins by itself. Raises `StorageFailed`.
+        Running jobs become interrupted, and no job begins by itself. Raises `StorageFailed`.
         """
-        self._items.take_up(waiting)
-        numbers = {*(row.id for row in known.jobs), *(one.id for one in waiting)}
+        if waiting is not None:
+            self._items.take_up(waiting)
+        numbers = {row.id for row in known.jobs}
         for row in known.jobs:
             steps = known.steps.get(row.id, ())
-            waits_for = frozenset(one for one in row.options.depends_on if one in numbers)
+            waits_for = frozenset(one for one in row.options.depends_on if one in numbers or one in self._items.order)
             self._items.add(Item(row, await self._record(row, steps), waits_for))
         interrupted = [item for item in self._items if item.row.state in _UNDER_WAY]
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import asyncio
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 from maya_un.process.journal.rows import JobRow, StepRow
 from maya_un.process.preview import JobPreview
+from maya_un.process.slices import made
 from maya_un.process.states import TaskState, advance
 from maya_un.process.tasks import Expansion, Task
 from maya_un.process.view import JobLine
@@ -65,11 +67,31 @@ class JobReport:
 
 
 @dataclass(slots=True)
-class StepRecord:
-    """What is known of one step so far."""
+class Edition:
+    """Counts the changes of a job's steps."""
 
-    task: Task
-    row: StepRow
+    number: int = 0
+
+
+class StepRecord:
+    """What is known of one step so far; the `edition` of the job's steps counts every change of its `row`."""
+
+    __slots__ = ("_edition", "_row", "task")
+
+    def __init__(self, task: Task, row: StepRow, edition: Edition) -> None:
+        self.task = task
+        self._row = row
+        self._edition = edition
+
+    @property
+    def row(self) -> StepRow:
+        """What is kept of it."""
+        return self._row
+
+    @row.setter
+    def row(self, row: StepRow) -> None:
+        self._row = row
+        self._edition.number += 1
 
     @property
     def state(self) -> TaskState:
@@ -81,28 +103,50 @@ class StepRecord:
         code, message = (0, "") if notice is None else (notice.code, notice.message)
         return replace(self.row, state=advance(self.row.state, state), code=code, message=message)
 
-    def result(self) -> StepResult:
-        """Return it as a value."""
-        end = self.row.end or {}
-        counts, point = end.get("counts"), end.get("point")
-        return StepResult(
-            index=self.task.index,
-            key=self.task.key,
-            step=self.task.label,
-            state=self.row.state,
-            code=self.row.code,
-            message=self.row.message,
-            predicted=self.row.predicted,
-            duration=self.row.duration,
-            end_counts=None if counts is None else (counts[0], counts[1], counts[2]),
-            end_point=None if point is None else Point(*point),
-            phase=self.row.phase,
-        )
+
+def result_of(task: Task, row: StepRow) -> StepResult:
+    """Return a step as a value."""
+    end = row.end or {}
+    counts, point = end.get("counts"), end.get("point")
+    return StepResult(
+        index=task.index,
+        key=task.key,
+        step=task.label,
+        state=row.state,
+        code=row.code,
+        message=row.message,
+        predicted=row.predicted,
+        duration=row.duration,
+        end_counts=None if counts is None else (counts[0], counts[1], counts[2]),
+        end_point=None if point is None else Point(*point),
+        phase=row.phase,
+    )
 
 
 def where(state: State) -> dict[str, object]:
     """Return where a step has ended, as it is kept."""
     return {"counts": list(state.counts), "point": None if state.point is None else list(state.point)}
+
+
+@dataclass(frozen=True, slots=True)
+class Tally:
+    """The steps of a job, counted: `done`, and those that remain, in order.
+
+    `predicted` is the sum of what those take that are predicted [s]; `homings` are the others.
+    """
+
+    done: int
+    remaining: tuple[StepRecord, ...]
+    predicted: float
+    homings: int
+
+    @classmethod
+    def of(cls, steps: Sequence[StepRecord]) -> Tally:
+        """Count some steps."""
+        remaining = tuple(step for step in steps if not step.state.ended)
+        predicted = [step.row.predicted for step in remaining if step.row.predicted is not None]
+        done = sum(step.state is TaskState.DONE for step in steps)
+        return cls(done, remaining, sum(predicted), len(remaining) - len(predicted))
 
 
 @dataclass(slots=True)
@@ -119,9 +163,13 @@ class JobRecord:
     end: Pose | None = None
     current: int = 0
     current_since: float = 0.0
+    _edition: Edition = field(default_factory=Edition)
+    _counted: tuple[int, Tally] | None = None
 
     def __post_init__(self) -> None:
-        self.steps = [StepRecord(task, StepRow(task.index, TaskState.QUEUED)) for task in self.expansion.tasks]
+        self.steps = [
+            StepRecord(task, StepRow(task.index, TaskState.QUEUED), self._edition) for task in self.expansion.tasks
+        ]
 
     @classmethod
     def kept(cls, expansion: Expansion, rows: Iterable[StepRow]) -> JobRecord:
@@ -133,9 +181,21 @@ class JobRecord:
         return record
 
     @property
+    def tally(self) -> Tally:
+        """The steps counted, once for all who look between two changes: a job may have thousands."""
+        if self._counted is None or self._counted[0] != self._edition.number:
+            self._counted = (self._edition.number, Tally.of(self.steps))
+        return self._counted[1]
+
+    @property
     def done(self) -> int:
         """How many steps are done."""
-        return sum(step.state is TaskState.DONE for step in self.steps)
+        return self.tally.done
+
+    @property
+    def under_way(self) -> StepRecord | None:
+        """The step under way, None between two."""
+        return self.steps[self.current - 1] if self.current else None
 
     @property
     def begun(self) -> bool:
@@ -143,9 +203,9 @@ class JobRecord:
         return any(step.row.duration is not None for step in self.steps)
 
     @property
-    def remaining(self) -> list[StepRecord]:
+    def remaining(self) -> tuple[StepRecord, ...]:
         """The steps that have not ended, in order."""
-        return [step for step in self.steps if not step.state.ended]
+        return self.tally.remaining
 
     def skip_rest(self) -> None:
         """Count the steps that have not begun as skipped: the job has ended."""
@@ -160,18 +220,48 @@ class JobRecord:
             record = self.steps[step.index - 1]
             record.row = replace(record.row, predicted=step.duration)
 
-    def parts(self) -> dict[str, Point | None]:
-        """Return where the steps done so far have put the parts; a step that ended early may have taken its part."""
-        parts: dict[str, Point | None] = dict.fromkeys(self.expansion.parts)
-        for step in self.steps:
-            if step.task.part is not None and step.state not in {TaskState.QUEUED, TaskState.SKIPPED}:
-                parts[step.task.part] = step.task.put if step.state is TaskState.DONE else None
-        return parts
+
+def parts_of(expansion: Expansion, rows: Sequence[StepRow]) -> dict[str, Point | None]:
+    """Return where the steps done so far have put the parts; a step that ended early may have taken its part."""
+    parts: dict[str, Point | None] = dict.fromkeys(expansion.parts)
+    for task, row in zip(expansion.tasks, rows, strict=True):
+        if task.part is not None and row.state not in {TaskState.QUEUED, TaskState.SKIPPED}:
+            parts[task.part] = task.put if row.state is TaskState.DONE else None
+    return parts
 
 
-def report_of(line: JobLine, record: JobRecord, version: str) -> JobReport:
-    """Return a job as a value."""
-    preview = None if line.state.ended and not record.begun else record.preview
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """A job at one instant: its line, what it comes to, and a row for every step; `preview` is that of its check."""
+
+    line: JobLine
+    expansion: Expansion
+    rows: Sequence[StepRow]
+    version: str
+    preview: JobPreview | None = None
+
+    @classmethod
+    def of(cls, line: JobLine, record: JobRecord, version: str) -> Snapshot:
+        """Return how a job stands now of which all is known."""
+        preview = None if line.state.ended and not record.begun else record.preview
+        return cls(line, record.expansion, [step.row for step in record.steps], version, preview)
+
+    @classmethod
+    def kept(cls, line: JobLine, expansion: Expansion, known: Iterable[StepRow], version: str) -> Snapshot:
+        """Return how a job stands of which some rows are `known`; the steps of one that ended count as skipped."""
+        state = TaskState.SKIPPED if line.state.ended else TaskState.QUEUED
+        rows = [StepRow(task.index, state) for task in expansion.tasks]
+        for row in known:
+            if 0 < row.index <= len(rows) and not (line.state.ended and row.state is TaskState.QUEUED):
+                rows[row.index - 1] = row
+        return cls(line, expansion, rows, version)
+
+
+async def report_of(job: Snapshot) -> JobReport:
+    """Return a job as a value; others use the loop meanwhile, for it may have thousands of steps."""
+    line, preview = job.line, job.preview
+    steps = await made(lambda pair: result_of(*pair), list(zip(job.expansion.tasks, job.rows, strict=True)))
+    await asyncio.sleep(0)
     return JobReport(
         id=line.id,
         name=line.name,
@@ -182,11 +272,11 @@ def report_of(line: JobLine, record: JobRecord, version: str) -> JobReport:
         duration=line.duration,
         lowest=None if preview is None else preview.lowest,
         highest=None if preview is None else preview.highest,
-        steps=tuple(step.result() for step in record.steps),
-        parts=record.parts(),
-        remarks=record.expansion.remarks,
+        steps=tuple(steps),
+        parts=parts_of(job.expansion, job.rows),
+        remarks=job.expansion.remarks,
         line=line,
-        version=version,
+        version=job.version,
     )
 
 
@@ -196,9 +286,10 @@ def line_of(
     position: int | None = None,
     eta: float | None = None,
     done: int | None = None,
+    predicted: float | None = None,
     direct: bool = False,
 ) -> JobLine:
-    """Return a job's line; `done` where more is known than was kept."""
+    """Return a job's line; `done` and `predicted` where more is known than was kept."""
     options = row.options
     return JobLine(
         id=row.id,
@@ -214,7 +305,7 @@ def line_of(
         depends_on=options.depends_on,
         done=row.done if done is None else done,
         steps=row.steps,
-        predicted=row.predicted,
+        predicted=predicted if row.predicted is None else row.predicted,
         duration=row.duration,
         eta=eta,
         submitted=row.submitted,

@@ -115,7 +115,7 @@ class Runner:
         """Do what there is to do; whatever happens is an ending."""
         item = self._item
         try:
-            await self._cancellable(self._check())
+            await self._checked()
             return await self._steps()
         except asyncio.CancelledError:
             _take_back()
@@ -139,6 +139,14 @@ class Runner:
             return Ending(TaskState.INTERRUPTED)
         cancelled = isinstance(error, Stopped | Cancelled)
         return Ending(TaskState.CANCELLED if cancelled else TaskState.FAILED, Notice(error.code, str(error)), error)
+
+    async def _checked(self) -> None:
+        """Work out the job, which a stop ends."""
+        self._item.checking = True
+        try:
+            await self._cancellable(self._check())
+        finally:
+            self._item.checking = False
 
     async def _check(self) -> None:
         """Work out what remains of the job from where the robot is; raises `_Refused`."""

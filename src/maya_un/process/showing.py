@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Mapping
-from dataclasses import replace
 from types import MappingProxyType
 
 from maya_un.errors import NotFound
@@ -12,11 +11,12 @@ from maya_un.process.forecast import AHEAD, Etas, Forecast
 from maya_un.process.foresight import REPORT
 from maya_un.process.homing_time import HomingTime
 from maya_un.process.items import Item, Items
-from maya_un.process.journal.protocol import Journal
+from maya_un.process.journal.protocol import Filter, Journal
 from maya_un.process.journal.rows import JobRow, StepRow
 from maya_un.process.recovering import Recovering
-from maya_un.process.report import JobRecord, JobReport, line_of, report_of
+from maya_un.process.report import JobReport, Snapshot, line_of, report_of
 from maya_un.process.runner import Shared
+from maya_un.process.slices import Slices
 from maya_un.process.turns import Turns
 from maya_un.process.view import JobLine, QueueMode, QueueView
 from maya_un.process.written import Body, as_written, version_of
@@ -44,6 +44,7 @@ class Showing:
         self._turns = turns
         self._recovering = recovering
         self._speed = speed
+        self.slices = Slices()
         homing = HomingTime(shared.robot.config, shared.controller.events)
         self._forecast = Forecast(shared.robot, items, shared.foresight, lambda: turns.running, homing)
         items.on_change = self._forecast.renew
@@ -71,13 +72,19 @@ class Showing:
 
     def lines(self) -> list[JobLine]:
         """Return a line for every job that has not ended, or ended lately, in the order they came."""
-        parked = [self._items.get(number) for number in tuple(self._items.parked)]
+        parked = [self._items.get(number) for number in self._items.parked]
         return [self._line(item) for item in sorted({*self._items, *parked}, key=lambda item: item.number)]
 
     def line_of(self, row: JobRow) -> JobLine:
         """Return the line of a kept job, as it is now where more is known than was kept."""
-        item = self._items.find(row.id)
-        return line_of(row) if item is None else self._line(item)
+        item = self._items.in_memory(row.id)
+        if item is None:
+            return line_of(row, position=self._items.order.place_of(row.id))
+        return self._line(item)
+
+    async def page(self, which: Filter) -> list[JobLine]:
+        """Return the lines of a page of jobs."""
+        return await self.slices.each(self.line_of, await self._journal.page(which))
 
     async def found_line(self, number: int) -> JobLine:
         """Return the line of any job, also of one long ended; raises `NotFound`."""
@@ -121,13 +128,16 @@ class Showing:
         """Return what is known of a job now, also of one long ended; raises `NotFound`."""
         item = self._items.find(number)
         row, steps = await self.found(number)
-        version = version_of(row.body)
-        if item is not None and item.record is not None:
-            return report_of(self._line(item), item.record, version)
-        record = JobRecord.kept(await self._shared.foresight.expanded(row.body, whose=REPORT), steps)
-        if row.state.ended:
-            record.skip_rest()
-        return report_of(self.line_of(row), record, version)
+        expansion = None
+        if item is None or item.record is None:
+            expansion = await self._shared.foresight.expanded(row.body, whose=REPORT)
+        async with self.slices.turn:
+            if item is not None and item.record is not None:
+                snapshot = Snapshot.of(self._line(item), item.record, version_of(item.row.body))
+            else:
+                assert expansion is not None
+                snapshot = Snapshot.kept(self.line_of(row), expansion, steps, version_of(row.body))
+            return await report_of(snapshot)
 
     async def body(self, number: int) -> Body:
         """Return a job as it was written; raises `NotFound`."""
@@ -152,8 +162,11 @@ class Showing:
 
     def _line(self, item: Item, etas: Mapping[int, float] = _NO_ETAS) -> JobLine:
         done = None if item.record is None else item.record.done
-        place = self._items.order.place_of(item.number)
-        line = line_of(item.row, position=place, done=done, eta=etas.get(item.number), direct=item.direct)
-        if line.predicted is None and not item.row.state.ended:
-            line = replace(line, predicted=self._forecast.predicted(item))
-        return line
+        return line_of(
+            item.row,
+            position=self._items.order.place_of(item.number),
+            done=done,
+            eta=etas.get(item.number),
+            predicted=None if item.row.state.ended else self._forecast.predicted(item),
+            direct=item.direct,
+        )

@@ -113,11 +113,14 @@ class Turns:
                 self._steps_allowed = 0
 
     def halt(self, error: MayaError, reason: str = "stop") -> None:
-        """Begin nothing more: jobs that wait stay where they are, the one that runs begins no further step."""
+        """Begin nothing more: jobs that wait stay where they are, the one that runs begins no further step.
+
+        A job in its check ends at once.
+        """
         self.halts += 1
         self._steps_allowed = 0
         if self.running is not None:
-            self.running.end_by = self.running.end_by or error
+            self.end(self.running, error, brake=self.running.checking)
         self.pause_by_itself(reason)
 
     def driver_ended(self, owner: str) -> None:

@@ -1,4 +1,4 @@
-"""What planning needs to know of a machine: a controller tells it, or the paper of the controller floor."""
+"""What planning needs to know of a machine: from a controller, or from `controller.paper`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from maya_un.motion.path import Route
 
 
 class Ground(Protocol):
-    """What is planned on: a controller, or paper."""
+    """The machine for planning: a controller, or `controller.paper`."""
 
     @property
     def config(self) -> Config:
@@ -27,7 +27,7 @@ class Ground(Protocol):
 
     @property
     def workspace(self) -> Workspace:
-        """Where it can go."""
+        """Its workspace."""
         ...
 
     def preview(self, path: Route, *, speed: float = 1.0) -> Preview:

@@ -22,8 +22,8 @@ from maya_un.workers import Workers
 class PlanningRobot:
     """Tells where the robot is, what it holds and what a primitive would be; gives one primitive at a time its turn.
 
-    To run it is the affair of the class that inherits (`protocol.Robot`). What is about to be run is planned in
-    `workers`, here where there are none.
+    The subclass runs the plan (`protocol.Robot`). Plans that are about to run are computed in `workers`, or without any
+    here.
     """
 
     def __init__(self, controller: Controller, config: Config, workers: Workers | None = None) -> None:
@@ -96,9 +96,9 @@ class PlanningRobot:
             on_phase(phase)
 
     async def _planned(self, primitive: Primitive) -> Plan:
-        """Return the plan from where the robot is, which has not moved meanwhile; raises as `preview` does.
+        """Return the plan from the position of the robot, which has not moved meanwhile; raises as `preview`.
 
-        Where it is drawn in a worker, that takes a moment: raises `Stopped` where somebody says stop in it.
+        A worker takes some time: raises `Stopped` if a stop comes meanwhile.
         """
         if self._workers is None:
             return self._plans.plan(primitive, self.pose)

@@ -1,4 +1,4 @@
-"""Plans of primitives, remembered: what a job previewed is what it runs, and is worked out once.
+"""Cached plans of primitives: a job runs the plan that it previewed, computed once.
 
 In a worker (`maya_un.workers`) they are drawn on the paper of the controller floor (`controller.paper`).
 """
@@ -20,7 +20,7 @@ _REMEMBERED = 4096
 
 
 class Plans:
-    """Draws plans on `ground` and remembers them by primitive and start."""
+    """Computes plans on `ground`, and caches them by primitive and start."""
 
     def __init__(self, ground: Ground) -> None:
         self._ground = ground
@@ -32,7 +32,7 @@ class Plans:
         return self._ground.config
 
     def plan(self, primitive: Primitive, start: Pose) -> Plan:
-        """Return the plan, remembered or drawn; one drawn in another workspace must come to the same in this.
+        """Return the plan, cached or new; a cached one of another workspace must be equal in this one.
 
         Raises what `Robot.preview` raises.
         """
@@ -48,13 +48,13 @@ class Plans:
         return plan
 
     def remember(self, primitive: Primitive, start: Pose, plan: Plan) -> None:
-        """Keep a plan that was drawn in the workspace of now."""
+        """Cache a plan of the present workspace."""
         if len(self._plans) >= _REMEMBERED:
             self._plans.clear()
         self._plans[primitive, start] = (plan, self._ground.workspace)
 
     def preview(self, primitive: Primitive, start: Pose) -> PrimitivePreview:
-        """Return what `primitive` would be from `start`; raises as `plan` does."""
+        """Return the preview of `primitive` from `start`; raises as `plan` does."""
         return self.plan(primitive, start).preview()
 
     def inspect(self, primitive: Primitive, start: Pose, samples: int = 200) -> tuple[list[ActionDetail], Pose]:
@@ -70,7 +70,7 @@ class Plans:
         return details, plan.end
 
     def _holds(self, plan: Plan) -> bool:
-        """Whether every path of `plan` would be gone as it says: homing measures strokes, near zones all is slower."""
+        """Whether `plan` is unchanged in this workspace: homing measures strokes, and zones lower speeds."""
         travels = [action for action in plan.actions if isinstance(action, Travel)]
         try:
             return all(self._ground.preview(travel.path) == travel.preview for travel in travels)

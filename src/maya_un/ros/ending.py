@@ -49,7 +49,7 @@ class Ending:
             self._post(self._asked.set)
 
     def ask_and_wait(self) -> None:
-        """Ask for the end and wait for it; for rospy, which gives everything back as soon as this returns."""
+        """Request the end and wait for it; for rospy, which releases everything when this returns."""
         rosout.leave()
         self.ask()
         self.over.wait(PATIENCE)

@@ -104,9 +104,9 @@ class ActionClient:
         raise NodeGone(node=self._action)
 
     async def _known(self) -> bool:
-        """Tell whether the master knows of a server; it also knows one for a while that was killed.
+        """Return whether the master knows a server; for a while it also knows a killed one.
 
-        The server may be one of this node's own, begun a moment ago.
+        The server may be a new one of this node.
         """
         await self._registrar.settled(REACH)
         return f"{self._action}/result" in await in_thread(published)

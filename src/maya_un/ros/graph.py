@@ -33,7 +33,7 @@ class RosGraph:
     """The graph that this process's node takes part in (`graph.protocol.Graph`), in the running loop.
 
     The node must have been made (`rospy.init_node`). `speed` is how fast the loop's clock runs. Nothing here waits in
-    the loop for the master: what is taken is registered a moment later, in order (`registered`).
+    the loop for the master: topics, services and actions are registered a moment later, in order (`registered`).
     """
 
     def __init__(self, *, speed: float = 1.0) -> None:
@@ -49,7 +49,7 @@ class RosGraph:
         self._served: dict[str, RosService] = {}
 
     async def registered(self) -> None:
-        """Wait until everything that was taken is known to the master; without a master that is when it is back."""
+        """Wait until the master knows all registrations; without a master, until it is back."""
         await self._registrar.settled()
 
     @property
@@ -67,7 +67,7 @@ class RosGraph:
         return RosPublisher(self._registrar, topic, kind, latch=latch, queue_size=queue_size)
 
     def subscribe(self, topic: str, kind: str, heard: Heard, *, queue_size: int = 100) -> Subscription:
-        """Listen to a topic, whose type must be given: the master is not asked for it here (`directory` does)."""
+        """Subscribe to a topic, whose type must be given: this does not call the master (`directory` does)."""
         if not kind:
             raise UnknownInterface(form="topic", name=topic)
         return RosSubscription(self._registrar, self._post, topic, kind, lambda message, _: heard(message), queue_size)

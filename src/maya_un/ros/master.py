@@ -25,14 +25,14 @@ from maya_un.ros.threads import in_thread
 T = TypeVar("T")
 
 REACH = 5.0
-"""A peer that does not accept a connection within this time is not there; one that does not answer hangs [s]."""
+"""Longest wait for a peer [s]: one that accepts no connection is absent, one that does not answer hangs."""
 
 NO_ANSWER = (OSError, ValueError, HTTPException, XmlRpcError, ExpatError)
 """Errors of a peer that does not answer XML-RPC."""
 
 
 class BoundedTransport(Transport):
-    """Waits for a connection and for an answer for `patience` [s] each; without it XML-RPC waits for ever."""
+    """An XML-RPC transport that waits at most `patience` [s] for a connection and for an answer each."""
 
     def __init__(self, patience: float = REACH) -> None:
         super().__init__()
@@ -46,7 +46,7 @@ class BoundedTransport(Transport):
 
 
 def master(name: str = "", patience: float = REACH) -> rosgraph.Master:
-    """Return a link to the master, for the thread that asks; `name` is the caller's, this node's where it is empty.
+    """Return a link to the master for this thread; `name` is the caller's, by default this node's.
 
     A request waits for `patience` [s] at most.
     """
@@ -56,9 +56,9 @@ def master(name: str = "", patience: float = REACH) -> rosgraph.Master:
 
 
 def told(ask: Callable[[rosgraph.Master], T], patience: float = REACH) -> T:
-    """Return what the master says; raises `MasterGone`, and `rosgraph.MasterError` where it says no.
+    """Return the answer of the master; raises `MasterGone`, and `rosgraph.MasterError` for a refusal.
 
-    It is asked in a thread, never in the loop: a master that hangs takes `patience` [s].
+    The request runs in a thread, never in the loop: a master that hangs takes `patience` [s].
     """
     try:
         return ask(master(patience=patience))
@@ -73,7 +73,7 @@ def published() -> frozenset[str]:
 
 
 def service_uri(service: str) -> str:
-    """Return where the master says that a service is, "" where nobody serves it."""
+    """Return the address of a service from the master, "" if no node serves it."""
     try:
         return told(lambda at: at.lookupService(rospy.resolve_name(service)))
     except rosgraph.MasterError:
@@ -87,7 +87,7 @@ def service_type(service: str) -> str:
 
 
 def _kinds(services: Sequence[str], uri: str) -> Mapping[str, str]:
-    """Return the types of services of one process; one that once did not answer is not asked again."""
+    """Return the types of services of one process; after one without an answer, ask no more."""
     found = dict.fromkeys(services, "")
     for service in services if uri else ():
         kind = _kind(service, uri)
@@ -98,7 +98,7 @@ def _kinds(services: Sequence[str], uri: str) -> Mapping[str, str]:
 
 
 def _kind(service: str, uri: str) -> str | None:
-    """Return the type of a service as its server says it, "" where it serves it no more, None where it is silent."""
+    """Return the type of a service from its server, "" if it no longer serves it, None without an answer."""
     try:
         return rosservice.get_service_headers(service, uri).get("type", "")
     except (rosservice.ROSServiceIOException, OSError):
@@ -108,7 +108,7 @@ def _kind(service: str, uri: str) -> str | None:
 
 
 class RosDirectory:
-    """What there is in the graph (`graph.protocol.Directory`). Raises `MasterGone`.
+    """The names in the graph (`graph.protocol.Directory`). Raises `MasterGone`.
 
     `settled` waits until the master knows what this node has begun, for so long at most [s].
     """
@@ -123,13 +123,13 @@ class RosDirectory:
         return {name: "" if kind == "*" else kind for name, kind in found}
 
     def topic_type(self, topic: str) -> None:
-        """Return None: the master has to be asked."""
+        """Return None: only the master knows."""
 
     async def services(self) -> Mapping[str, str]:
         """Return the type of every service, as its server says it; "" of one that does not answer.
 
-        A process is asked for its services one after another: rospy takes few connections at once, and one that it
-        cannot take is tried again only after a second. Processes are asked side by side.
+        The services of one process are requested one after another: rospy accepts few connections at once, and retries
+        a refused one only after a second. Different processes are requested in parallel.
         """
         names = await self.service_names()
         places = await in_thread(lambda: {name: service_uri(name) for name in names})
@@ -147,12 +147,12 @@ class RosDirectory:
         return [name for name, _ in served]
 
     async def service_type(self, service: str) -> str:
-        """Return the type of one service, "" where nobody serves it, or its server does not answer."""
+        """Return the type of one service, "" if no node serves it, or its server does not answer."""
         await self._settled(REACH)
         return await in_thread(lambda: service_type(service))
 
     async def service_host(self, service: str) -> str:
-        """Return the machine that serves a service, "" where nobody serves it."""
+        """Return the machine that serves a service, "" if no node serves it."""
         await self._settled(REACH)
         return urlsplit(await in_thread(lambda: service_uri(service))).hostname or ""
 

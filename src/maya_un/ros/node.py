@@ -22,6 +22,7 @@ import rospy
 
 from maya_un import graph
 from maya_un.errors import InternalError, InvalidValue, MayaError
+from maya_un.interpreter import prompt_loop
 from maya_un.listening import reserve_descriptors
 from maya_un.loops import ScaledLoop
 from maya_un.ros import rosout
@@ -61,7 +62,7 @@ class Node:
         rospy.loginfo("%s", sentence)
 
     async def say_ready(self, sentence: str) -> None:
-        """Write a line to the log as soon as others find everything that this node offers."""
+        """Write a line to the log once other nodes can find all that this node offers."""
         await self.graph.registered()
         self.say(sentence)
 
@@ -107,6 +108,7 @@ def run(name: str, serve: Serve, *, scaled: bool = True) -> int:
     ending.listen()
     try:
         reserve_descriptors()
+        prompt_loop()
         require_master()
         require_sole(name)
         rospy.init_node(name, disable_signals=True)

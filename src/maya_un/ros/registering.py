@@ -1,7 +1,7 @@
-"""Registrations of this node with the master, in a thread: rospy waits there for a master that does not answer.
+"""Registrations of this node with the master, in a thread, where rospy may wait for a master that does not answer.
 
-rospy tries for ever to register what a node publishes, subscribes and serves, and holds its locks meanwhile. So the
-master is asked first, and nothing of rospy is begun before it answers.
+rospy tries for ever to register publishers, subscribers and services, and holds its locks meanwhile. So the thread
+calls the master first, and calls rospy only after an answer.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from maya_un.ros.master import told
 from maya_un.ros.threads import Post
 
 LOOK = 0.5
-"""A master that does not answer is asked again after this time [s]."""
+"""Wait before the next call of a master that does not answer [s]."""
 
 BURST = 10
-"""So many registrations that follow each other at once trust one answer of the master."""
+"""Number of consecutive registrations after one answer of the master."""
 
 Work = Callable[[], object]
 
 
 class Registrar:
-    """Does what needs the master, one thing after the other, in a thread of its own; returns at once.
+    """Does work that needs the master in a separate thread, in order; every call returns at once.
 
-    While no master answers it waits, and everybody else goes on: other nodes do not find the new names until then.
+    While no master answers, only this thread waits; until then, other nodes do not find the new names.
     `speed` is how fast the loop's clock runs.
     """
 
@@ -42,13 +42,13 @@ class Registrar:
         threading.Thread(target=self._run, name="maya-register", daemon=True).start()
 
     def __call__(self, work: Work) -> None:
-        """Have `work` done after everything that was asked for before."""
+        """Do `work` after all earlier work."""
         self._work.put(work)
 
     async def settled(self, within: float | None = None) -> None:
-        """Wait until everything is done that was asked for before, for so long at most [s, real time].
+        """Wait until all earlier work is done, at most `within` [s, real time].
 
-        Without a master it is done when that is back.
+        Without a master, it is done when the master is back.
         """
         done = asyncio.Event()
         post = Post(asyncio.get_running_loop())

@@ -1,7 +1,7 @@
-"""For whom a node acts: ROS 1 knows no sign-in, so all who use its names are one principal, by the token of the node.
+"""The rights of a node: ROS 1 has no sign-in, so the node's token makes all its clients one principal.
 
-The token stands in the file that $MAYA_GRAPH_TOKEN_FILE names. It is no parameter: anybody in the graph could set that.
-Who is kept stands in the state folder, whichever process keeps it.
+The file that $MAYA_GRAPH_TOKEN_FILE names holds the token. A ROS parameter would not do: anybody in the graph could
+set it. Users are read from the state folder, whichever process writes them.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ TOKEN_FILE = "MAYA_GRAPH_TOKEN_FILE"
 """The variable that names the file with the token of the graph."""
 
 LOOK_AGAIN = 1.0
-"""How often it is looked whether other users are kept [s, real time]."""
+"""Period of the check whether users have changed [s, real time]."""
 
 _NOBODY = replace(BYSTANDER, name=ROS.name, source=ROS.source)
-_NO_TOKEN = f"users are kept, and this ROS graph has none; start its nodes with ${TOKEN_FILE}"
+_NO_TOKEN = f"users exist, but the nodes of this ROS graph have none; start them with ${TOKEN_FILE}"
 
 
 class GraphRights:
-    """The rights of a graph, by its `token`, "" where it has none: as `callers` know them at this instant."""
+    """The present rights of a graph with `token` ("": none), according to `callers`."""
 
     def __init__(self, callers: Callers, token: str) -> None:
         self._callers = callers
@@ -45,7 +45,7 @@ class GraphRights:
         self._why: MayaError = NotSignedIn(reason=_NO_TOKEN)
 
     async def look(self) -> None:
-        """Look whose token it is now."""
+        """Resolve the token again."""
         if not self._token or not self._callers.kept:
             return
         try:
@@ -56,9 +56,9 @@ class GraphRights:
             self._caller = found
 
     def permit(self, operation: Operation) -> None:
-        """Raise `NotSignedIn` or `NotAllowed` where the graph may not ask for an operation.
+        """Raise `NotSignedIn` or `NotAllowed` if the graph may not request an operation.
 
-        Nobody in a graph shows a lease, so what drives is for those who may take one.
+        Requests in a graph carry no lease, so operations that drive need a role that may take the lease.
         """
         if operation in STOPPING or not self._callers.kept:
             return
@@ -70,7 +70,7 @@ class GraphRights:
             require(caller, Operation.LEND)
 
     async def who(self) -> Caller:
-        """Return for whom the graph asks at a gate; somebody who may stop, where that is not known."""
+        """Return the principal of the graph at a gate; without one, a principal that may only stop."""
         if not self._callers.kept:
             return ROS
         try:
@@ -81,7 +81,7 @@ class GraphRights:
 
 
 class Looked:
-    """Users and tokens of the state folder, as a node knows them that does not keep them; a `guest.Admission`."""
+    """Users and tokens of the state folder, read only; a `guest.Admission`."""
 
     def __init__(self, speed: float) -> None:
         self._store = LookingStore(state_folder() / NAME)
@@ -90,11 +90,11 @@ class Looked:
         self.callers = Callers(self._register, dates, speed=speed, hasher=Hasher())
 
     async def open(self) -> None:
-        """Read them; raises `StorageDamaged` and its kin."""
+        """Read them; raises `StorageDamaged` and related errors."""
         await self._register.read_again()
 
     async def follow(self) -> None:
-        """Read them again whenever the file has changed, until cancelled; what cannot be read is as it was."""
+        """Read them again after every change of the file, until cancelled; after an error, keep the former ones."""
         while True:
             await asyncio.sleep(LOOK_AGAIN * self._speed)
             if await self._store.changed():
@@ -114,21 +114,21 @@ class Looked:
         stopping: bool,
         alone: Caller = ROS,
     ) -> Caller:
-        """Return who shows a token; see `Callers.resolve`."""
+        """Return the caller of a token; see `Callers.resolve`."""
         return await self.callers.resolve(authorization, lease, source, loopback, stopping=stopping, alone=alone)
 
     async def current(self, asked: Sequence[Caller]) -> list[Caller | MayaError]:
-        """Return each caller with the role that he has now, or why he has none any more."""
+        """Return each caller with the current role, or the error if the rights have ended."""
         return self.callers.current_of(asked)
 
     def heard_by(self, listener: Callable[[], None]) -> Callable[[], None]:
-        """Call `listener` after each change; return what ends that."""
+        """Call `listener` after each change; return a function that ends this."""
         return self.callers.heard_by(listener)
 
 
 @asynccontextmanager
 async def looked(speed: float = 1.0) -> AsyncGenerator[Looked]:
-    """Yield the users of the state folder, who are looked at again while the block runs.
+    """Yield the users of the state folder, which are read again while the block runs.
 
     `speed` is how fast the loop's clock runs. Raises `StorageDamaged` and its kin.
     """
@@ -182,6 +182,6 @@ def token_of_graph() -> str:
         return ""
     found = credentials.kept_in(Path(named))
     if not found:
-        reason = "it is to be a file of this user's, which nobody else can read (chmod 600), with a token in it"
+        reason = "it must belong to this user, be unreadable for others (chmod 600), and hold a token"
         raise FileUnreadable(path=named, reason=reason)
     return found

@@ -1,4 +1,4 @@
-"""The log of a node on /rosout, written in a thread: for each line rospy asks the master for a parameter, and waits."""
+"""The log of a node on /rosout, written in a thread, because rospy calls the master for each line."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from queue import Full, Queue
 from rospy.impl.rosout import RosOutHandler
 
 _WAITING = 1000
-"""So many lines wait for /rosout; while more wait, later lines are on the screen and in the node's file only."""
+"""Most lines that wait for /rosout; further lines appear only on the screen and in the node's file."""
 
 _LOG = logging.getLogger("rosout")
 
 
 class _Waiting(QueueHandler):
-    """Hands lines to a thread, and leaves out those for which there is no room."""
+    """Passes lines to a thread, and drops lines if the queue is full."""
 
     def enqueue(self, record: logging.LogRecord) -> None:
-        """Put a line into the queue, where there is room."""
+        """Put a line into the queue, unless it is full."""
         with suppress(Full):
             self.queue.put_nowait(record)
 
 
 def write_in_thread() -> None:
-    """Write to /rosout in a thread from now on, so that no line waits for the master; after `rospy.init_node`."""
+    """Write to /rosout in a thread from now on, so no line waits for the master; call after `rospy.init_node`."""
     slow = [handler for handler in _LOG.handlers if isinstance(handler, RosOutHandler)]
     if not slow:
         return
@@ -38,6 +38,6 @@ def write_in_thread() -> None:
 
 
 def leave() -> None:
-    """Write nothing more to /rosout: where another node has this name now, it would be ended for that."""
+    """Write nothing more to /rosout, because that would end another node of this name."""
     for handler in [handler for handler in _LOG.handlers if isinstance(handler, RosOutHandler | _Waiting)]:
         _LOG.removeHandler(handler)

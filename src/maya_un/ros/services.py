@@ -1,6 +1,6 @@
 """Services of a real graph: answered in the loop, or at once in rospy's own thread; and called without blocking.
 
-The address of a service that was found once is kept: without a master it is called there.
+The address of a known service is kept, so it can be called without a master.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from maya_un.ros.registering import Registrar
 from maya_un.ros.threads import in_thread
 
 _LOOKUP = 0.3
-"""The master has this time to say where a service is that was found before [s]; then it is called where it was."""
+"""Longest wait for the master's address of a known service [s]; then the former address is used."""
 
 _LOOK = 0.2
 """A caller that hung up is noticed within this time [s]."""
@@ -151,8 +151,8 @@ class Calls:
     """
 
     def __init__(self) -> None:
-        self._idle: defaultdict[tuple[str, str], list[rospy.ServiceProxy]] = defaultdict(list)
-        self._busy: set[rospy.ServiceProxy] = set()
+        self._idle: defaultdict[tuple[str, str], list[_Proxy]] = defaultdict(list)
+        self._busy: set[_Proxy] = set()
         self._addresses: dict[str, str] = {}
         self._open = True
 
@@ -192,10 +192,10 @@ class Calls:
         """Hang up everywhere."""
         self._open = False
         for proxy in (*self._busy, *(one for idle in self._idle.values() for one in idle)):
-            proxy.close()
+            proxy.drop()
         self._idle.clear()
 
-    def _taken(self, key: tuple[str, str], found: ServiceClass) -> rospy.ServiceProxy:
+    def _taken(self, key: tuple[str, str], found: ServiceClass) -> _Proxy:
         """Take a connection whose server is still there, or the promise of a new one."""
         proxy = None
         while self._idle[key] and proxy is None:
@@ -208,24 +208,45 @@ class Calls:
         self._busy.add(proxy)
         return proxy
 
-    def _given_back(self, key: tuple[str, str], proxy: rospy.ServiceProxy) -> None:
+    def _given_back(self, key: tuple[str, str], proxy: _Proxy) -> None:
         self._busy.discard(proxy)
         if self._open:
             self._idle[key].append(proxy)
         else:
             proxy.close()
 
-    def _dropped(self, proxy: rospy.ServiceProxy) -> None:
+    def _dropped(self, proxy: _Proxy) -> None:
         self._busy.discard(proxy)
-        proxy.close()
+        proxy.drop()
 
 
 class _Proxy(rospy.ServiceProxy):
-    """A connection to a service that is kept; where no master answers, it is made to where the service was last."""
+    """A connection to a service that is kept; where no master answers, it is made to where the service was last.
+
+    rospy connects within a call. One that is dropped meanwhile is closed when it stands, before the request is sent.
+    """
 
     def __init__(self, service: str, kind: type[genpy.Service], addresses: dict[str, str]) -> None:
+        self._link: Any = None
+        self._dropped = False
         super().__init__(service, kind, persistent=True)
         self._addresses = addresses
+
+    @property
+    def transport(self) -> Any:
+        """The connection, None while there is none."""
+        return self._link
+
+    @transport.setter
+    def transport(self, link: Any) -> None:
+        self._link = link
+        if self._dropped and link is not None:
+            link.close()
+
+    def drop(self) -> None:
+        """Hang up, for good; a call that is being made fails."""
+        self._dropped = True
+        self.close()
 
     def _get_service_uri(self, request: MessageClass) -> str:
         """Return where the service is; raises `rospy.ServiceException`."""

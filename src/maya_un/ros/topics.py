@@ -1,6 +1,6 @@
 """Topics of a real graph: publishers that never block, and subscriptions that are heard in the loop.
 
-Both are made at once, and registered with the master as soon as that answers (`registering`).
+Both are created at once, and registered with the master as soon as it answers (`registering`).
 """
 
 from __future__ import annotations
@@ -59,9 +59,9 @@ class RosPublisher:
         )
 
     def publish(self, message: Message) -> None:
-        """Put a message on the topic; raises `InvalidMessage`. After the end there is nobody to be told.
+        """Publish a message; raises `InvalidMessage`. After the end, this does nothing.
 
-        A header without a time gets that of now, as on the bus (`graph.topics`).
+        A header without a time gets the present time, as on the bus (`graph.topics`).
         """
         made: Any = self._converter.made(message)
         if self._stamped and not says_when(message):
@@ -95,7 +95,7 @@ class RosPublisher:
             timer.start()
 
     def _taken(self, held: rospy.Publisher) -> None:
-        """Publish what waits for the topic to be registered, which is so now."""
+        """Publish the messages that waited for the registration of the topic."""
         with self._turn:
             for made in self._early:
                 held.publish(made)

@@ -26,9 +26,9 @@ class Calling:
         self.ops = {"call_service": self.call_service}
 
     def call_service(self, fields: Fields) -> None:
-        """Carry out `call_service`; its answer comes when it is there.
+        """Carry out `call_service`; the answer follows later.
 
-        A call that names a service and is refused is answered as well: its caller waits for nothing else.
+        A refused call that names a service is answered as well, because its caller waits for that.
         """
         call = _Call(self._client, fields)
         try:
@@ -64,7 +64,7 @@ class Calling:
 
 
 class _Call:
-    """What a client called, and the way back to it."""
+    """A call of a client, and how to answer it."""
 
     def __init__(self, client: Client, fields: Fields) -> None:
         """Take a message that names a service and says what it is called; raises `InvalidRequest` for another."""
@@ -75,16 +75,16 @@ class _Call:
         self._fragment = 0
 
     def read(self, fields: Fields) -> float | None:
-        """Read how it is to be answered, and return how long its caller waits [s]; raises `InvalidRequest`.
+        """Read the options of the answer, and return the longest wait of the caller [s]; raises `InvalidRequest`.
 
-        An answer comes as JSON, or that as a picture: an answer in CBOR is none that clients of rosbridge read.
+        The answer is JSON, or a picture of it: rosbridge clients cannot read an answer in CBOR.
         """
         self._compression = "png" if fields.one_of("compression", COMPRESSIONS, "none") == "png" else "none"
         self._fragment = fields.whole("fragment_size", 0, SMALLEST_FRAGMENT, LONGEST_MESSAGE)
         return _patience(fields)
 
     def answer(self, values: Any, *, done: bool) -> None:
-        """Answer it."""
+        """Send the answer."""
         message = {"op": "service_response", **({} if self._name is None else {"id": self._name})}
         self._client.say(
             {**message, "service": self._said, "values": values, "result": done},
@@ -92,12 +92,12 @@ class _Call:
         )  # fmt: skip
 
     def fail(self, error: MayaError) -> None:
-        """Answer that it failed."""
+        """Send a failure."""
         self.answer(self._client.words(error), done=False)
 
 
 def request_of(arguments: Any) -> Request:
-    """Return a request of what stands under `args`: an object, a list, or nothing; raises `InvalidRequest`."""
+    """Return the request from `args`: an object, a list, or nothing; raises `InvalidRequest`."""
     if arguments is None:
         return {}
     if isinstance(arguments, dict | list):

@@ -85,7 +85,7 @@ class Client:
         return found
 
     def require(self, topic: str, kind: str) -> Awaitable[None] | None:
-        """Raise `InvalidRequest` where a topic has another type than `kind`, or return what does; a new one has any."""
+        """Raise `InvalidRequest` if a topic has another type than `kind`, or return a check that does."""
         found = self._known(topic)
         if found is None:
             return self._require(topic, kind)
@@ -109,5 +109,5 @@ def _check(topic: str, kind: str, found: str) -> None:
 
 
 def other_type(topic: str, kind: str) -> InvalidRequest:
-    """Return the refusal of a type that is not the topic's."""
+    """Return the error for a type that is not the topic's."""
     return InvalidRequest(key="type", reason=f"{topic} is a {kind}")

@@ -23,7 +23,7 @@ def decoded(text: str | bytes) -> dict[str, Any]:
 
 
 def parsed(text: str | bytes) -> Any:
-    """Return the value that a text says in JSON; raises `ValueError`, and `InvalidRequest` if it nests too deeply."""
+    """Parse JSON; raises `ValueError`, and `InvalidRequest` if it nests too deeply."""
     require_few(text, "message")
     try:
         value = json.loads(text)
@@ -35,7 +35,7 @@ def parsed(text: str | bytes) -> Any:
 
 
 def not_json(error: ValueError) -> InvalidRequest:
-    """Return the refusal of a text that is no JSON."""
+    """Return the error for a text that is not JSON."""
     return InvalidRequest(key="message", reason=f"it is not JSON ({error})")
 
 

@@ -38,14 +38,14 @@ NODE = "rosbridge"
 """The name under which clients take part in the graph."""
 
 CLIENT_COUNT = "/client_count"
-"""The topic that tells how many clients there are."""
+"""The topic with the number of clients."""
 
 Seat = Callable[[Guest], AbstractContextManager[Graph]]
 """Gives a client its place in a graph, for as long as the client is there."""
 
 
 class Everybody:
-    """Lets everybody in as the principal `ROS`: for a graph that nobody shares."""
+    """Admits every client as the principal `ROS`, for a graph without users."""
 
     async def caller(
         self, authorization: str | None, lease: str, source: str, *, loopback: bool, stopping: bool, alone: Caller = ROS
@@ -59,15 +59,15 @@ class Everybody:
         return list(asked)
 
     def heard_by(self, listener: Callable[[], None]) -> Callable[[], None]:
-        """Hear nothing: there is no news."""
+        """Ignore the listener: rights never change."""
         del listener
         return lambda: None
 
 
 class Endpoint:
-    """Serves clients, each with a seat of its own. `now` tells the date [s since the epoch], `edge` whom to let in.
+    """Serves clients, each on its own seat. `now` returns the date [s since the epoch], `edge` is the origin policy.
 
-    `admission` tells who they are. Whoever may do less than before is disconnected at once.
+    `admission` authenticates them. A client that loses rights is disconnected at once.
     """
 
     def __init__(
@@ -119,7 +119,7 @@ class Endpoint:
         return refusal
 
     def enter(self, wire: Wire, headers: Headers, source: str, *, local: bool) -> Session:
-        """Begin a session of whoever shows these headers."""
+        """Begin the session of a client with these headers."""
         guest = Guest(source, local=local, lease=headers.get(LEASE, ""))
         with ExitStack() as stack:
             graph = Restricted(stack.enter_context(self._seat(guest)), guest)
@@ -148,7 +148,7 @@ class Endpoint:
 
 
 def _look(wire: Wire, guest: Guest, now: Caller | MayaError) -> None:
-    """Take notice of other rights of a client; where they are less, that is its end."""
+    """Apply changed rights of a client; disconnect it if it has lost some."""
     if not guest.outlasts(now):
         wire.end(NotSignedIn.code, "your rights have changed; connect again")
 

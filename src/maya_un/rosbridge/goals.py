@@ -32,7 +32,7 @@ class _Sent:
     """One goal of a client: what it said, and the last result that was heard of its action."""
 
     def __init__(self, client: Client, fields: Fields) -> None:
-        """Take a message that names an action and says what it is called; raises `InvalidRequest` for another."""
+        """Read the action and id of a message; raises `InvalidRequest`."""
         self._client = client
         self.said = fields.text("action")
         self.name = fields.id
@@ -44,7 +44,7 @@ class _Sent:
         self._last: Ended | None = None
 
     def read(self, fields: Fields) -> None:
-        """Read the rest of it; raises `InvalidRequest`. Results come as JSON, or that as a picture, as of services."""
+        """Read the other fields; raises `InvalidRequest`. Results are JSON or a picture of it, as for services."""
         _, self.action = fields.name("action")
         row = ROWS.get(self.action)
         self.kind = fields.kind("action_type", needed=row is None) or (row.type if row else "")
@@ -106,9 +106,9 @@ class SendingGoals:
         self.ops = {"send_action_goal": self.send_action_goal, "cancel_action_goal": self.cancel_action_goal}
 
     def send_action_goal(self, fields: Fields) -> None:
-        """Carry out `send_action_goal`; feedback and result come when they are there.
+        """Carry out `send_action_goal`; feedback and result follow later.
 
-        A goal that names an action and is refused has a result as well: its client waits for nothing else.
+        A refused goal that names an action gets a result as well, because its client waits for that.
         """
         goal = _Sent(self._client, fields)
         if goal.name in self._tasks:

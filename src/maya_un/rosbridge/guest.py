@@ -1,4 +1,4 @@
-"""Who is at the other end of a connection: nobody until it is known, and then with the rights that he has now."""
+"""The client of a connection: unknown until it signs in, then with its present rights."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from maya_un.server.rights import Source
 
 
 class Admission(Source, Protocol):
-    """Where it is known who shows a token; `server.bridge.Bridge` knows it."""
+    """Authenticates tokens; implemented by `server.bridge.Bridge`."""
 
     async def caller(
         self, authorization: str | None, lease: str, source: str, *, loopback: bool, stopping: bool, alone: Caller = ROS
     ) -> Caller:
-        """Return who shows a token, `alone` for whoever sits at the machine while no users are kept.
+        """Return the caller of a token; `alone` for a local client while no users exist.
 
         Raises `NotSignedIn`, `TooManyRequests`.
         """
@@ -25,9 +25,9 @@ class Admission(Source, Protocol):
 
 
 class Guest:
-    """A client, by where it comes from; `local` says that this is the robot's machine, which may always say stop.
+    """A client and its source; a client on the robot's machine (`local`) may always stop.
 
-    `lease` is the control lease that it showed, "" where none.
+    `lease` is the control lease that it sent, "" without one.
     """
 
     def __init__(self, source: str = "", *, local: bool = True, lease: str = "") -> None:
@@ -36,27 +36,27 @@ class Guest:
         self.left = False
         self._lease = lease
         self._caller: Caller | None = None
-        self._why: MayaError = NotSignedIn(reason="none was shown")
+        self._why: MayaError = NotSignedIn(reason="the request has none")
 
     @property
     def known(self) -> Caller | None:
-        """Who it is, None where that is not known."""
+        """The caller, None while unknown."""
         return self._caller
 
     @property
     def caller(self) -> Caller:
-        """For whom things are done that it asks for: of somebody who is not known a stop, and nothing else."""
+        """The caller of its requests; an unknown one may only stop."""
         return self._caller or replace(BYSTANDER, source=self.source)
 
     def require(self, operation: Operation) -> None:
-        """Raise `NotSignedIn` or `NotAllowed` where it may not ask for `operation`."""
+        """Raise `NotSignedIn` or `NotAllowed` if it may not request `operation`."""
         if self._caller is not None:
             require(self._caller, operation)
         elif not (self.local and operation in STOPPING):
             raise self._why
 
     async def introduce(self, admission: Admission, token: str | None) -> None:
-        """Take notice of the token that it shows; raises `NotSignedIn`, `TooManyRequests`, and then it is nobody."""
+        """Sign in with a token; raises `NotSignedIn`, `TooManyRequests`, and then the client is unknown."""
         self._caller = None
         shown = None if token is None else f"Bearer {token}"
         try:
@@ -69,7 +69,7 @@ class Guest:
         self._caller = _at_rights(found)
 
     def outlasts(self, now: Caller | MayaError) -> bool:
-        """Take its rights as they are now; tell whether they are no less than before."""
+        """Apply the present rights; return whether none are lost."""
         before, self._caller = self._caller, None if isinstance(now, MayaError) else _at_rights(now)
         if isinstance(now, MayaError):
             self._why = now
@@ -77,9 +77,9 @@ class Guest:
 
 
 def _at_rights(caller: Caller) -> Caller:
-    """Return a caller of a protocol that has no word for the lease.
+    """Return the caller of a protocol without a message for the lease.
 
-    Whoever may take it drives for the length of each wish while it is free; others need one that was lent to them.
+    While the lease is free, a role that may take it drives for each command; others need a lent lease.
     """
     if caller.name == ROS.name:
         return replace(ROS, lease=caller.lease)

@@ -6,7 +6,7 @@ LONGEST_MESSAGE = 1_000_000
 """Longest message of a client, put together from fragments or unpacked from a picture too [bytes]."""
 
 LONGEST_SPLIT = 65_536
-"""A longer text that is no JSON is not searched for several objects, or a part of one [characters]."""
+"""Longest text that is searched for several objects, or for a part of one [characters]."""
 
 CLIENTS = 128
 """So many are served at once."""

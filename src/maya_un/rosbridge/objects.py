@@ -1,4 +1,4 @@
-"""JSON objects in a stream of texts: several may stand in one text, and one may go over several."""
+"""JSON objects in a stream of texts: one text may hold several, and one object may span several texts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _MARK = re.compile(r'\\.|["{}\\]', re.DOTALL)
 
 
 class Objects:
-    """Finds objects by their braces. What stands between objects is passed over; an incomplete one is kept."""
+    """Finds objects by their braces. Skips text between objects, and keeps an incomplete object."""
 
     def __init__(self) -> None:
         self._parts: list[str] = []
@@ -26,15 +26,15 @@ class Objects:
         return self._depth > 0
 
     def forget(self) -> None:
-        """Give up an incomplete object."""
+        """Drop an incomplete object."""
         self._parts.clear()
         self._kept = self._depth = 0
         self._quoted = self._escaped = False
 
     def add(self, text: str) -> list[str]:
-        """Return the objects that end in the next text; raises `InvalidRequest` where it is too long to look through.
+        """Return the objects that end in the next text; raises `InvalidRequest` if it is too long.
 
-        Every character is looked at once, however many texts an object goes over.
+        Every character is read once, even if an object spans many texts.
         """
         if len(text) > LONGEST_SPLIT or self._kept + len(text) > LONGEST_MESSAGE:
             self.forget()
@@ -57,7 +57,7 @@ class Objects:
         return found
 
     def _after(self, mark: str) -> int:
-        """Return how many objects are open behind a mark; within quotes and outside of objects marks mean nothing."""
+        """Return the number of open objects after a mark; marks within quotes or outside objects do not count."""
         if mark == '"':
             self._quoted = self._depth > 0 and not self._quoted
         elif not self._quoted and mark == "{":

@@ -85,7 +85,7 @@ class Publishing:
         self.ops = {"advertise": self.advertise, "unadvertise": self.unadvertise, "publish": self.publish}
 
     def advertise(self, fields: Fields) -> Awaitable[None] | None:
-        """Carry out `advertise`, at once unless the graph has to be asked for the type that the topic has."""
+        """Carry out `advertise`, at once unless the type of the topic must be requested from the graph."""
         _, topic = fields.name("topic")
         kind, latch = fields.kind(), fields.flag("latch", default=False)
         queue_size = fields.whole("queue_size", 100, 0, 1000) or 1
@@ -143,7 +143,7 @@ class Publishing:
         return writing
 
     def _publish(self, writing: _Writing, fields: Fields) -> None:
-        message = fields.record("msg")
+        message = _timed(fields.record("msg"))
         if writing.action:
             message = _named(message)
         writing.publish(message)
@@ -171,6 +171,14 @@ class Publishing:
 async def _after(asked: Awaitable[None], begin: Callable[[], None]) -> None:
     await asked
     begin()
+
+
+def _timed(message: Message) -> Message:
+    """Return a message without the time of its header where that is null or empty, which counts as left out."""
+    header = message.get("header")
+    if not isinstance(header, dict) or header.get("stamp", 0) not in (None, {}):
+        return message
+    return {**message, "header": {name: value for name, value in header.items() if name != "stamp"}}
 
 
 def _named(goal: Message) -> Message:

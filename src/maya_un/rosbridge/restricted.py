@@ -1,4 +1,4 @@
-"""A graph as one client may use it: everything that is asked of it is an operation, and the client's role decides."""
+"""A graph with the rights of one client: every request is an operation, and the client's role decides."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _CANCEL = "/cancel"
 class Restricted:
     """A `graph` for one `guest`; see `graph.protocol.Graph`. Everything raises `NotSignedIn` and `NotAllowed` as well.
 
-    What is said again and again is looked at each time: rights may have ended meanwhile.
+    Every message is checked again, because rights may have ended.
     """
 
     def __init__(self, graph: Graph, guest: Guest) -> None:
@@ -52,7 +52,7 @@ class Restricted:
         return self._parameters
 
     def advertise(self, topic: str, kind: str, *, latch: bool = False, queue_size: int = 100) -> Publisher:
-        """Take a topic to publish on. The goals of one who has left may be cancelled."""
+        """Take a topic to publish on. A client that disconnected may still cancel its goals."""
 
         def check() -> None:
             if not (self._guest.left and topic.endswith(_CANCEL)):
@@ -138,7 +138,7 @@ class _RestrictedParameters:
 
 
 def _asked_by(service: str, request: Request) -> Operation:
-    """Return the operation that a call asks for; whether the robot can take a wish is a question."""
+    """Return the operation of a call; `can_teleop` only reads."""
     first = request[0] if isinstance(request, list) and request else None
     task = request.get("task") if isinstance(request, dict) else first
     question = isinstance(task, dict) and task.get("command") == CanTeleop.command

@@ -100,7 +100,7 @@ class Rosapi:
         return {**await self._graph.directory.services(), **ours}
 
     async def _services(self, _: Message) -> Message:
-        return {"services": [*await self._graph.directory.service_names(), *self._asked]}
+        return {"services": list(dict.fromkeys([*await self._graph.directory.service_names(), *self._asked]))}
 
     async def _service_type(self, request: Message) -> Message:
         service = _whole(request["service"])

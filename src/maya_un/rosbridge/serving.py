@@ -8,7 +8,6 @@ from collections.abc import Callable
 from typing import Any
 
 from maya_un.errors import InvalidRequest, ServiceFailed
-from maya_un.graph import types
 from maya_un.graph.protocol import Held, Message
 from maya_un.rosbridge import forms
 from maya_un.rosbridge.client import ROWS, Client, Level
@@ -25,7 +24,7 @@ class _Service:
         self._client = client
         self._said = said
         self._service = service
-        self._request, _ = types.halves(kind)
+        self._request = f"{kind}Request"  # of a type that only ROS knows as well; `Graph.serve` refuses unknown ones
         self._asked: dict[str, asyncio.Future[Message]] = {}
         self.held: Held | None = None
 

@@ -31,7 +31,7 @@ Operation = Callable[[Fields], Awaitable[None] | None]
 """Carries out a message at once, or returns what is to be awaited before the next one."""
 
 Entry = Callable[[str | None], Awaitable[None]]
-"""Takes notice of the token that a client shows; raises why it is not let in."""
+"""Signs a client in with a token; raises the reason of a refusal."""
 
 _LEVELS = tuple(Level.__members__)
 
@@ -39,7 +39,7 @@ _LEVELS = tuple(Level.__members__)
 class Session:
     """Carries out what one client says, in the `turns` of all. `on_calm` is called when it is ready to hear more.
 
-    `entry` is told of tokens, where it matters who the client is.
+    `entry` is called with tokens, if clients must sign in.
 
     Nothing that a client says raises anything here. Whoever hands on more while it is `busy` makes it grow.
     """
@@ -69,11 +69,11 @@ class Session:
 
     @property
     def busy(self) -> bool:
-        """Whether it should hear no more now; while a token is looked at it hears on, for a stop."""
+        """Whether reading should pause; during a check of a token it continues, for a stop."""
         return self._at_it and not (self._looked_at and len(self._inbox) < WAITING)
 
     def begin(self, token: str | None) -> None:
-        """Find out who is there, by the `token` that was shown with the connection; what is said meanwhile waits."""
+        """Sign in with the `token` of the connection; messages wait meanwhile."""
         if self._entry is not None:
             self._at_it = True
             self._client.spawn(self._after(self._introduced(self._entry, token)), "who is there")
@@ -94,9 +94,9 @@ class Session:
             self._looked_at = False
 
     def take(self, *texts: str | bytes) -> None:
-        """Carry out what came together, now or when what came before has been.
+        """Carry out the messages of one text, after earlier ones.
 
-        A stop waits for no token to be looked at: it is begun at once, and carried out in its turn once more.
+        A stop does not wait for the check of a token: it begins at once, and again in its order.
         """
         self._inbox.extend(texts)
         if self._looked_at:
@@ -165,7 +165,7 @@ class Session:
         return found
 
     def _next_object(self, text: str | bytes) -> dict[str, Any] | None:
-        """Return the object that a text says, or the first of several; None where the text says a part of one."""
+        """Return the object of a text, or the first of several; None for a part of one."""
         try:
             text = text if isinstance(text, str) else text.decode()
             value = parsed(text)
@@ -191,7 +191,7 @@ class Session:
         return None
 
     def _unwrapped(self, message: dict[str, Any]) -> dict[str, Any] | None:
-        """Return the message itself, that in its fragments or in a picture; None where more fragments are to come."""
+        """Return the message, unpacked from fragments or a picture; None if fragments are missing."""
         for _ in range(NESTED):
             op = message.get("op")
             if op is None:
@@ -210,7 +210,7 @@ class Session:
         self._client.level = Level[fields.one_of("level", _LEVELS, "")]
 
     def _auth(self, fields: Fields) -> Awaitable[None] | None:
-        """Carry out `auth`: `mac` is a token, for of tokens only hashes are kept, which no MAC can be checked by."""
+        """Carry out `auth`: `mac` is a token, because only hashes of tokens are stored, which cannot check a MAC."""
         token, name = fields.text("mac"), fields.id
         if not token:
             raise InvalidRequest(key="mac", reason="it is a token, like maya_…")

@@ -1,4 +1,4 @@
-"""A stop among what a client says: it is looked for where everything else has to wait."""
+"""Find a stop among the messages of a client while all others wait."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from maya_un.rosbridge.fields import Fields
 
 
 def stop_in(text: str | bytes) -> str | None:
-    """Return the service that begins the stop that a message asks for, None where it asks for none."""
+    """Return the service of the stop that a message requests, None for other messages."""
     try:
         fields = Fields(decoded(text))
         match fields.get("op"):

@@ -149,7 +149,7 @@ class Subscribing:
         return any(name in self._readings for name in (topic, topic.removeprefix("/")))
 
     def subscribe(self, fields: Fields) -> Awaitable[None] | None:
-        """Carry out `subscribe`, at once unless the graph has to be asked for the type that the topic has."""
+        """Carry out `subscribe`, at once unless the type of the topic must be requested from the graph."""
         said, topic = fields.name("topic")
         request, kind, name = Request.of(fields), fields.kind(needed=False), fields.id
         reading = self._readings.get(said)

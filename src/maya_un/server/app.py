@@ -22,6 +22,7 @@ from maya_un.server.people import add_sessions, add_tokens, add_users
 from maya_un.server.queueing import add_ordering, add_queue, add_recovery
 from maya_un.server.reading import add_reading
 from maya_un.server.recordings import add_recordings
+from maya_un.server.rights import Rights
 from maya_un.server.routes import Routes
 from maya_un.server.stream import add_stream
 from maya_un.server.system import add_system
@@ -37,6 +38,7 @@ def create_app(bridge: Bridge, edge: Edge | None = None, metrics: Metrics | None
     """
     app = FastAPI(title="Maya-UN", version=__version__, docs_url=None, redoc_url=None, openapi_url=None)
     app.state.bridge = bridge
+    app.state.rights = Rights(bridge)
     counted = metrics or Metrics()
     app.add_middleware(Guard, edge=edge or Edge(), metrics=counted)
     app.add_exception_handler(MayaError, problems.on_maya_error)

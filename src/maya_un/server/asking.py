@@ -9,10 +9,11 @@ from typing import Annotated, TypeVar
 from fastapi import Depends, Request
 
 from maya_un.api.access.caller import Caller
-from maya_un.api.access.operations import Operation, allowed
+from maya_un.api.access.operations import Operation, allowed, require
 from maya_un.api.service import Service
-from maya_un.errors import Cancelled, InvalidRequest
+from maya_un.errors import Cancelled, InvalidRequest, MayaError
 from maya_un.server.bridge import Bridge
+from maya_un.server.rights import Rights
 from maya_un.server.routes import Rule, rule_of
 from maya_un.server.who import caller_of
 
@@ -42,7 +43,7 @@ class Asking:
         return await self._bridge.call(self.caller, chosen, wish, self._subject)
 
     async def unless_left(self, wish: Callable[[Service], Awaitable[T]]) -> T:
-        """Return what `wish` answers; it is cancelled where whoever asked has left, and then `Cancelled` is raised.
+        """Return the answer of `wish`; if the client disconnects, cancel it and raise `Cancelled`.
 
         The body of the request must have been read.
         """
@@ -58,9 +59,41 @@ class Asking:
             left.cancel()
             await asyncio.wait({asked, left})
 
+    async def while_allowed(self, answer: Awaitable[T], operation: Operation) -> T:
+        """Return an answer that takes long; raises `NotSignedIn`, `NotAllowed` when the caller's rights end before."""
+        asked = asyncio.ensure_future(answer)
+        ended: asyncio.Future[MayaError] = asyncio.get_running_loop().create_future()
+
+        def changed(now: Caller | MayaError) -> None:
+            refusal = _refusal(now, operation)
+            if refusal is not None and not ended.done():
+                ended.set_result(refusal)
+
+        rights: Rights = self._request.app.state.rights
+        try:
+            with rights.watched(lambda: self.caller, changed):
+                await asyncio.wait({asked, ended}, return_when=asyncio.FIRST_COMPLETED)
+            if not asked.done():
+                raise ended.result()
+            return asked.result()
+        finally:
+            asked.cancel()
+            await asyncio.wait({asked})
+
     async def _left(self) -> None:
         while (await self._request.receive())["type"] != "http.disconnect":
             pass
+
+
+def _refusal(now: Caller | MayaError, operation: Operation) -> MayaError | None:
+    """Return why a caller may not do something any more, None if he may."""
+    if isinstance(now, MayaError):
+        return now
+    try:
+        require(now, operation)
+    except MayaError as refusal:
+        return refusal
+    return None
 
 
 async def _asking(request: Request) -> Asking:

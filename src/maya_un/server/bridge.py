@@ -74,7 +74,7 @@ class Bridge:
         )
 
     async def current(self, asked: Sequence[Caller]) -> list[Caller | MayaError]:
-        """Return each of some callers with the role that he has now, or why he has none any more."""
+        """Return each caller with the current role, or the error if the rights have ended."""
         callers = self._callers
         if callers is None:
             return list(asked)
@@ -85,7 +85,7 @@ class Bridge:
         return await self.within(looked_at)
 
     def heard_by(self, listener: Callable[[], None]) -> Callable[[], None]:
-        """Call `listener` in the running loop after each change of users and tokens; return what ends that."""
+        """Call `listener` in the running loop after each change of users and tokens; return a function to end this."""
         callers, here = self._callers, asyncio.get_running_loop()
         if callers is None:
             return _nothing

@@ -15,7 +15,7 @@ from maya_un.server.bridge import Bridge
 from maya_un.server.who import source_of
 
 LONG = 16_384
-"""Longer bodies hold a loop for too long while they are read [bytes]; only those of jobs may be."""
+"""Longest body that is parsed in the loop [bytes]; only bodies with jobs may be longer."""
 
 
 class Reader:
@@ -70,7 +70,7 @@ class Plain:
 
 
 class Read(Plain):
-    """Reads the object that a request carries as it is written; what is `LONG` is read in a worker."""
+    """Parses the object of a request; a worker parses one longer than `LONG`."""
 
     async def __call__(self, request: Request) -> dict[str, Any]:
         """Return what the request carries; raises `InvalidRequest`."""
@@ -82,7 +82,7 @@ class Read(Plain):
 
 
 class Handed(Plain):
-    """Reads the object that a request carries; what is `LONG` is handed on as it came, to be read in a worker."""
+    """Parses the object of a request; passes one longer than `LONG` on as bytes, for a worker."""
 
     async def __call__(self, request: Request) -> dict[str, Any] | bytes:
         """Return the object, or the bytes; raises `InvalidRequest`."""
@@ -106,5 +106,5 @@ def answer(value: object, status: int = 200) -> Response:
 
 
 def as_json(data: bytes, status: int = 200) -> Response:
-    """Return a message that is JSON already as an answer."""
+    """Return an answer from JSON text."""
     return Response(data, status, media_type="application/json")

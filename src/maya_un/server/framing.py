@@ -1,7 +1,7 @@
-"""Requests whose end two readers may see at different places are refused (RFC 9112, 2.2, 5.2, 6.1 and 6.3).
+"""Refuse requests with an ambiguous end (RFC 9112, 2.2, 5.2, 6.1 and 6.3).
 
-A proxy before the service that finds another end takes what one client sends for the request of another. h11 refuses
-most of it; what it repairs, or leaves to the server, is refused here.
+If a proxy before the service finds another end, it takes data of one client for the request of another. h11 refuses
+most such requests; this module refuses those that h11 repairs or leaves to the server.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ class StrictConnection(h11.Connection):
         self._head: bytearray | None = bytearray()
 
     def receive_data(self, data: bytes) -> None:
-        """Take bytes of the client."""
+        """Receive bytes of the client."""
         if self._head is not None:
             self._head += data
         super().receive_data(data)
 
     def next_event(self) -> h11.Event | type[h11.NEED_DATA] | type[h11.PAUSED]:
-        """Return what the client said next."""
+        """Return the next event."""
         event = super().next_event()
         if isinstance(event, h11.Request) and self._head is not None:
             head, self._head = self._head[: len(self._head) - len(self.trailing_data[0])], None
@@ -52,11 +52,11 @@ def doubtful(head: bytes, version: bytes) -> str:
     length, coded = values.get(_LENGTH), _CODING in values
     reasons = {
         "a line ends without a carriage return": any(b"\n" in line for line in lines),
-        "a header goes on in the next line": any(line[:1] in (b" ", b"\t") for line in lines),
-        "a header comes twice that there is one of": any(often[name] > 1 for name in _ONCE),
-        "the length of the body is no number": length is not None and not length.isdigit(),
+        "a header continues in the next line": any(line[:1] in (b" ", b"\t") for line in lines),
+        "a header that may occur once occurs twice": any(often[name] > 1 for name in _ONCE),
+        "the length of the body is not a number": length is not None and not length.isdigit(),
         "the body has a length and a transfer coding": length is not None and coded,
-        "there is no such version of HTTP": version not in _VERSIONS,
+        "this version of HTTP does not exist": version not in _VERSIONS,
         "HTTP/1.0 has no transfer codings": coded and version == b"1.0",
         "a request for another protocol has a body": b"upgrade" in values
         and (coded or bool((length or b"").strip(b"0"))),

@@ -29,7 +29,7 @@ BODY_LIMIT = 1_000_000
 """Longest body of a request that may carry a job [bytes]; the longest job has about half of it."""
 
 _JOBS = ("/v1/jobs", "/v1/preview", "/v1/inspect")
-"""Where jobs are carried; elsewhere a body may be `LONG`, and is read at once."""
+"""Paths whose body may carry a job; other bodies may have `LONG` bytes, and are parsed at once."""
 
 BODY_PATIENCE = 20.0
 """How long a body may take to arrive [s, real time]."""

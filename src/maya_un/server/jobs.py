@@ -53,7 +53,8 @@ _TASKS = {
     "gripper": {"command": "gripper", "open": True},
 }
 _REFUSED = (InvalidJob, UnknownName)
-_BOUNDED = (*_REFUSED, TooMuchAsked, TakesTooLong, TooLarge, WorkerFailed)
+_WORKED_OUT = (TooMuchAsked, TakesTooLong, TooLarge, WorkerFailed)
+_BOUNDED = (*_REFUSED, *_WORKED_OUT)
 _NOT_TAKEN = (*_REFUSED, KeyReused, NotConnected, Faulted)
 _SUBMITTING = (Operation.SUBMIT, Operation.PROPOSE)
 
@@ -68,7 +69,7 @@ def add_jobs(routes: Routes) -> None:
         tag=_TAG,
         gives=JobAccepted,
         status=202,
-        refuses=_NOT_TAKEN,
+        refuses=(*_NOT_TAKEN, *_WORKED_OUT),
         examples=_JOBS,
     )
     async def submit(ask: Ask, job: JobBody, options: SubmitOptions, key: IdempotencyKey = "") -> Response:
@@ -81,7 +82,7 @@ def add_jobs(routes: Routes) -> None:
         """List jobs, also those long ended, newest first unless asked otherwise."""
         return answer(await ask(lambda service: service.history.page(which)))
 
-    @routes.add("GET", "/v1/jobs/{job}", Operation.READ, tag=_TAG, gives=JobReport, refuses=(NotFound,))
+    @routes.add("GET", "/v1/jobs/{job}", Operation.READ, tag=_TAG, gives=JobReport, refuses=(NotFound, *_WORKED_OUT))
     async def report(ask: Ask, job: JobNumber) -> Response:
         """Tell how one job stands, step by step."""
         return answer(await ask(lambda service: service.job(job)))
@@ -145,4 +146,6 @@ def add_tasks(routes: Routes) -> None:
         told = ask(
             lambda service: service.wish(primitive, wait=wait, by=ask.caller, options=options, key=key), *operations
         )
-        return answer(await told, 200 if wait else 202)
+        if not wait:
+            return answer(await told, 202)
+        return answer(await ask.while_allowed(told, Operation.WISH))

@@ -51,6 +51,10 @@ _STATUSES = {
 }
 
 
+AGAIN = 1
+"""`Retry-After` of a refusal by the worker processes [s]: a computation ends at any time."""
+
+
 def status_of(kind: type[MayaError]) -> int:
     """Return the HTTP status of errors of this kind."""
     if kind in _STATUSES:
@@ -74,9 +78,16 @@ def problem(error: MayaError, language: str = "en", status: int | None = None) -
     headers = {"Content-Language": language, "Vary": "Accept-Language"}
     if isinstance(error, NotSignedIn):
         headers["WWW-Authenticate"] = 'Bearer realm="Maya"'
-    if isinstance(error, TooManyRequests):
-        headers["Retry-After"] = str(error.details["wait"])
+    if (wait := _wait(error)) is not None:
+        headers["Retry-After"] = str(wait)
     return Response(_encoded(body), chosen, headers, "application/problem+json")
+
+
+def _wait(error: MayaError) -> object | None:
+    """Return after how many seconds a client may try again, None if waiting does not help."""
+    if isinstance(error, TooManyRequests):
+        return error.details["wait"]
+    return AGAIN if isinstance(error, TooMuchAsked | WorkerFailed) else None
 
 
 def _encoded(body: Mapping[str, object]) -> bytes:

@@ -32,10 +32,10 @@ STOPS_ONLY = "stops only"
 
 
 class Places:
-    """The connections that a door has left; `most` in all, `most_each` of one address, within a `share` of descriptors.
+    """The free connections of a listener: `most` in all, `most_each` of one address, within a `share` of descriptors.
 
-    `without` has those that are let in without a place, for whoever says stop, oldest first; where there are more than
-    the share allows, one more ends the oldest of them.
+    `without` has connections beyond these numbers, admitted for a stop, oldest first; if the share is used up, a new
+    one ends the oldest.
     """
 
     def __init__(self, most: int, most_each: int, share: Share = ALL) -> None:
@@ -47,7 +47,7 @@ class Places:
         self.without: dict[BoundedProtocol, None] = {}
 
     def take(self, address: str, descriptor: int = 0) -> bool:
-        """Take a place; tell whether there was one, and a descriptor left for it."""
+        """Take a place; return whether a place and a descriptor were free."""
         if self._taken.total() >= self._most or self._taken[address] >= self._most_each:
             return False
         if descriptor >= self.share.full:

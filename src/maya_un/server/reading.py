@@ -44,7 +44,8 @@ def add_reading(routes: Routes, bridge: Bridge) -> None:
         limit: Annotated[int, Query(ge=1, le=MOST_EVENTS, description="so many at most")] = MOST_EVENTS,
     ) -> Response:
         """Return the events numbered above `since`, oldest first; without any, wait up to `wait` seconds for one."""
-        few = await bridge.events(ask.caller, since, wait, run, min(limit, FEW_EVENTS))
+        asked = bridge.events(ask.caller, since, wait, run, min(limit, FEW_EVENTS))
+        few = await (ask.while_allowed(asked, Operation.READ) if wait else asked)
         if len(few) < FEW_EVENTS or limit == FEW_EVENTS:
             return answer(few)
         async with bridge.past.turn():

@@ -1,4 +1,4 @@
-"""Who is connected for long is looked at again: at once after each change of users and tokens, and as tokens expire."""
+"""Check the rights of open connections: at once after each change of users and tokens, and when tokens expire."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from maya_un.errors import MayaError
 from maya_un.server.crash import written_down
 
 LOOK_AGAIN = 1.0
-"""How often connections are looked at where nothing has changed: tokens expire [s]."""
+"""Period of the check for expired tokens [s]."""
 
 
 class Source(Protocol):
-    """Where it is known who may what; `server.bridge.Bridge` knows it."""
+    """Source of rights; implemented by `server.bridge.Bridge`."""
 
     async def current(self, asked: Sequence[Caller]) -> list[Caller | MayaError]:
-        """Return each caller with the role that he has now, or why he has none any more."""
+        """Return each caller with the current role, or the error if the rights have ended."""
         ...
 
     def heard_by(self, listener: Callable[[], None]) -> Callable[[], None]:
-        """Call `listener` in the running loop after each change; return what ends that."""
+        """Call `listener` in the running loop after each change; return a function that ends this."""
         ...
 
 
 Who = Callable[[], Caller | None]
-"""Tells who is at the other end of a connection, None where nobody is known."""
+"""Returns the caller of a connection, None while unknown."""
 
 Changed = Callable[[Caller | MayaError], None]
-"""Told the caller with the rights that he has now, or why he has none any more."""
+"""Called with the caller and the present rights, or the error if they have ended."""
 
 
 @dataclass(slots=True, eq=False)
@@ -44,7 +44,7 @@ class _Watched:
 
 
 class Rights:
-    """Looks at the connections of an edge, all at once; nothing happens while there is none."""
+    """Checks all connections of an interface together; does nothing without connections."""
 
     def __init__(self, source: Source) -> None:
         self._source = source
@@ -52,9 +52,13 @@ class Rights:
         self._looking: asyncio.Task[None] | None = None
         self._news = asyncio.Event()
 
+    def __len__(self) -> int:
+        """Return how many connections are looked at."""
+        return len(self._watched)
+
     @contextmanager
     def watched(self, who: Who, changed: Changed) -> Iterator[None]:
-        """Call `changed` with what has become of the caller that `who` tells, while the block runs."""
+        """Call `changed` after each change of the rights of the caller `who`, while the block runs."""
         one = _Watched(who, changed)
         self._watched.append(one)
         self._news.set()  # its rights may have ended while it came

@@ -82,11 +82,11 @@ class Session:
 
     @property
     def caller(self) -> Caller:
-        """Who is there."""
+        """The caller."""
         return self._caller
 
     def take_rights(self, now: Caller | MayaError) -> None:
-        """Take notice of other rights of the client; where it has none any more, that is its end."""
+        """Apply changed rights of the client; disconnect it if they have ended."""
         if isinstance(now, MayaError):
             refuse(self._wire, now, self._language)
         else:

@@ -27,12 +27,12 @@ def add_system(routes: Routes, app: FastAPI, bridge: Bridge, metrics: Metrics) -
 
     @routes.add("GET", "/v1/health", tag=_TAG, gives=Health)
     async def health() -> Response:
-        """Answer without asking the robot: the server lives."""
+        """Answer that the process lives. The robot is not asked: the answer is the same while its loop hangs."""
         return answer(Health("ok", __version__))
 
     @routes.add("GET", "/v1/ready", tag=_TAG, gives=Readiness, also=(503,))
     async def ready(request: Request) -> Response:
-        """Tell whether wishes can be carried out, and what stands in the way."""
+        """Ask the robot's loop, for 1 s at most, whether commands can be carried out; tell what prevents it."""
         found = await readiness(bridge, language_of(request.headers))
         return answer(found, 200 if found.ready else 503)
 

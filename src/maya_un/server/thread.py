@@ -24,7 +24,7 @@ _STARTED = 10.0
 
 
 class _Server(uvicorn.Server):
-    """Says when it listens, accepts by our own listener, and lets the main thread keep the signals."""
+    """Reports when it listens, accepts with our own listener, and leaves signals to the main thread."""
 
     def __init__(self, app: FastAPI, door: Door, share: Share) -> None:
         self._places = Places(door.most, door.most_each, share)

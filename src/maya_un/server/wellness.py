@@ -40,7 +40,7 @@ async def readiness(bridge: Bridge, language: str) -> Readiness:
 
 
 async def _failing(bridge: Bridge) -> str:
-    """Return why the journal cannot be written, "" where it can: a disk may fill up while nothing is written."""
+    """Return why the journal cannot be written, "" if it can; checked also when no request writes."""
     if not isinstance(bridge.journal, SqliteJournal):
         return ""
     try:

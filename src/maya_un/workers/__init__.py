@@ -1,4 +1,4 @@
-"""Worker processes: they do long computations beside the robot's loop, bounded in time, memory and number.
+"""Worker processes for long computations outside the robot's loop, bounded in time, memory and number.
 
     wire       how the two processes talk: length, then a pickle
     child      the worker: works on one request after the other, a slice of each in turn

@@ -48,7 +48,7 @@ class _Worker:
         self._under_way: dict[int, _Request] = {}
 
     def take(self, ask: Ask, number: int, payload: bytes) -> None:
-        """Do what is asked, and answer it, unless a request is to be forgotten."""
+        """Carry out a command and answer it; a dropped request gets no answer."""
         match ask:
             case Ask.PREPARE:
                 memory, nicer, prepare, arguments = pickle.loads(payload)
@@ -64,7 +64,7 @@ class _Worker:
                 self._under_way.pop(number, None)
 
     def _work(self, number: int, taken: Callable[[], _Request]) -> None:
-        """Work on a request for a slice, and say how far that came."""
+        """Work on a request for a slice, and report the progress."""
         _bound(LONGEST)
         try:
             request = taken()
@@ -90,7 +90,7 @@ class _Request:
 
     @classmethod
     def begun(cls, payload: bytes) -> _Request:
-        """Return the work that is asked for."""
+        """Return the requested work."""
         seconds, function, arguments = pickle.loads(payload)
         return cls(function(*arguments), seconds)
 

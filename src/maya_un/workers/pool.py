@@ -16,9 +16,9 @@ from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, ParamSpec, TypeVar
 
-from maya_un.errors import TakesTooLong, TooLarge, WorkerFailed
+from maya_un.errors import InternalError, MayaError, TakesTooLong, TooLarge, WorkerFailed
 from maya_un.workers.turns import Circle, Request
-from maya_un.workers.wire import Ask, ClosedError, Told, receive, send
+from maya_un.workers.wire import Ask, ClosedError, StuckError, Told, receive, send
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -42,7 +42,7 @@ class Bounds:
     """How much may be asked: `seconds` of computing for one request, `memory` [bytes] of the process.
 
     `most` requests may wait or be under way in all, and `each` of one who asks. The priority of the process is lower by
-    `nicer`.
+    `nicer`. A process that takes or answers nothing for `patience` [s, by the wall] hangs, and is replaced.
     """
 
     seconds: float = 30.0
@@ -50,6 +50,7 @@ class Bounds:
     most: int = 32
     each: int = 4
     nicer: int = 0
+    patience: float = 30.0
 
 
 class Staff(NamedTuple):
@@ -106,7 +107,7 @@ class Workers:
         request = Request(next(self._numbers), whose, payload)
         with self._changed:
             if self._closed:
-                raise WorkerFailed(reason="the program ends")
+                raise WorkerFailed(reason="the program is ending")
             self._circle.put(request, each)
             self._go()
         with _standing_still():
@@ -154,8 +155,12 @@ class Workers:
                 self._turn(request)
             except (ClosedError, OSError) as error:
                 self._failed(request, self._ended(error))
+            except StuckError:
+                self._replaced(request, TakesTooLong(seconds=f"{self._bounds.patience:g}"))
+            except Exception as defect:  # noqa: BLE001 - told to whoever asked; others must not wait for ever
+                self._replaced(request, InternalError(reason=repr(defect)[:500]))
         self._kill()
-        self._circle.each(lambda one: self._over(one, WorkerFailed(reason="the program ends")))
+        self._circle.each(lambda one: self._over(one, WorkerFailed(reason="the program is ending")))
 
     def _turn(self, request: Request | None) -> None:
         """Have a request worked on for a slice."""
@@ -163,15 +168,18 @@ class Workers:
         if request is None:
             return
         assert process.stdin is not None and process.stdout is not None
-        if request.dropped:
-            if request.began:
-                send(process.stdin.fileno(), Ask.FORGET, request.number, b"")
+        within = self._bounds.patience
+        with self._changed:  # a request that is dropped from here on is one that the worker knows
+            began, dropped = request.began, request.dropped
+            request.began = not dropped
+        if dropped:
+            if began:
+                send(process.stdin.fileno(), Ask.FORGET, request.number, b"", within=within)
             self._over(request, None)
             return
-        ask, payload = (Ask.GO_ON, b"") if request.began else (Ask.BEGIN, request.payload)
-        send(process.stdin.fileno(), ask, request.number, payload)
-        request.began = True
-        told, _, answer = receive(process.stdout.fileno())
+        ask, payload = (Ask.GO_ON, b"") if began else (Ask.BEGIN, request.payload)
+        send(process.stdin.fileno(), ask, request.number, payload, within=within)
+        told, _, answer = receive(process.stdout.fileno(), within)
         self._take(request, told, answer)
 
     def _take(self, request: Request, told: Told, payload: bytes) -> None:
@@ -187,9 +195,8 @@ class Workers:
             case Told.TOO_LONG:
                 self._over(request, TakesTooLong(seconds=f"{self._bounds.seconds:g}"))
             case Told.TOO_LARGE:
-                self._over(request, TooLarge(most=f"{self._bounds.memory >> 20} MB"))
-                self._kill()  # what it holds is not worth keeping; the next begins small
-                self._begin_again()
+                # what it holds is not worth keeping; the next begins small
+                self._replaced(request, TooLarge(most=f"{self._bounds.memory >> 20} MB"))
             case Told.FAILED:
                 self._over(request, WorkerFailed(reason=pickle.loads(payload)))
 
@@ -201,7 +208,8 @@ class Workers:
                     raise ClosedError
                 self._process = process = _started()
             assert process.stdin is not None
-            send(process.stdin.fileno(), Ask.PREPARE, 0, self._prepare)
+            os.set_blocking(process.stdin.fileno(), False)
+            send(process.stdin.fileno(), Ask.PREPARE, 0, self._prepare, within=self._bounds.patience)
         return self._process
 
     def _ended(self, error: Exception) -> int:
@@ -220,6 +228,13 @@ class Workers:
             self._over(request, WorkerFailed(reason=f"it ended with {code}"))
         elif request is not None:
             request.again = True
+        self._begin_again()
+
+    def _replaced(self, request: Request | None, error: MayaError) -> None:
+        """Refuse a request, and have the others done by another process."""
+        if request is not None:
+            self._over(request, error)
+        self._kill()
         self._begin_again()
 
     def _begin_again(self) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import pickle
+import select
 import struct
 from enum import IntEnum
 from typing import Any
@@ -44,27 +45,36 @@ class ClosedError(Exception):
     """The other end has gone."""
 
 
-def send(pipe: int, *message: Any) -> None:
-    """Send a message through a pipe; raises `ClosedError`."""
+class StuckError(Exception):
+    """The other end takes or sends nothing."""
+
+
+def send(pipe: int, *message: Any, within: float | None = None) -> None:
+    """Send a message through a pipe; raises `ClosedError`.
+
+    With `within` the pipe does not block, and `StuckError` is raised where nothing moves for so long [s].
+    """
     data = pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
     view = memoryview(_LENGTH.pack(len(data)) + data)
     try:
         while view:
+            _await(pipe, select.POLLOUT, within)
             view = view[os.write(pipe, view[:_AT_ONCE]) :]
     except OSError as error:
         raise ClosedError from error
 
 
-def receive(pipe: int) -> Any:
-    """Wait for a message and return it; raises `ClosedError`."""
-    (length,) = _LENGTH.unpack(_exactly(pipe, _LENGTH.size))
-    return pickle.loads(_exactly(pipe, length))
+def receive(pipe: int, within: float | None = None) -> Any:
+    """Wait for a message and return it; raises `ClosedError`, and `StuckError` where nothing comes `within` [s]."""
+    (length,) = _LENGTH.unpack(_exactly(pipe, _LENGTH.size, within))
+    return pickle.loads(_exactly(pipe, length, within))
 
 
-def _exactly(pipe: int, length: int) -> bytearray:
+def _exactly(pipe: int, length: int, within: float | None) -> bytearray:
     data = bytearray()
     while len(data) < length:
         try:
+            _await(pipe, select.POLLIN, within)
             some = os.read(pipe, min(length - len(data), _AT_ONCE))
         except OSError as error:
             raise ClosedError from error
@@ -72,3 +82,13 @@ def _exactly(pipe: int, length: int) -> bytearray:
             raise ClosedError
         data += some
     return data
+
+
+def _await(pipe: int, event: int, within: float | None) -> None:
+    """Wait until a pipe can be written or read, or is closed; raises `StuckError`."""
+    if within is None:
+        return
+    poll = select.poll()
+    poll.register(pipe, event)
+    if not poll.poll(within * 1e3):
+        raise StuckError

@@ -147,6 +147,6 @@ def test_options_of_serve_that_contradict_are_refused(tmp_path: Path, capsys: py
     assert main(["dmc", "serve", "--memory", str(tmp_path / "nowhere" / "m.json")]) == 2
     assert "5002" in capsys.readouterr().err
     assert main(["dmc", "serve", "--memory", str(tmp_path)]) == 2
-    assert "it is no regular file" in capsys.readouterr().err
+    assert "it is not a regular file" in capsys.readouterr().err
     assert main(["dmc", "serve", "--firmware", "DMC4133 ñ"]) == 2
     assert "4001" in capsys.readouterr().err

@@ -173,3 +173,34 @@ def test_ranges_are_the_workspace_without_zones(a: float, b: float, c: float) ->
     assert ranges.within(joints) is workspace.contains(joints)
     if ranges.within(joints):
         assert ranges.mechanism.fk(joints) == workspace.fk(joints)
+
+
+def test_the_manuals_ranges_are_those_of_the_default_configuration() -> None:
+    assert Ranges.of_the_manual() == Ranges.configured(Config())
+
+
+@pytest.mark.parametrize(
+    "line", ["fk 0.5 1.5 1.5", "ik 0.5 1.1 0.9", "ik 0 1.3 2.149", "fk 0.5deg 1500mm 1.2", "ik -1 -1 1"]
+)
+def test_fk_and_ik_answer_alike_with_an_empty_file(
+    line: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "c.toml"
+    file.write_text("")
+    said: list[tuple[object, ...]] = []
+    for words in (line, f"{line} --json"):
+        for end in ("", f" --config {file}"):
+            code = main(f"{words}{end}".split())
+            said.append((code, *capsys.readouterr()))
+    assert said[0] == said[1]
+    assert said[2] == said[3]
+
+
+def test_the_configuration_of_the_user_counts_for_fk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    monkeypatch.delenv("MAYA_CONFIG", raising=False)
+    file = tmp_path / "maya" / "config.toml"
+    file.parent.mkdir()
+    file.write_text("[axes.b]\nmaximum = 1.2\n")
+    assert main(["fk", "0.5", "1.5", "1.5"]) != 0
+    assert main(["ik", "0.5", "1.1", "0.9"]) != 0

@@ -17,6 +17,7 @@ from maya_un.errors import (
     GuardNotRunning,
     MayaError,
     NothingToRecover,
+    OwnerErased,
     OwnershipLost,
 )
 from maya_un.events import Kind
@@ -184,6 +185,7 @@ async def test_a_host_that_slept_finds_its_connection_ended_and_moves_nothing(wh
         await fall_silent(bench.controller)
         await elapse(2.0)
         async with opened(bench) as other:
+            await foreign(bench, "mayapid=4711")  # both hosts are this process: let them differ
             rest = bench.mechanics.true_joints()
             if move is not None:
                 late.set()
@@ -193,7 +195,7 @@ async def test_a_host_that_slept_finds_its_connection_ended_and_moves_nothing(wh
             fault = bench.controller.state.fault
             assert fault is not None
             assert fault.code == OwnershipLost.code
-            assert f"process {os.getpid()}" in str(fault)
+            assert "process 4711" in str(fault)
             with pytest.raises(ControllerOwned):
                 await bench.controller.recover()
             if move is not None:
@@ -263,8 +265,9 @@ async def test_a_living_owner_is_taken_over_at_rest_only_and_is_told() -> None:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(5.0)
         other, _ = another(bench)
-        with pytest.raises(ControllerMoves):
+        with pytest.raises(ControllerMoves) as refused:
             await other.open(take_over=True)
+        assert f"maya stop --address {refused.value.details['address']}" in str(refused.value)
         await other.close()
         await move
         seen = len(bench.controller.events)
@@ -388,14 +391,56 @@ async def test_an_owner_without_variables_is_taken_for_dead() -> None:
             assert await token(bench) == guard_of(other).owner.token
 
 
-async def test_a_token_that_somebody_clears_is_named_as_a_reset_is() -> None:
+@pytest.mark.parametrize(
+    ("commands", "error"),
+    [(["ZAB=0"], OwnerErased), (["HX7", "ZAB=0"], GuardNotRunning)],
+)
+async def test_token_that_somebody_erases_is_named_while_the_guard_runs(
+    commands: list[str], error: type[MayaError]
+) -> None:
     async with homed(live=True) as bench:
-        await foreign(bench, "ZAB=0")
+        await foreign(bench, *commands)
         await elapse(0.2)
         assert bench.controller.state.fault is not None
-        assert bench.controller.state.fault.code == GuardNotRunning.code
+        assert bench.controller.state.fault.code == error.code
         await bench.controller.recover()
         await bench.controller.move(FAR)
+
+
+async def test_token_erased_in_motion_ends_the_motion_at_once() -> None:
+    async with homed(live=True) as bench:
+        moving = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(1.0)
+        assert bench.controller.state.moving
+        await foreign(bench, "ZAB=0")
+        began = asyncio.get_running_loop().time()
+        with pytest.raises(OwnerErased):
+            await moving
+        assert asyncio.get_running_loop().time() - began < BRAKING
+        await bench.controller.recover()
+        await bench.controller.move(FAR)
+
+
+async def test_recovery_while_a_link_that_returned_waits_for_rest_leaves_one_beat() -> None:
+    async with homed(live=True) as bench:
+        guard, driver = guard_of(bench.controller), bench.controller._monitor.link.driver
+        rest = asyncio.Event()
+
+        async def until_rest() -> bool:
+            await rest.wait()
+            return False
+
+        async def at_rest() -> bool:
+            return False
+
+        resuming = asyncio.create_task(guard.resume(driver, until_rest))
+        await elapse(0.01)
+        claiming = asyncio.create_task(guard.claim(driver, "twin", at_rest))
+        await elapse(0.1)
+        rest.set()
+        await asyncio.gather(resuming, claiming)
+        beats = [task for task in asyncio.all_tasks() if task.get_name() == "beat of the guard"]
+        assert len(beats) == 1
 
 
 @pytest.mark.parametrize("form", ["VF -4.0", "VF 4.0", "VF 10.4"])

@@ -50,7 +50,7 @@ def test_remark_for_the_host_stays_there(line: str) -> None:
     """G, REM: Galil's software strips these lines before a download, however long they are."""
     found = prepared(f"MG 1\r\n{line}\r\nEN")
     assert found.lines == ("MG 1", "EN")
-    assert found.changes == ("left out 1 line of remarks for the host",)
+    assert found.changes == ("left out 1 line of REM or host remarks",)
 
 
 def test_double_hashes_and_slashes_are_for_the_host_where_the_program_says_so() -> None:
@@ -62,10 +62,10 @@ def test_double_hashes_and_slashes_are_for_the_host_where_the_program_says_so() 
 def test_changes_are_told_by_the_number_of_lines() -> None:
     found = prepared(f"REM a\nREM b\n\tMG 1\nMG 2;'{LONG}\n\nEN\n")
     assert found.changes == (
-        "left out 2 lines of remarks for the host",
-        "turned tabs into blanks in 1 line",
-        "cut the comment off 1 line",
-        "marked 1 line that held nothing as comments",
+        "left out 2 lines of REM or host remarks",
+        "replaced tabs by blanks in 1 line",
+        "cut off the comment of 1 line",
+        "turned 1 line without text into comments",
     )
     assert found.text == " MG 1\nMG 2\n'\nEN\n"
 

@@ -70,6 +70,7 @@ def test_the_robot_floor_is_ready_at_work_waiting_or_alone() -> None:
     assert robot(controller_there=True, can_teleop=True).level is Level.OK
     assert robot(controller_there=True, can_teleop=False, running="pick").message == "at pick"
     assert robot(controller_there=True, can_teleop=False).level is Level.WARN
+    assert robot(controller_there=True, can_teleop=False, why="2103 not homed").message == "2103 not homed"
     alone = robot(controller_there=False, can_teleop=False)
     assert alone.level is Level.ERROR
     assert alone.message.startswith("1011 ")

@@ -90,12 +90,31 @@ class OrderMachine(RuleBasedStateMachine):
         del self.line.jobs[number]
         return multiple()
 
+    @rule(numbers=st.sets(st.integers(1, 20)))
+    def drop_all(self, numbers: set[int]) -> None:
+        self.order.drop_all(numbers)
+        assert list(self.order) == [job.number for job in self.line.sorted() if job.number not in numbers]
+        for number in numbers & self.line.jobs.keys():
+            self._put(self.line.jobs[number])
+
+    @rule()
+    def fill_another(self) -> None:
+        order = Order()
+        order.fill((job.place, job.owner, job.ready) for job in self.line.sorted())
+        self.order = order
+
     @invariant()
     def the_same(self) -> None:
         expected = [job.number for job in self.line.sorted()]
         assert list(self.order) == expected
         assert [self.order.place_of(number) for number in expected] == list(range(1, len(expected) + 1))
         assert self.order.first(2) == expected[:2]
+        assert self.order.ready_count == sum(job.ready for job in self.line.jobs.values())
+        for number, job in self.line.jobs.items():
+            assert self.order.is_ready(number) == job.ready
+            rest = [other for other in expected if other != number]
+            assert self.order.outermost(number, last=False) == (rest[0] if rest else None)
+            assert self.order.outermost(number, last=True) == (rest[-1] if rest else None)
         for driver in (None, *OWNERS):
             found = self.order.next(lambda owner, driver=driver: driver in (None, owner))
             assert found == self.line.next(driver)

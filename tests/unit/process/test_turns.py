@@ -7,7 +7,8 @@ from contextlib import suppress
 
 import pytest
 
-from maya_un.errors import RequestError
+from maya_un.errors import RequestError, Stopped
+from maya_un.events import Kind
 from maya_un.process.states import TaskState
 from tests.queues import Machine, asked, job
 from tests.virtual_time import elapse
@@ -74,3 +75,19 @@ async def test_where_a_driver_is_lost_nothing_more_begins(why: str, paused: bool
         view = floor.process.shown.view()
         assert (view.reason == "driver") is paused
         assert (floor.process.shown.line(1).state is TaskState.DONE) is not paused
+
+
+async def test_a_stop_ends_the_check_of_a_long_job_at_once() -> None:
+    async with Machine().running() as floor:
+        number = await floor.process.submit(job({"gripper": "open"}, repeat=1000), asked())
+        async for event in floor.controller.events.follow():
+            if event.kind is Kind.JOB and event.detail["state"] == "running":
+                break
+        floor.process.turns.halt(Stopped())
+        report = await floor.process.result(number)
+        assert (report.state, report.code) == (TaskState.CANCELLED, Stopped.code)
+        assert {step.predicted for step in report.steps} == {None}
+        assert floor.controller.calls == []
+        await floor.process.turns.resume("ana")
+        again = await floor.process.submit(job({"gripper": "open"}), asked())
+        assert (await floor.process.result(again)).state is TaskState.DONE

@@ -86,7 +86,9 @@ async def test_what_is_said_before_anybody_listens_has_the_time_when_it_was_said
         assert [message["header"]["stamp"]["secs"] for message in found] == [DATE]
 
 
-@pytest.mark.parametrize("time", ["now", {"sec": int(DATE), "nanosec": 0}, {"secs": int(DATE)}])
+@pytest.mark.parametrize(
+    "time", ["now", {"sec": int(DATE), "nanosec": 0}, {"sec": int(DATE), "nsec": 0}, {"secs": int(DATE)}]
+)
 async def test_a_time_is_the_word_now_or_the_names_of_either_ros(time: object) -> None:
     async with room() as one:
         talker, found = one.talker(), heard(one, kind="std_msgs/Time")
@@ -101,6 +103,14 @@ async def test_a_header_without_a_time_is_stamped() -> None:
         await talker.ask("publish", topic="/t", msg={"name": ["a"]})
         await talker.ask("publish", topic="/t", msg={"header": {"stamp": {"secs": 7, "nsecs": 0}}})
         assert [message["header"]["stamp"] for message in found] == [one.bus.now(), {"secs": 7, "nsecs": 0}]
+
+
+@pytest.mark.parametrize("stamp", [None, {}])
+async def test_publish_header_with_empty_stamp_gets_time_of_now(stamp: object) -> None:
+    async with room() as one:
+        talker, found = one.talker(), heard(one, kind="sensor_msgs/JointState")
+        assert await talker.ask("publish", topic="/t", msg={"header": {"stamp": stamp, "frame_id": "f"}}) == []
+        assert found[0]["header"] == {"seq": 0, "stamp": one.bus.now(), "frame_id": "f"}
 
 
 async def test_what_is_latched_waits_for_who_comes_later() -> None:

@@ -85,6 +85,12 @@ async def test_questions_take_the_values_of_their_fields_as_a_list() -> None:
         assert await asked(one, "get_param", name="/p") == {"value": "5"}
 
 
+async def test_services_with_another_rosapi_names_each_once() -> None:
+    async with room() as one:
+        one.robot.serve("/rosapi/topics", "rosapi/Topics", no_answer)
+        assert (await asked(one, "services"))["services"].count("/rosapi/topics") == 1
+
+
 async def test_nodes_and_what_they_do() -> None:
     async with room() as one:
         furnished(one)

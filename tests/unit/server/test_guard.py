@@ -12,7 +12,7 @@ import pytest
 from starlette.types import Message
 
 from maya_un import __version__
-from maya_un.errors import Busy
+from maya_un.errors import Busy, MayaError, TooMuchAsked, WorkerFailed
 from maya_un.server import guard, log
 from maya_un.server.edge import Edge
 from maya_un.server.limits import Rate
@@ -172,3 +172,12 @@ async def test_what_changes_something_or_is_refused_stands_in_the_log(
     ]
     assert (lines[0]["request"], lines[0]["who"]) == (stop.headers["maya-request"], "local")
     assert lines[0]["source"] == "127.0.0.1"
+
+
+@pytest.mark.parametrize(("error", "status"), [(TooMuchAsked(most=4), 429), (WorkerFailed(reason="it ended"), 503)])
+async def test_refusal_by_the_worker_tells_when_to_try_again(error: MayaError, status: int) -> None:
+    service = StandIn()
+    service.error = error
+    async with door(service) as client:
+        refused = await client.get("/v1/status")
+    assert (refused.status_code, refused.headers["retry-after"]) == (status, "1")

@@ -1,14 +1,18 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 from dataclasses import replace
 from typing import cast
 
+import httpx
 import pytest
 
 from maya_un.api.service import Service
 from maya_un.errors import NodeGone
+from maya_un.loops import run
 from maya_un.process.journal.sqlite import SqliteJournal
+from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
 from maya_un.server.wellness import PATIENCE, Readiness, readiness, storage_of
 from maya_un.values import Mode
@@ -72,3 +76,26 @@ async def test_a_probe_reads_it_from_the_status() -> None:
         bad = await client.get("/v1/ready", headers={"Accept-Language": "es"})
     assert (good.status_code, good.json()) == (200, {"ready": True, "reasons": []})
     assert (bad.status_code, bad.json()["reasons"][0]["code"]) == (503, 1010)
+
+
+def test_process_lives_and_is_not_ready_while_the_loop_of_the_robot_hangs() -> None:
+    loop, hanging = asyncio.new_event_loop(), threading.Event()
+    loop.call_soon(hanging.wait)
+    bridge = Bridge(loop, cast("Service", StandIn()))
+
+    async def asked() -> tuple[httpx.Response, httpx.Response, Readiness]:
+        transport = httpx.ASGITransport(create_app(bridge), client=("127.0.0.1", 50_000))
+        async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1:4133") as client:
+            health, ready = await client.get("/v1/health"), await client.get("/v1/ready")
+            hanging.set()
+            return health, ready, await readiness(bridge, "en")
+
+    thread = threading.Thread(target=loop.run_forever)
+    thread.start()
+    health, ready, after = run(asked())
+    loop.call_soon_threadsafe(loop.stop)
+    thread.join()
+    loop.close()
+    assert (health.status_code, ready.status_code) == (200, 503)
+    assert [reason["code"] for reason in ready.json()["reasons"]] == [1021]
+    assert after == Readiness(True, ())

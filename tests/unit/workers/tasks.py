@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 from collections.abc import Generator
+from types import GeneratorType
 from typing import Any
 
 from maya_un.errors import InvalidJob
@@ -42,8 +44,9 @@ def broken() -> Generator[None, None, None]:
     raise ZeroDivisionError
 
 
-def endless() -> Generator[None, None, None]:
+def endless(data: bytes = b"") -> Generator[None, None, None]:
     """Never end, but let others have their turn."""
+    del data
     while True:
         sum(range(10_000))
         yield
@@ -65,3 +68,34 @@ def number() -> Generator[None, None, int]:
     """Return the number of the process."""
     yield
     return os.getpid()
+
+
+def length(data: bytes) -> Generator[None, None, int]:
+    """Return a length."""
+    yield
+    return len(data)
+
+
+def under_way() -> Generator[None, None, int]:
+    """Return how many requests for `endless` the process holds."""
+    yield
+    generators = (one for one in gc.get_objects() if isinstance(one, GeneratorType))
+    return sum(one.gi_code is endless.__code__ for one in generators)
+
+
+class Unreadable:
+    """Can be read in the process that made it, and in no other."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _only_in, (os.getpid(),)
+
+
+def _only_in(process: int) -> None:
+    if os.getpid() != process:
+        raise ArithmeticError("it is unreadable")
+
+
+def unreadable() -> Generator[None, None, Unreadable]:
+    """Return what the other side cannot read."""
+    yield
+    return Unreadable()

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from maya_un.errors import InvalidJob, TakesTooLong, TooLarge, TooMuchAsked, WorkerFailed
+from maya_un.errors import InternalError, InvalidJob, TakesTooLong, TooLarge, TooMuchAsked, WorkerFailed
 from maya_un.loops import run, run_virtual
 from maya_un.workers import Bounds, Workers
 from tests.unit.workers import tasks
@@ -112,5 +112,65 @@ def test_a_closed_worker_refuses_and_leaves_no_process() -> None:
             await workers.run(tasks.add, 1, 2)
         with pytest.raises(ProcessLookupError):
             os.kill(process, 0)
+
+    run(main())
+
+
+@pytest.mark.parametrize("size", [1, 4_000_000])
+def test_worker_that_hangs_is_replaced_and_its_request_refused(size: int) -> None:
+    """A stopped process computes nothing, so that no limit of its computing ends it; a long request fills its pipe."""
+
+    async def main() -> None:
+        with working(Bounds(patience=2.0)) as workers:
+            first = (await workers.run(tasks.number)).value
+            os.kill(first, signal.SIGSTOP)
+            with pytest.raises(TakesTooLong, match="2 s"):
+                await workers.run(tasks.length, bytes(size))
+            assert (await workers.run(tasks.number)).value != first
+            assert (await workers.run(tasks.length, bytes(4_000_000))).value == 4_000_000
+            with pytest.raises(ProcessLookupError):
+                os.kill(first, 0)
+
+    run(main())
+
+
+def test_worker_that_hangs_delays_others_and_refuses_none_of_them() -> None:
+    async def main() -> None:
+        with working(Bounds(patience=2.0)) as workers:
+            first = (await workers.run(tasks.number)).value
+            os.kill(first, signal.SIGSTOP)
+            hangs = asyncio.ensure_future(workers.run(tasks.add, 1, 2, whose="eva"))
+            waits = asyncio.ensure_future(workers.run(tasks.add, 3, 4, whose="ana"))
+            with pytest.raises(TakesTooLong):
+                await hangs
+            assert (await waits).value == 12
+
+    run(main())
+
+
+def test_defect_at_reading_an_answer_is_told_and_the_next_request_is_done() -> None:
+    async def main() -> None:
+        with working() as workers:
+            async with asyncio.timeout(60.0):
+                with pytest.raises(InternalError, match="it is unreadable"):
+                    await workers.run(tasks.unreadable)
+                assert (await workers.run(tasks.add, 1, 2)).value == 8
+
+    run(main())
+
+
+def test_worker_forgets_every_request_whose_caller_has_left() -> None:
+    """It leaves before, while or after the worker gets the request, which is long so that this takes a while."""
+
+    async def main() -> None:
+        with working(Bounds(seconds=60.0, most=8, each=3)) as workers:
+            await workers.run(tasks.add, 1, 2)
+            for turns in range(0, 300, 5):
+                leaving = asyncio.ensure_future(workers.run(tasks.endless, bytes(4_000_000)))
+                for _ in range(turns):
+                    await asyncio.sleep(0)
+                leaving.cancel()
+                await asyncio.gather(leaving, return_exceptions=True)
+            assert (await workers.run(tasks.under_way)).value == 0
 
     run(main())

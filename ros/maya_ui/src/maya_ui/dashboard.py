@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from python_qt_binding import loadUi
-from python_qt_binding.QtCore import QDir, QObject, QSize, Qt, Signal
+from python_qt_binding.QtCore import QDir, QObject, QSize, Qt, QTimer, Signal
 from python_qt_binding.QtGui import QKeySequence
 from python_qt_binding.QtWidgets import QApplication, QBoxLayout, QShortcut, QWidget
 
@@ -107,6 +107,23 @@ class Dashboard(QWidget):
         window, screen = self.window(), QApplication.primaryScreen().availableSize()
         window.resize(window.size().expandedTo(self.sizeHint()).boundedTo(screen))
 
+    def keep_window_on_screen(self, again: int = 3) -> None:
+        """Have the window that it is in, its frame included, lie on its screen, as far as its least size allows.
+
+        What folds in a narrower window has it become narrower still, so this is done `again` when Qt has laid it out.
+        """
+        window = self.window()
+        handle = window.windowHandle()
+        room = (QApplication.primaryScreen() if handle is None else handle.screen()).availableGeometry()
+        frame = window.frameGeometry().size() - window.size()
+        window.resize(window.size().boundedTo(room.size() - frame))
+        whole = window.frameGeometry()
+        left = max(room.left(), min(whole.left(), room.right() + 1 - whole.width()))
+        top = max(room.top(), min(whole.top(), room.bottom() + 1 - whole.height()))
+        window.move(left, top)
+        if again:
+            QTimer.singleShot(0, lambda: self.keep_window_on_screen(again - 1))
+
     def resizeEvent(self, event: Any) -> None:  # noqa: N802 - Qt's name
         """Put the columns side by side where there is room, else below each other."""
         super().resizeEvent(event)
@@ -119,6 +136,7 @@ class Dashboard(QWidget):
         wide = sum(part.minimumSize().width() for part in parts) + columns.spacing() * (len(parts) - 1)
         bar = self.scroll_area.verticalScrollBar().sizeHint().width()
         fits = wide + margins.left() + margins.right() + bar <= self.width()
+        self.mode.setWordWrap(self.width() < NARROW)
         for layout, side_by_side in ((columns, fits), (self.chips, self.width() >= NARROW)):
             direction = QBoxLayout.LeftToRight if side_by_side else QBoxLayout.TopToBottom
             if layout.direction() != direction:

@@ -15,7 +15,8 @@ from maya_ui.ui_controller import UiController
 class MayaPlugin(Plugin):
     """The dashboard as a dock of rqt; its language is kept with the perspective.
 
-    rqt opens a window of 600 by 450 pixels. Where nothing of an earlier one is kept, the dashboard asks for more.
+    rqt opens a window of 600 by 450 pixels. Where nothing of an earlier one is kept, the dashboard asks for more; one
+    that was kept on a larger screen is made to fit this one.
     """
 
     def __init__(self, context: Any) -> None:
@@ -35,6 +36,6 @@ class MayaPlugin(Plugin):
 
     def restore_settings(self, plugin_settings: Any, instance_settings: Any) -> None:
         """Speak the language that was kept."""
-        if not instance_settings.contains("sized"):
-            QTimer.singleShot(0, self._dashboard.widen_window)
+        sized = instance_settings.contains("sized")
+        QTimer.singleShot(0, self._dashboard.keep_window_on_screen if sized else self._dashboard.widen_window)
         self._dashboard.speak(str(instance_settings.value("language", self._dashboard.spoken)))

@@ -208,9 +208,9 @@ class Robot(Protocol):
         ...
 
     def resume_queue(self) -> None:
-        """Have the process floor go on with what waits in its queue."""
+        """Continue the paused queue of the process node."""
         ...
 
     def recover_queue(self, choice: Choice) -> None:
-        """Say what becomes of the interrupted job."""
+        """Decide about the interrupted job."""
         ...

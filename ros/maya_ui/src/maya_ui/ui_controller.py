@@ -120,9 +120,9 @@ class UiController:
             ask(Wish.GRIPPER, "/gripper", SetBool, self._heard, open_)
 
     def stop(self) -> None:
-        """Stop by all that stops: the queue and the controller floor, and where it does not answer, by its actions.
+        """Stop the queue and the controller node; if the node does not answer, cancel its actions.
 
-        Nobody confirmed it where the floor neither answers nor says afterwards that nothing moves.
+        Nobody confirmed the stop if the node neither answers nor reports rest afterwards.
         """
         if self._graph is None:
             self._heard(Ended(Wish.STOP, done=False, message="stop_unheard"))
@@ -180,11 +180,11 @@ class UiController:
             self._heard(Ended(Wish.STOP_QUEUE, done=True))
 
     def resume_queue(self) -> None:
-        """Have the queue go on."""
+        """Continue the paused queue."""
         ask(Wish.RESUME_QUEUE, "/resume_queue", Trigger, self._heard)
 
     def recover_queue(self, choice: Choice) -> None:
-        """Say what becomes of the interrupted job."""
+        """Decide about the interrupted job."""
         ask(Wish.RECOVER_QUEUE, "/recover_queue", RecoverQueue, self._heard, choice.name, choice.holding)
 
     def _begin(self, door: Door, wish: Wish, goal: Any) -> None:

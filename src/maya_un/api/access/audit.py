@@ -26,10 +26,10 @@ SINGLY = 10
 """Number of refusals and stops of one caller from one machine that get a row each; further ones are counted."""
 
 COUNTED = 60.0
-"""Time of counting until one row gives the number of further ones [s, real time]; it doubles each time."""
+"""First period of counting [s, real time]; one row ends each period, and the next is twice as long."""
 
 LONGEST = 3600.0
-"""Longest time of counting [s, real time]."""
+"""Longest period of counting [s, real time]."""
 
 _REPEATED = frozenset({Operation.STOP, Operation.ABORT})
 _MOST_CALLERS = 10_000
@@ -50,7 +50,7 @@ class Audit:
     """Writes rows by `note`, with the date of `now`; `speed` is how fast the loop's clock runs.
 
     A held jog asks several times a second: of one by the same caller with the same outcome the first is written.
-    Refusals and stops, which anybody may cause without end, are counted where they come in crowds.
+    Anybody may cause refusals and stops without limit, so many of them are only counted.
     """
 
     def __init__(self, note: Callable[[AuditRow], None], now: Callable[[], str], speed: float = 1.0) -> None:
@@ -103,7 +103,7 @@ class Audit:
         asyncio.get_running_loop().call_later(spell.length * self._speed, self._end, key, spell)
 
     def _end(self, key: tuple[str, str], spell: _Spell) -> None:
-        """Write how many more there were and count on for longer; forget a caller who was silent all the time."""
+        """Write the number of further ones and begin a longer period; forget a caller without any."""
         if spell.last is not None:
             self._note(replace(spell.last, date=self._date(), detail=f"and {spell.more} more in {spell.length:.0f} s"))
             spell.more, spell.last, spell.length = 0, None, min(2.0 * spell.length, LONGEST)

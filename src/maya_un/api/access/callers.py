@@ -78,7 +78,7 @@ class Callers:
         `authorization` and `lease` are the headers `Authorization` and `Maya-Lease` as they came ("" or None where they
         did not), `source` is shown in the audit log and counted by, `loopback` says that it came from this machine and
         from nobody behind it. With `stopping` it is for a stop or an abort, which from loopback needs no token.
-        `alone` is who asks from this machine while no users are kept.
+        `alone` is the principal of this machine while no users exist.
 
         Ask anew for every request, on an open websocket too: a token may have been revoked meanwhile. Raises
         `NotSignedIn`, and `TooManyRequests` for a source that was wrong too often.
@@ -92,26 +92,26 @@ class Callers:
         if loopback and stopping:
             return replace(BYSTANDER, source=source or BYSTANDER.source)
         if text is None:
-            raise NotSignedIn(reason="none was shown" if self.kept else "no users are kept yet")
+            raise NotSignedIn(reason="the request has none" if self.kept else "no users are kept yet")
         return self._caller(await self._verified(text, source), lease, source)
 
     def current(self, caller: Caller) -> Caller:
         """Return a caller with the current role.
 
-        Raises `NotSignedIn` where his token was revoked or has expired, or where he showed none and users are kept.
+        Raises `NotSignedIn` if the token was revoked or has expired, or if users exist and there is no token.
         """
         if not caller.token:
             if self.kept:
-                raise NotSignedIn(reason="none was shown")
+                raise NotSignedIn(reason="the request has none")
             return caller
         token = self._register.tokens.get(caller.token)
         if token is None or token.user != caller.name or self._expired(token):
-            raise NotSignedIn(reason="the one shown has expired or was revoked")
+            raise NotSignedIn(reason="this one has expired or was revoked")
         role = self._register.users[token.user].role
         return replace(caller, role=role, implicit=caller.implicit and allowed(role, Operation.LEND))
 
     def current_of(self, asked: Sequence[Caller]) -> list[Caller | MayaError]:
-        """Return each of some callers with the current role, or the reason for having none any more."""
+        """Return each caller with the current role, or the error if the rights have ended."""
 
         def found(caller: Caller) -> Caller | MayaError:
             try:
@@ -122,7 +122,7 @@ class Callers:
         return [found(one) for one in asked]
 
     def heard_by(self, listener: OnChange) -> Callable[[], None]:
-        """Call `listener` in this loop after each change of users and tokens; return what ends that."""
+        """Call `listener` in this loop after each change of users and tokens; return a function that ends this."""
         return self._register.heard_by(listener)
 
     async def signed_in(self, name: str, password: str, source: str) -> User:

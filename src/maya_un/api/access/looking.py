@@ -1,4 +1,4 @@
-"""Users and tokens that another process keeps: read from its file, as it is at this instant, and never written."""
+"""Users and tokens of another process: read from its file, never written."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ _BESIDE = ("", "-wal")
 
 
 class LookingStore:
-    """Reads users and tokens of the SQLite file at `path`, which need not be there yet."""
+    """Reads users and tokens of the SQLite file at `path`, which may not exist yet."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self._seen: tuple[tuple[int, int, int], ...] = ()
 
     async def changed(self) -> bool:
-        """Tell whether the file may be another one than when it was read last."""
+        """Return whether the file may have changed since the last read."""
         return await asyncio.get_running_loop().run_in_executor(None, self._stamps) != self._seen
 
     async def load(self) -> tuple[list[User], list[Token]]:
-        """Return all there are, nobody where there is no file; raises `StorageDamaged` and its kin."""
+        """Return all users and tokens, none without a file; raises `StorageDamaged` and related errors."""
         return await asyncio.get_running_loop().run_in_executor(None, self._load)
 
     async def apply(self, change: Change) -> None:
-        """Keep nothing: the file is another process's."""
+        """Store nothing: the file belongs to another process."""
 
     async def close(self) -> None:
         """Do nothing: the file is open only while it is read."""

@@ -8,6 +8,6 @@ _LONGEST = 200
 
 
 def require_note(note: str) -> None:
-    """Raise `InvalidValue` for what is not one line of at most 200 letters."""
+    """Raise `InvalidValue` for what is not one line of at most 200 characters."""
     if len(note) > _LONGEST or not note.isprintable():
-        raise InvalidValue(key="note", value=repr(note), reason=f"it is one line of at most {_LONGEST} letters")
+        raise InvalidValue(key="note", value=repr(note), reason=f"it is one line of at most {_LONGEST} characters")

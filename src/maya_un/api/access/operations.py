@@ -88,7 +88,7 @@ RULES: dict[Operation, Rule] = {
 
 
 STOPPING = frozenset({Operation.STOP, Operation.ABORT})
-"""Operations that people at this machine may use without a token, whether users are kept or not."""
+"""Operations that need no token on this machine, whether users exist or not."""
 
 
 def allowed(role: Role, operation: Operation) -> bool:

@@ -14,7 +14,7 @@ from maya_un.errors import StorageFailed
 _TO_THE_MINUTE = 16
 
 OnChange = Callable[[], None]
-"""Told that users or tokens have changed."""
+"""Called after a change of users or tokens."""
 
 
 class Calendar(Protocol):
@@ -51,7 +51,7 @@ class Register:
         self.tokens = {token.id: token for token in tokens if token.user in self.users}
 
     async def read_again(self) -> None:
-        """Read what the store keeps now, for it may be another process's; raises as `open`."""
+        """Read the store again, because another process may have changed it; raises as `open`."""
         await self.open()
         self._tell()
 
@@ -64,7 +64,7 @@ class Register:
         return sorted(user.name for user in self.users.values() if allowed(user.role, Operation.LEASE))
 
     def heard_by(self, listener: OnChange) -> Callable[[], None]:
-        """Call `listener` after each change, before anybody else goes on; return what ends that."""
+        """Call `listener` after each change, before other tasks continue; return a function that ends this."""
         self._listeners.append(listener)
         return lambda: self._listeners.remove(listener)
 

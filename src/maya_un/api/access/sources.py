@@ -1,4 +1,4 @@
-"""Sources of requests, for counting: one machine is one source, however many addresses it has."""
+"""Sources of requests, for counting: all addresses of one machine are one source."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ LOOPBACK = "127.0.0.1"
 
 
 def counted(source: str) -> str:
-    """Return what is counted of an address, which more may follow after a space.
+    """Return the source of an address; text after a space is ignored.
 
-    This machine has all of 127.0.0.0/8 and ::1; of an IPv6 address it is the /64, all of whose addresses one machine
-    may have. An IPv4 address in the form of an IPv6 one is that IPv4 address. A text that is no address is left.
+    All of 127.0.0.0/8 and ::1 are this machine. An IPv6 address stands for its /64, because one machine may have all
+    of its addresses. An IPv4 address in IPv6 form is that IPv4 address. A text that is not an address is unchanged.
     """
     text, space, rest = source.partition(" ")
     try:

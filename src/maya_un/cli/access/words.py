@@ -91,7 +91,7 @@ _WORDS: dict[str, tuple[str, str]] = {
         "Todos los usuarios y tokens se olvidaron: quien está ante esta máquina vuelve a poder todo.",
     ),
     "old_password": ("Password now: ", "Contraseña actual: "),
-    "new_password": ("New password (at least 12 letters): ", "Nueva contraseña (al menos 12 letras): "),
+    "new_password": ("New password (at least 12 characters): ", "Nueva contraseña (al menos 12 caracteres): "),
     "again": ("Once more: ", "Otra vez: "),
 }
 

@@ -134,7 +134,9 @@ def read(file: str) -> Source:
     source = prepared(_decoded(data))
     for number, line in enumerate(source.lines):
         if not line.isascii():
-            reason = f"line {number} is not ASCII outside of its comment, and a controller knows no other"
+            reason = (
+                f"line {number} has characters outside its comment that are not ASCII; a controller accepts only ASCII"
+            )
             raise FileUnreadable(path=path, reason=reason)
     return source
 

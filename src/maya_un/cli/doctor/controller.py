@@ -13,6 +13,7 @@ from maya_un.config import Config
 from maya_un.controller import faults
 from maya_un.controller.ownership import living_owner
 from maya_un.controller.registers import identify
+from maya_un.controller.torque import Torque
 from maya_un.errors import CommandRejected, MayaError
 from maya_un.galil.driver import Driver
 from maya_un.galil.hardware import SAMPLES
@@ -25,6 +26,9 @@ PATIENCE = 2.0
 
 SPAN = 0.25
 """How long the controller's clock is watched [s]."""
+
+_ROUNDING = 0.01
+"""The controller shows a torque limit so much larger than it was set [V]."""
 
 FEW = 2
 """With so few handles free, whoever is cut off may not get in again."""
@@ -69,10 +73,19 @@ async def _asked(driver: Driver, address: str, config: Config, language: str, be
             return
 
 
-async def _owner(driver: Driver, _: Config, __: str) -> AsyncIterator[Finding]:
-    """Tell which program owns it (decision 37)."""
+async def _owner(driver: Driver, config: Config, _: str) -> AsyncIterator[Finding]:
+    """Tell which program owns it (decision 37); without one, also a low torque limit that a killed program left."""
     holder = await living_owner(driver)
-    yield ok("owner", "owned", holder=holder) if holder else ok("owner", "owned_by_nobody")
+    if holder:
+        yield ok("owner", "owned", holder=holder)
+        return
+    yield ok("owner", "owned_by_nobody")
+    rest = Torque(config).rest if config.safety.self_locking else {}
+    found = {letter: await driver.value(f"_TL{letter}") for letter in rest}
+    low = {letter: volts for letter, volts in found.items() if volts <= rest[letter] + _ROUNDING}
+    if low:
+        told = ", ".join(f"TL{letter}={volts:.2f}" for letter, volts in low.items())
+        yield warn("torque", "torque_low", found=told)
 
 
 async def _handles(driver: Driver, _: Config, __: str) -> AsyncIterator[Finding]:

@@ -125,6 +125,14 @@ _WORDS: dict[str, tuple[str, str, str, str]] = {
         "Los finales de carrera se dan por activos al nivel que dice la configuración (CN {found}).",
         "",
     ),
+    "torque_low": (
+        "The torque limit of the lines is too low to lift anything ({found}), and no program owns the controller. A "
+        "killed program left it.",
+        "Start `maya up`: it sets the limits. Before you use another program, send `TL` with your own limits.",
+        "El límite de par de los cables es demasiado bajo para levantar algo ({found}) y ningún programa es dueño del "
+        "controlador. Lo dejó un programa terminado a la fuerza.",
+        "Inicie `maya up`, que ajusta los límites. Antes de usar otro programa, envíe `TL` con sus propios límites.",
+    ),
     "level_differs": (
         "The controller takes switches for active at CN {found}, the configuration says {wanted}.",
         "`maya up` sets it; if it was another program, end that first.",
@@ -359,6 +367,7 @@ _CHECKS: dict[str, str] = {
     "queue": "cola",
     "controller": "controlador",
     "owner": "dueño",
+    "torque": "par",
     "firmware": "firmware",
     "handles": "canales",
     "limits": "finales de carrera",

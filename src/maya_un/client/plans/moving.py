@@ -166,8 +166,8 @@ def speed(ratio: float) -> Request[None]:
 def recover(*, take_over: bool = False) -> Request[None]:
     """Clear a fault once its cause is gone; moves nothing; raises `NothingToRecover`.
 
-    With `take_over` the controller is taken, at rest, from another program that owns it; else that raises
-    `ControllerOwned`.
+    If another program owns the controller, this raises `ControllerOwned`; `take_over` takes the controller from that
+    program instead, at rest.
     """
     query = {"take_over": True} if take_over else {}
     return Request("POST", "/v1/recover", _NONE, query, timeout=AT_REST)

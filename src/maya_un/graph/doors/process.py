@@ -29,7 +29,7 @@ from maya_un.graph.table import QUEUE_STATUS, RECOVER_QUEUE, RESUME_QUEUE, SEND_
 from maya_un.robot.primitives import Primitive
 
 LOOK = 0.5
-"""How often it is looked whether the queue has changed [s, real time]."""
+"""Period of the check for changes of the queue [s, real time]."""
 
 _ANSWERS = {"": None, "yes": True, "no": False}
 
@@ -46,11 +46,11 @@ class Floor(Protocol):
         ...
 
     async def resume(self) -> None:
-        """Go on with what waits."""
+        """Continue the paused queue."""
         ...
 
     async def recover(self, choice: str, holding: bool | None) -> None:
-        """Say what becomes of an interrupted job, and whether the gripper holds a part (None: nobody says)."""
+        """Decide about an interrupted job; `holding` says whether the gripper holds a part (None: unknown)."""
         ...
 
     def status(self) -> Status:

@@ -131,8 +131,10 @@ class RobotDoor:
     def _statuses(self) -> list[diagnostics.Status]:
         state = self._floor.state
         there = state.mode is not Mode.DISCONNECTED
-        able = self._floor.can_teleop
-        status = diagnostics.robot(controller_there=there, can_teleop=able, running=self._desk.doing)
+        able, doing = self._floor.can_teleop, self._desk.doing
+        error = why_not(state, can_teleop=able)
+        why = "" if error is None else f"{error.code} {error}"
+        status = diagnostics.robot(controller_there=there, can_teleop=able, running=doing, why=why)
         return [with_values(status, {"last refused": self._refused})]
 
 

@@ -78,7 +78,7 @@ def require_same_senses(now: Parameters, fitted: Parameters) -> None:
         if name.startswith("pulses") and before * after <= 0.0
     ]
     if turned:
-        reason = "they fit only a machine that counts the other way"
+        reason = "they fit only a machine whose axis counts in the opposite direction"
         raise NotIdentifiable(what=listed(turned), reason=reason, remedy=SUSPECTS)
 
 

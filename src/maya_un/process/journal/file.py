@@ -61,7 +61,7 @@ class Lock:
             return
 
     def release(self) -> None:
-        """Let the next one in. The lock's file stays, so that the next one needs no new one."""
+        """Release the lock. Its file stays, so the next process needs no new one."""
         if self._descriptor >= 0:
             os.close(self._descriptor)
             self._descriptor = -1
@@ -103,7 +103,7 @@ def beside(path: Path, suffix: str) -> Path:
 
 
 def remove_new(path: Path) -> None:
-    """Remove a file that was made for nothing, with all beside it, unless somebody else has it open by now."""
+    """Remove an unused new file and its companions, unless another process has opened it."""
     try:
         lock = Lock(path)
     except (FileUnwritable, StorageInUse):
@@ -128,13 +128,13 @@ def create(path: Path) -> None:
 
 
 def require_place(path: Path) -> None:
-    """Raise `FileUnwritable` where no database can be kept; SQLite would follow a link, so it may be none."""
+    """Raise `FileUnwritable` if no database can be written; SQLite would follow a link, so links are refused."""
     if writable_place(path) != path:
-        raise FileUnwritable(path=path, reason="it is a link; name the file itself")
+        raise FileUnwritable(path=path, reason="it is a symbolic link; name the file that it leads to")
 
 
 def require_database(path: Path) -> None:
-    """Raise `StorageDamaged` for a file that is none of SQLite's, before anything is made beside it."""
+    """Raise `StorageDamaged` for a file that is not SQLite's, before other files are created beside it."""
     _require_whole(path)
     try:
         with path.open("rb") as found:
@@ -170,10 +170,13 @@ def open_for_writing(path: Path) -> sqlite3.Connection:
 
 
 def open_for_reading(path: Path) -> sqlite3.Connection:
-    """Open a file that is there beside whoever writes it; nothing can be written by this."""
+    """Open a file that is there beside whoever writes it; nothing can be written by this.
+
+    It keeps few pages, because a walk over all jobs fills whatever it may keep.
+    """
     connection = _connect(path)
     connection.execute("PRAGMA query_only = 1")
-    connection.execute("PRAGMA cache_size = -16000")
+    connection.execute("PRAGMA cache_size = -2000")
     return connection
 
 

@@ -46,15 +46,15 @@ class SqlJournal(ABC):
         """Return what `work` reads at once, in the loop: one row, or a few. Raises `StorageDamaged`."""
 
     async def left(self) -> Left:
-        """Return what was not finished, of jobs that only wait no more than their places."""
+        """Return unfinished jobs; of waiting jobs, only their places."""
         return await self.read(tables.left)
 
     def waiting_job(self, number: int) -> JobRow | None:
-        """Return a job that only waits, at once; None where there is none."""
+        """Return a waiting job, at once; None if there is none."""
         return self.look(lambda connection: tables.waiting_job(connection, number))
 
     def waiting_of(self, owner: str) -> list[int]:
-        """Return the numbers of an owner's jobs that only wait, at once."""
+        """Return the numbers of an owner's waiting jobs, at once."""
         return self.look(lambda connection: tables.waiting_of(connection, owner))
 
     async def names_of(self, numbers: Sequence[int]) -> list[tuple[int, str, str]]:
@@ -62,7 +62,7 @@ class SqlJournal(ABC):
         return await self.read(lambda connection: tables.names_of(connection, numbers))
 
     async def probe(self) -> None:
-        """Write a row and take it back, which shows whether the file can be written; raises `StorageFailed`."""
+        """Write a row and roll it back, to check whether the file can be written; raises `StorageFailed`."""
         await self.write(tables.probe)
 
     async def unfinished(self) -> Unfinished:

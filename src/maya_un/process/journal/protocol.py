@@ -39,15 +39,15 @@ class Journal(Protocol):
         ...
 
     async def left(self) -> Left:
-        """Return what was not finished when the file was opened; of jobs that only wait, their places."""
+        """Return the jobs that were unfinished when the file was opened; of waiting jobs, only their places."""
         ...
 
     def waiting_job(self, number: int) -> JobRow | None:
-        """Return a job that only waits, at once; None where there is none."""
+        """Return a waiting job, at once; None if there is none."""
         ...
 
     def waiting_of(self, owner: str) -> list[int]:
-        """Return the numbers of an owner's jobs that only wait, at once."""
+        """Return the numbers of an owner's waiting jobs, at once."""
         ...
 
     async def names_of(self, numbers: Sequence[int]) -> list[tuple[int, str, str]]:
@@ -55,7 +55,7 @@ class Journal(Protocol):
         ...
 
     async def probe(self) -> None:
-        """Write something and take it back, which shows whether the file can be written."""
+        """Write a row and roll it back, to check whether the file can be written."""
         ...
 
     async def add(self, *jobs: JobRow) -> None:

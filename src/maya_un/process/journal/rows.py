@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, NamedTuple
 
+from maya_un.process.order import Order
 from maya_un.process.states import TaskState
 
 
@@ -113,25 +114,18 @@ class Unfinished:
     next_id: int = 1
 
 
-class Waiting(NamedTuple):
-    """As much of a job as the queue needs while it only waits; the rest stays in the file."""
-
-    id: int
-    priority: int
-    position: float
-    owner: str
-    queued: bool
-
-
 class Left(NamedTuple):
-    """What the file knew when it was opened: what `Unfinished` says of all but the jobs that only wait, and those."""
+    """The unfinished jobs of a file when it was opened: those of `Unfinished`, and the places of waiting jobs.
+
+    Waiting jobs that are not held are ready. The rest of a waiting job stays in the file.
+    """
 
     unfinished: Unfinished
-    waiting: list[Waiting]
+    waiting: Order
 
 
 class Cleared(NamedTuple):
-    """The end of many jobs that only wait, all for one reason."""
+    """The end of many waiting jobs, all for one reason."""
 
     numbers: tuple[int, ...]
     state: TaskState

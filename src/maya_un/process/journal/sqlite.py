@@ -69,7 +69,7 @@ class SqliteJournal(SqlJournal):
         return await asyncio.get_running_loop().run_in_executor(self._reading, self._read, work)
 
     def look(self, work: Work[T]) -> T:
-        """Do `work` in the loop, on a connection of its own: pages that others read do not hold it up."""
+        """Do `work` in the loop, on a separate connection, so other readers do not delay it."""
         try:
             return work(self._looker)
         except sqlite3.Error as error:

@@ -19,8 +19,8 @@ from maya_un.process.journal.rows import (
     QueueRow,
     StepRow,
     Unfinished,
-    Waiting,
 )
+from maya_un.process.order import Order, Place
 from maya_un.process.states import TaskState
 
 Change = JobRow | QueueRow | Cleared | tuple[int, StepRow]
@@ -46,7 +46,7 @@ _WAITS = (
     "state IN ('queued', 'held') AND began = '' AND depends_on = '[]' "
     "AND NOT EXISTS (SELECT 1 FROM steps WHERE steps.job = jobs.id)"
 )
-"""Jobs that only wait, as SQL knows them: nothing of them has begun or was left out, and they wait for no other."""
+"""Waiting jobs in SQL: no step has begun or was skipped, and the job depends on no other."""
 _IN_ORDER = "ORDER BY priority DESC, position, id"
 _CLEAR = "UPDATE jobs SET state = ?, code = ?, message = ?, ended = ? WHERE id IN (SELECT value FROM json_each(?))"
 _WITH_BODY = f"SELECT {JOB}, body FROM jobs LEFT JOIN bodies ON bodies.job = jobs.id"
@@ -119,7 +119,7 @@ def note(connection: sqlite3.Connection, rows: Iterable[EventRow | AuditRow]) ->
 
 
 def probe(connection: sqlite3.Connection) -> None:
-    """Write a row and take it back: to write what is there already, SQLite would write nothing."""
+    """Write a new row and roll it back, because SQLite does not write unchanged rows."""
     connection.execute("INSERT INTO meta VALUES ('probe', 0)")
     connection.execute("DELETE FROM meta WHERE name = 'probe'")
 
@@ -131,14 +131,14 @@ def begin_run(connection: sqlite3.Connection) -> int:
 
 
 def left(connection: sqlite3.Connection) -> Left:
-    """Return what was not finished; of jobs that only wait, no more than the queue needs."""
+    """Return unfinished jobs; of waiting jobs, only what the queue needs."""
     waiting = f"SELECT id, priority, position, owner, state = 'queued' FROM jobs WHERE {_WAITS} {_IN_ORDER}"
-    owners: dict[str, str] = {}
-    found = [
-        Waiting(number, priority, position, owners.setdefault(owner, owner), bool(queued))
+    order = Order()
+    order.fill(
+        (Place.of(priority, position, number), owner, bool(queued))
         for number, priority, position, owner, queued in connection.execute(waiting)
-    ]
-    return Left(unfinished(connection, f"state IN ({ALIVE}) AND NOT ({_WAITS})"), found)
+    )
+    return Left(unfinished(connection, f"state IN ({ALIVE}) AND NOT ({_WAITS})"), order)
 
 
 def waiting_job(connection: sqlite3.Connection, number: int) -> JobRow | None:
@@ -147,7 +147,7 @@ def waiting_job(connection: sqlite3.Connection, number: int) -> JobRow | None:
 
 
 def waiting_of(connection: sqlite3.Connection, owner: str) -> list[int]:
-    """Return the numbers of an owner's jobs that only wait."""
+    """Return the numbers of an owner's waiting jobs."""
     asked = f"SELECT id FROM jobs WHERE owner = ? AND {_WAITS} ORDER BY id"
     return [number for (number,) in connection.execute(asked, (owner,)).fetchall()]
 

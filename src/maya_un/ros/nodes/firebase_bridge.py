@@ -1,7 +1,7 @@
 """Node firebase_bridge: steps of a process that comes from elsewhere, from /step_command to /step_result.
 
 It is a client of /task and needs no other node of the process floor. What was carried out is kept in the state folder.
-While users are kept, the graph acts by the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
+If users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ async def serve(node: Node) -> None:
             ).open(node.graph),
         ):
             await node.say_ready(
-                f"Steps from /step_command are done by /task; {state_folder() / NAME} keeps which were."
+                f"Steps from /step_command are carried out by /task; {state_folder() / NAME} records them."
             )
             await asyncio.Event().wait()
     finally:

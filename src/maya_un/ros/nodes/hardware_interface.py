@@ -2,13 +2,13 @@
 
 Parameters, private or under /maya: address (real for the configured one, or HOST:PORT), skip_home, and take_over (take
 the controller, at rest, from another program that owns it).
-While users are kept, the graph acts by the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
+If users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
 """
 
 from __future__ import annotations
 
 from maya_un.address import REAL, SIM
-from maya_un.assembly import controller_floor
+from maya_un.assembly import controller_floor, staffed
 from maya_un.errors import InvalidValue
 from maya_un.ros.configuration import checked, configured
 from maya_un.ros.controlling import log_event, offered
@@ -26,10 +26,14 @@ async def serve(node: Node) -> None:
     if address == SIM:
         raise InvalidValue(key="address", value=address, reason="with sim_mode:=false it is that of a machine")
     take_over = await node.flag("take_over")
-    async with (
-        configured(node.graph.parameters) as config,
-        controller_floor(
-            config, address, take_over=take_over, heard=lambda events: events.heard_by(log_event)
-        ) as floor,
-    ):
-        await offered(node, floor, skip_home=await node.flag("skip_home"))
+    async with configured(node.graph.parameters) as config:
+        with staffed(config) as staff:
+            staff.own.warm()
+            async with controller_floor(
+                config,
+                address,
+                take_over=take_over,
+                heard=lambda events: events.heard_by(log_event),
+                workers=staff.own,
+            ) as floor:
+                await offered(node, floor, skip_home=await node.flag("skip_home"))

@@ -4,13 +4,13 @@ Parameters, private or under /maya: speed (the clock's factor), skip_home, addre
 served elsewhere), take_over (take that one, at rest, from another program that owns it), seed (where the twin powers
 up), table (a job file whose parts stand on its table) and parts (others by name and place). Its service ~twin tells
 what the twin's mechanics know.
-While users are kept, the graph acts by the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
+If users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
 """
 
 from __future__ import annotations
 
 from maya_un.address import SIM
-from maya_un.assembly import controller_floor
+from maya_un.assembly import controller_floor, staffed
 from maya_un.errors import SpeedOnRealMachine
 from maya_un.graph.doors.sensors import SensorsDoor
 from maya_un.ros.configuration import checked, configured
@@ -32,17 +32,20 @@ async def serve(node: Node) -> None:
         raise SpeedOnRealMachine(address=address)
     async with configured(node.graph.parameters) as config:
         job, named = str(await node.parameter("table", "")), await node.parameter("parts", {})
-        async with controller_floor(
-            fast_enough(config, node.speed),
-            address,
-            take_over=await node.flag("take_over"),
-            seed=await node.number("seed", 0),
-            parts=on_the_table(config, job, named),
-            speed=node.speed,
-            heard=lambda events: events.heard_by(log_event),
-        ) as floor:
-            if floor.twin is not None:
-                witness(node.graph, floor.twin)
-            sensors = SensorsDoor(floor.controller, config, scene=floor.twin, clock=ros_time, speed=node.speed)
-            async with sensors.open(node.graph):
-                await offered(node, floor, skip_home=await node.flag("skip_home"))
+        with staffed(config) as staff:
+            staff.own.warm()
+            async with controller_floor(
+                fast_enough(config, node.speed),
+                address,
+                take_over=await node.flag("take_over"),
+                seed=await node.number("seed", 0),
+                parts=on_the_table(config, job, named),
+                speed=node.speed,
+                heard=lambda events: events.heard_by(log_event),
+                workers=staff.own,
+            ) as floor:
+                if floor.twin is not None:
+                    witness(node.graph, floor.twin)
+                sensors = SensorsDoor(floor.controller, config, scene=floor.twin, clock=ros_time, speed=node.speed)
+                async with sensors.open(node.graph):
+                    await offered(node, floor, skip_home=await node.flag("skip_home"))

@@ -1,6 +1,6 @@
 """Node primitive_server: serves /task, and has the robot floor carry it out.
 
-While users are kept, the graph acts by the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
+If users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 It is found as `maya up` is, by its runtime file: `maya status`, `maya queue`, `maya stop` and the others ask it.
 Parameters, private or under /maya: http_port (the usual one, or any free one where that is taken).
-While users are kept, the graph acts by the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
+If users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from contextlib import asynccontextmanager, suppress
 
 from maya_un import runtime
 from maya_un.address import REAL, SIM, meant
-from maya_un.assembly import ProcessFloor, keep_events, process_floor, storage
+from maya_un.assembly import ProcessFloor, keep_events, process_floor, staffed, storage
 from maya_un.config import Config, default_path
 from maya_un.config.state import state_folder
 from maya_un.errors import AddressInUse, MayaError
@@ -90,18 +90,21 @@ async def _floor(node: Node, config: Config, metrics: Metrics) -> AsyncIterator[
         keep_events(controller.events, kept.journal, dates)
         _listened(controller.events, metrics)
         await controller.connected()
-        async with process_floor(
-            GraphRobot(node.graph, controller, config, speed=node.speed),
-            controller,
-            config,
-            address=address,
-            speed=node.speed,
-            places=default_path().with_name("poses.toml"),
-            journal=kept.journal,
-            calendar=dates,
-            users=kept.users,
-        ) as floor:
-            yield floor, controller
+        with staffed(config) as staff:
+            staff.own.warm()
+            async with process_floor(
+                GraphRobot(node.graph, controller, config, speed=node.speed),
+                controller,
+                config,
+                address=address,
+                speed=node.speed,
+                places=default_path().with_name("poses.toml"),
+                journal=kept.journal,
+                calendar=dates,
+                users=kept.users,
+                staff=staff,
+            ) as floor:
+                yield floor, controller
 
 
 def _listened(events: EventLog, metrics: Metrics) -> None:

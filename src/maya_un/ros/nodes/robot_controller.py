@@ -1,13 +1,14 @@
 """Node robot_controller: the robot floor, on the controller floor of the graph.
 
 It serves /maya_command, hears /maya_move, and carries out what primitive_server hands on.
-While users are kept, the graph acts by the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
+If users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
 """
 
 from __future__ import annotations
 
 import asyncio
 
+from maya_un.assembly import staffed
 from maya_un.graph.apart import robot_floor
 from maya_un.graph.attended import Attended
 from maya_un.ros.configuration import awaited
@@ -25,10 +26,11 @@ async def serve(node: Node) -> None:
     """Offer the robot floor until cancelled."""
     waiting = "Waiting for the controller floor (hw_simulator or hardware_interface)."
     config = await awaited(node.graph.parameters, speed=node.speed, waiting=lambda: node.say(waiting))
-    async with (
-        rights_of_node(node.speed) as rights,
-        robot_floor(Attended(node.graph, rights.permit), config, clock=ros_time, speed=node.speed) as controller,
-    ):
-        await controller.connected()
-        await node.say_ready("The robot floor is offered to the graph.")
-        await asyncio.Event().wait()
+    with staffed(config) as staff:
+        staff.own.warm()
+        async with rights_of_node(node.speed) as rights:
+            graph = Attended(node.graph, rights.permit)
+            async with robot_floor(graph, config, staff.own, clock=ros_time, speed=node.speed) as controller:
+                await controller.connected()
+                await node.say_ready("The robot floor is offered to the graph.")
+                await asyncio.Event().wait()

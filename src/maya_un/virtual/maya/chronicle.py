@@ -1,12 +1,12 @@
-"""The mechanics' record as lines of JSON, written while the machine runs, for judges outside of the process.
+"""The mechanics' record as lines of JSON, written while the machine runs, for other processes.
 
 | kind | when | keys beside `kind` and `time` |
 |---|---|---|
 | `start` | once, at power-up of the body | `format`, `epoch`, `truth`, `joints`, `point`, `parts` |
 | `motion` | at most 50 ms after an axis moved or pushed | `since`, extremes, `stalled`, `outside`, state, `total` |
 | `contact` | an axis meets an obstacle, or the last one is free | `axes`: those that are held back now, and state |
-| `grip` | the jaws take a part | `part`, and state |
-| `release` | the jaws let a part go | `part`, `place`, and state |
+| `grip` | the gripper takes a part | `part`, and state |
+| `release` | the gripper releases a part | `part`, `place`, and state |
 | `drop` | a part fell more than 5 mm | `part`, `height`, `place`, and state |
 
 Times are seconds of the body since power-up; `epoch` is the date of time 0 as seconds since 1970. Lengths are metres,
@@ -55,7 +55,7 @@ class Chronicle:
         self._flush()
 
     def added(self, window: Window) -> None:
-        """Take what a further stretch of time brought."""
+        """Add the window of a further span of time."""
         self._pending = window if self._pending is None else self._pending.then(window)
         if self._mechanics.now - self._written >= SAMPLE:
             self._flush()
@@ -66,12 +66,12 @@ class Chronicle:
         self._event("contact", axes=[name for name, held in zip(_AXES, axes, strict=True) if held])
 
     def gripped(self, name: str) -> None:
-        """Write that the jaws took a part."""
+        """Write that the gripper took a part."""
         self.look()
         self._event("grip", part=name)
 
     def released(self, name: str, place: Place, drop: Drop | None) -> None:
-        """Write that the jaws let a part go, and that it fell."""
+        """Write that the gripper released a part, and whether the part fell."""
         self.look()
         self._event("release", part=name, place=place)
         if drop is not None:

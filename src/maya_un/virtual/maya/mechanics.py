@@ -38,7 +38,7 @@ _FAR = 1e6
 """... and where an axis jogs for ever, no farther than this [s]."""
 
 _LIGHT = 1.1
-"""A motor that cannot carry so many loads is watched whenever it moves [loads]."""
+"""A motor with less strength than this is monitored whenever it moves [loads]."""
 
 _MIDDLE = 1.05
 """On an ellipse about the anchors, where its middle carries more than a load, no place carries so many times that."""
@@ -108,7 +108,7 @@ class MayaMechanics:
 
     @property
     def written(self) -> Window:
-        """What is written since power-up, without the free motion that nobody has looked at yet."""
+        """The record since power-up, without free motion that is not evaluated yet."""
         return self._book.since(0)
 
     @property
@@ -126,7 +126,7 @@ class MayaMechanics:
         self._table.add(name, place)
 
     def listen(self, listener: Listener) -> None:
-        """Tell `listener` what is written from now on, in place of another."""
+        """Report new entries to `listener`, in place of a former one."""
         self._book.listener = listener
 
     def settle(self) -> None:
@@ -225,7 +225,7 @@ class MayaMechanics:
         self._stepping = self._stepping or self._pays_out(axis)
 
     def limit_torque(self, axis: int, volts: float) -> None:
-        """Let a motor get no more than `volts` [V]; it stays where friction and the load's pull need more."""
+        """Limit a motor to `volts` [V]; it stands still if friction and the load need more."""
         self._write()
         self._drives[axis].limit = volts
         self._epoch += 1

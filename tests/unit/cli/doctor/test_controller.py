@@ -7,6 +7,8 @@ import asyncio
 from maya_un.cli.doctor import controller
 from maya_un.cli.doctor.finding import Finding, Outcome
 from maya_un.config import Config
+from maya_un.controller import torque
+from maya_un.controller.torque import Torque
 from maya_un.galil.driver import Driver
 from maya_un.galil.transport import TcpTransport
 from maya_un.virtual.wire.server import VirtualController
@@ -57,6 +59,19 @@ def test_what_somebody_changed_is_told() -> None:
     assert (found["level_differs"].details["found"], found["level_differs"].details["wanted"]) == ("1", -1)
     assert found["controller_clock_off"].details["period"] == 500.0
     assert "motors_on" in found
+
+
+def test_torque_limit_that_a_killed_program_left_is_told() -> None:
+    """It left its token too, which beats no more."""
+    with served() as twin:
+        said(twin, "ZAB=77", *torque.commands(Torque(Config()).rest))
+        found = asked(twin.address)
+        assert (found["torque_low"].outcome, found["torque_low"].details["found"]) == (
+            Outcome.WARN,
+            "TLB=0.12, TLC=0.12",
+        )
+        said(twin, *torque.commands(Torque(Config()).most))
+        assert "torque_low" not in asked(twin.address)
 
 
 def test_a_program_that_runs_is_told_by_its_thread() -> None:

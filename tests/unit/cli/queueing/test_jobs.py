@@ -93,7 +93,7 @@ def test_a_submission_can_be_followed_and_tells_what_it_waits_for(
         }
     )
     said = printed(["job", "submit", file, "--wait"], capsys)
-    assert said.count("Job 7 waits: the queue is paused (berta asked for it).") == 1
+    assert said.count("Job 7 waits: the queue is paused (berta paused it).") == 1
     assert "two cubes: done in 63.5 s" in said
 
 

@@ -52,7 +52,7 @@ def test_a_paused_queue_says_why_and_how_it_goes_on(serve: Serve, capsys: pytest
     view = {**VIEW, "mode": "paused", "reason": "stop", "by": "berta", "since": "2026-03-01T10:00:00+00:00"}
     serve(**{"/v1/queue": view})
     said = printed(["queue"], capsys)
-    assert "(somebody said stop: berta). `maya queue resume` lets it go on." in said
+    assert "(berta stopped the robot). `maya queue resume` lets it go on." in said
     assert "en pausa" in printed(["queue", "--lang", "es"], capsys)
 
 

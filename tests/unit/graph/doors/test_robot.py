@@ -168,6 +168,14 @@ async def test_what_comes_on_the_topic_is_done_and_its_refusal_logged_and_told(
         assert values["last refused"] == ""
 
 
+async def test_diagnostics_before_homing_say_that_the_robot_is_not_homed() -> None:
+    async with behind(homed=False) as robot:
+        heard = list[Message]()
+        robot.client.subscribe("/diagnostics", "diagnostic_msgs/DiagnosticArray", heard.append)
+        await elapse(1.5)
+        assert heard[-1]["status"][0]["message"].startswith("2103 ")
+
+
 async def test_a_door_that_closes_stops_what_runs() -> None:
     controller = FakeController()
     robot = MayaRobot(controller, Config())
