@@ -1,4 +1,4 @@
-"""What a program with firebase_admin does at a Realtime Database, as JSON, a line each: firebase_admin_client.py PORT."""
+"""What a program with firebase_admin does at a Realtime Database, as JSON: firebase_admin_client.py PORT."""
 
 from __future__ import annotations
 
