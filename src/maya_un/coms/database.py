@@ -11,7 +11,7 @@ from urllib.parse import parse_qs, quote, urljoin, urlsplit
 
 import httpx
 
-from maya_un.coms.firebase_auth import NotSignedIn, TokenSource, message_of
+from maya_un.coms.firebase_auth import NoToken, TokenSource, message_of
 from maya_un.coms.settings import where_of
 from maya_un.errors import SupervisorsNotReached
 
@@ -114,7 +114,7 @@ class Database:
                     return answer
                 await answer.aclose()
                 url = self._redirected(url, answer.headers["location"])
-        except (httpx.HTTPError, httpx.InvalidURL, NotSignedIn) as error:
+        except (httpx.HTTPError, httpx.InvalidURL, NoToken) as error:
             self._fail(error)
         raise SupervisorsNotReached(where=self.where, reason=f"it redirects more than {_MOST_REDIRECTS} times")
 

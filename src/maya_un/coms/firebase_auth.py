@@ -21,7 +21,7 @@ _TOOLKIT = "identitytoolkit.googleapis.com"
 _TOKENS = "securetoken.googleapis.com"
 
 
-class NotSignedIn(Exception):
+class NoToken(Exception):
     """No token can be had; the text says why, without a credential."""
 
 
@@ -34,7 +34,7 @@ class TokenSource(Protocol):
         ...
 
     async def token(self, http: httpx.AsyncClient) -> str:
-        """Return the token to show now, "" for none; raises `NotSignedIn`, `httpx.HTTPError`."""
+        """Return the token to show now, "" for none; raises `NoToken`, `httpx.HTTPError`."""
         ...
 
     def refused(self) -> bool:
@@ -105,7 +105,7 @@ class User:
         url = _url(_TOOLKIT, "accounts:signInWithPassword")
         answer = await http.post(url, params={"key": self._api_key}, json=wanted)
         if not answer.is_success:
-            raise NotSignedIn(f"the user {self._email} cannot sign in: {message_of(answer.content)}")
+            raise NoToken(f"the user {self._email} cannot sign in: {message_of(answer.content)}")
         self._note(answer.json(), "idToken", "refreshToken", "expiresIn")
 
     def _note(self, answer: dict[str, Any], id_token: str, refresh_token: str, lasts: str) -> None:
@@ -113,7 +113,7 @@ class User:
             self._id_token, self._refresh_token = str(answer[id_token]), str(answer[refresh_token])
             self._ends = asyncio.get_running_loop().time() + float(answer[lasts])
         except (KeyError, TypeError, ValueError) as error:
-            raise NotSignedIn("the server of users answers what is no token") from error
+            raise NoToken("the server of users answers what is no token") from error
 
 
 def message_of(body: bytes) -> str:

@@ -21,6 +21,7 @@ from tests.system.rtdb.rules import Rules
 from tests.system.rtdb.store import Caller, Store
 from tests.system.rtdb.tree import at, exported, parts
 from tests.system.rtdb.wire import Wire
+from tests.virtual_time import turn
 
 T = TypeVar("T")
 
@@ -49,6 +50,7 @@ class RealtimeDatabase:
         self.rest = Rest(self.store, keep_alive)
         self.faults: list[Fault] = []
         self.delay = 0.0
+        self.never = asyncio.Event()
         self.redirects_to = ""
         self.longest_message = 0
         self._loop = asyncio.new_event_loop()
@@ -115,8 +117,8 @@ class RealtimeDatabase:
         config = uvicorn.Config(_Faulty(_application(self), self), log_config=None, access_log=False, lifespan="off")
         self._server = uvicorn.Server(config)
         self._serving = self._loop.create_task(self._server._serve([door]))
-        while not self._server.started:  # noqa: ASYNC110 - uvicorn tells nobody
-            await asyncio.sleep(0.005)
+        while not self._server.started:
+            await turn()
 
     async def _stop(self) -> None:
         if self._server is None or self._serving is None:
@@ -160,7 +162,8 @@ class _Faulty:
             await self._application(scope, receive, send)
             return
         database = self._database
-        await asyncio.sleep(database.delay)
+        with suppress(TimeoutError):
+            await asyncio.wait_for(database.never.wait(), database.delay)
         if database.redirects_to:
             location = f"{database.redirects_to}{scope['path']}".encode()
             await send({"type": "http.response.start", "status": 307, "headers": [(b"location", location)]})
