@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import client_page
@@ -17,6 +18,7 @@ import http_page
 from maya_un import messages
 from maya_un.api.access.caller import Role
 from maya_un.api.access.operations import OWN, RULES, Operation, Rule, allowed
+from maya_un.coms.schemas import SCHEMAS
 from maya_un.config import template
 from maya_un.errors import MachineError, MayaError, by_code
 from maya_un.events import Kind
@@ -196,6 +198,11 @@ def dashboard_sentences() -> str:
     return json.dumps(table, ensure_ascii=False, indent=1) + "\n"
 
 
+def schema_file(name: str) -> str:
+    """Return the JSON Schema of the messages of a topic."""
+    return json.dumps(SCHEMAS[name], ensure_ascii=False, indent=2) + "\n"
+
+
 PAGES: dict[str, Callable[[], str]] = {
     "../ros/maya_ui/resource/sentences.json": dashboard_sentences,
     "decisions/README.md": decisions_page,
@@ -208,6 +215,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "reference/python-client.md": lambda: f"{NOTE}\n{client_page.page()}",
     "reference/roles.md": roles_page,
     "reference/twin.md": twin_page,
+    **{f"reference/schemas/v1/{name}.json": partial(schema_file, name) for name in SCHEMAS},
 }
 """Every generated page by its path under docs/."""
 

@@ -79,8 +79,9 @@ provide_clients() {
     printf '%s\n' "$made_from" >"$clients/stamp"
 }
 
-# provide_scripts: tests/system/js/node_modules holds what tests/system/test_rosbridge_clients.py runs, at the versions
-# and hashes of its lock, by the Node.js that comes with the development environment (Debian 12's is too old for it).
+# provide_scripts: tests/system/js/node_modules holds what tests/system/test_rosbridge_clients.py and test_rtdb_sdks.py
+# run, at the versions and hashes of its lock, by the Node.js that comes with the development environment (Debian 12's
+# is too old for it).
 provide_scripts() {
     scripts=$root/tests/system/js
     made_from=$(cksum "$scripts/package-lock.json")

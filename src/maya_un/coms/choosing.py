@@ -11,6 +11,7 @@ from maya_un.errors import InvalidValue
 
 if TYPE_CHECKING:
     from maya_un.coms.broker import Broker
+    from maya_un.coms.firebase_auth import TokenSource
 
 
 def transport_of(settings: Settings) -> Transport:
@@ -20,7 +21,11 @@ def transport_of(settings: Settings) -> Transport:
         from maya_un.coms.mqtt import Mqtt  # noqa: PLC0415 - each transport brings a library of its own
 
         return Mqtt(broker_of(settings))
-    reason = "it must be the address of the supervisors' server, like mqtt://localhost:1883"
+    if scheme in {"http", "https"}:
+        from maya_un.coms.rtdb import Rtdb  # noqa: PLC0415
+
+        return Rtdb(settings.supervisors, _tokens_of(settings))
+    reason = "it must be the address of the supervisors' server, like mqtt://localhost:1883 or that of a database"
     raise InvalidValue(key="MAYA_COMS_URL", value=where_of(settings.supervisors), reason=reason)
 
 
@@ -36,6 +41,18 @@ def broker_of(settings: Settings, url: str | None = None) -> Broker:
         settings.user, settings.password, settings.authority, settings.certificate, settings.certificate_key
     )
     return Broker(url, shown)
+
+
+def _tokens_of(settings: Settings) -> TokenSource:
+    """Return what a Realtime Database is shown: a user with a password, or a token, which stands as a password."""
+    from maya_un.coms.firebase_auth import FixedToken, User  # noqa: PLC0415
+
+    if not settings.user:
+        return FixedToken(settings.password)
+    if not settings.api_key:
+        reason = "MAYA_COMS_USER needs the API key of the Firebase project to sign in"
+        raise InvalidValue(key="MAYA_COMS_API_KEY", value="", reason=reason)
+    return User(settings.user, settings.password, settings.api_key)
 
 
 def _scheme(url: str) -> str:

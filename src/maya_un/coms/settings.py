@@ -1,7 +1,7 @@
 """What `maya coms` is told by its environment and its options.
 
 The manual names PORT, IP and NAME. A password or token stands in a file or in the environment, never in a URL that is
-shown: `where_of` leaves out what stands before the @.
+shown: `where_of` leaves out what stands before the @ and after the question mark.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ class Settings:
 
     `supervisors` is a URL, "" if none is set: mqtt://, mqtts://, or that of a Realtime Database (http:// or https://).
     `user` and `password`, or a client certificate with its key, are shown there, `token` to the rosbridge. `authority`
-    is a file with the certificates that sign the server's, "" for those of the system.
+    is a file with the certificates that sign the server's, "" for those of the system. `api_key` is of the Firebase
+    project where `user` signs in.
     """
 
     port: int = PORT
@@ -42,6 +43,7 @@ class Settings:
     authority: str = ""
     certificate: str = ""
     certificate_key: str = ""
+    api_key: str = ""
 
 
 def from_environment(environment: Mapping[str, str] = os.environ) -> Settings:
@@ -62,16 +64,17 @@ def from_environment(environment: Mapping[str, str] = os.environ) -> Settings:
         authority=environment.get("MAYA_COMS_CA", ""),
         certificate=environment.get("MAYA_COMS_CERT", ""),
         certificate_key=environment.get("MAYA_COMS_KEY", ""),
+        api_key=environment.get("MAYA_COMS_API_KEY", ""),
     )
 
 
 def where_of(url: str) -> str:
-    """Return a URL without user and password; "" for what is no URL."""
+    """Return a URL without user, password and query; "" for what is no URL."""
     try:
         parts = urlsplit(url)
     except ValueError:
         return ""
-    return urlunsplit(parts._replace(netloc=parts.netloc.rpartition("@")[2]))
+    return urlunsplit(parts._replace(netloc=parts.netloc.rpartition("@")[2], query="", fragment=""))
 
 
 def _port(text: str) -> int:

@@ -1,0 +1,154 @@
+"""Requests to a Firebase Realtime Database over REST: credentials, redirects, and bounds on what is read."""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections.abc import AsyncIterator, Mapping
+from contextlib import asynccontextmanager
+from typing import Any, NoReturn
+from urllib.parse import parse_qs, quote, urljoin, urlsplit
+
+import httpx
+
+from maya_un.coms.firebase_auth import NoToken, TokenSource, message_of
+from maya_un.coms.settings import where_of
+from maya_un.errors import SupervisorsNotReached
+
+_MOST_REDIRECTS = 5
+_UNAUTHORISED = 401
+_MOST_OF_AN_ERROR = 10_000
+
+logging.getLogger("httpx").setLevel(logging.WARNING)  # below that it writes addresses, which hold the token
+
+
+class Database:
+    """A database at a URL, or a part of it; `patience` is for an answer [s], `silence` for a stream [s]."""
+
+    def __init__(self, url: str, credentials: TokenSource, patience: float, silence: float) -> None:
+        parts = urlsplit(url)
+        self._base = where_of(url).rstrip("/")
+        self._namespace = {key: values[0] for key, values in parse_qs(parts.query).items() if key == "ns"}
+        self._credentials = credentials
+        self._http = httpx.AsyncClient(timeout=httpx.Timeout(patience))
+        self._stream_timeout = httpx.Timeout(patience, read=silence)
+
+    @property
+    def where(self) -> str:
+        """Its address without credentials."""
+        return self._base
+
+    async def close(self) -> None:
+        """Close every connection."""
+        await self._http.aclose()
+
+    def refused(self) -> None:
+        """Note that the credentials are no longer valid."""
+        self._credentials.refused()
+
+    async def read(self, path: tuple[str, ...], most: int, **query: str) -> bytes:
+        """Return the JSON text at a path; of a longer one, the first `most` + 1 bytes."""
+        found = bytearray()
+        async with self._answer("GET", path, query) as answer:
+            async for chunk in self._chunks(answer):
+                found += chunk[: most + 1 - len(found)]
+                if len(found) > most:
+                    break
+        return bytes(found)
+
+    async def write(self, method: str, path: tuple[str, ...], value: object) -> None:
+        """Write a value at a path (PUT), or several below it at once (PATCH)."""
+        async with self._answer(method, path, {"print": "silent"}, json.dumps(value)):
+            pass
+
+    @asynccontextmanager
+    async def stream(self, path: tuple[str, ...]) -> AsyncIterator[AsyncIterator[bytes]]:
+        """Open the stream of events at a path."""
+        async with self._answer("GET", path, {}, stream=True) as answer:
+            yield self._chunks(answer)
+
+    async def _chunks(self, answer: httpx.Response) -> AsyncIterator[bytes]:
+        try:
+            async for chunk in answer.aiter_bytes():
+                yield chunk
+        except httpx.HTTPError as error:
+            self._fail(error)
+
+    @asynccontextmanager
+    async def _answer(
+        self,
+        method: str,
+        path: tuple[str, ...],
+        query: Mapping[str, str],
+        content: str | None = None,
+        *,
+        stream: bool = False,
+    ) -> AsyncIterator[httpx.Response]:
+        """Send a request and yield its answer; raises `SupervisorsNotReached` for one that is no success."""
+        url = f"{self._base}/{'/'.join(quote(part, safe='') for part in path)}.json"
+        answer = await self._sent(method, url, query, content, stream=stream)
+        if answer.status_code == _UNAUTHORISED and self._credentials.refused():
+            await answer.aclose()
+            answer = await self._sent(method, url, query, content, stream=stream)
+        try:
+            if not answer.is_success:
+                await self._refuse(answer)
+            yield answer
+        finally:
+            await answer.aclose()
+
+    async def _sent(
+        self, method: str, url: str, query: Mapping[str, str], content: str | None, *, stream: bool
+    ) -> httpx.Response:
+        """Send a request and follow redirects, each with the credentials."""
+        headers = {"Accept": "text/event-stream"} if stream else {"Content-Type": "application/json"}
+        timeout = self._stream_timeout if stream else self._http.timeout
+        try:
+            token = await self._credentials.token(self._http)
+            shown = {**self._namespace, **query, **({"auth": token} if token else {})}
+            for _ in range(_MOST_REDIRECTS):
+                wanted = httpx.URL(url).copy_merge_params(shown)
+                request = self._http.build_request(method, wanted, content=content, headers=headers, timeout=timeout)
+                answer = await self._http.send(request, stream=True)
+                if not answer.has_redirect_location:
+                    return answer
+                await answer.aclose()
+                url = self._redirected(url, answer.headers["location"])
+        except (httpx.HTTPError, httpx.InvalidURL, NoToken) as error:
+            self._fail(error)
+        raise SupervisorsNotReached(where=self.where, reason=f"it redirects more than {_MOST_REDIRECTS} times")
+
+    def _redirected(self, url: str, location: str) -> str:
+        """Return where a redirect leads; refuses one from https to http, which would show the token to everybody."""
+        target = urljoin(url, location)
+        if urlsplit(url).scheme == "https" and urlsplit(target).scheme != "https":
+            raise SupervisorsNotReached(where=self.where, reason="it redirects to an address without TLS")
+        return target
+
+    async def _refuse(self, answer: httpx.Response) -> NoReturn:
+        """Raise for an answer that is no success."""
+        body = bytearray()
+        async for chunk in self._chunks(answer):
+            body += chunk[:_MOST_OF_AN_ERROR]
+            if len(body) >= _MOST_OF_AN_ERROR:
+                break
+        reason = f"it answers {answer.status_code}: {message_of(bytes(body))}"
+        raise SupervisorsNotReached(where=self.where, reason=self._plain(reason))
+
+    def _fail(self, error: Exception) -> NoReturn:
+        """Raise for a request that got no answer, without what an error may hold of its address."""
+        reason = "it does not answer in time" if isinstance(error, httpx.TimeoutException) else str(error)
+        raise SupervisorsNotReached(where=self.where, reason=self._plain(reason or type(error).__name__)) from None
+
+    def _plain(self, text: str) -> str:
+        for secret in self._credentials.secrets:
+            text = text.replace(secret, "***")
+        return text
+
+
+def data_of(text: bytes) -> Any:
+    """Return JSON text as data; raises `ValueError` for what is none or is nested too deep."""
+    try:
+        return json.loads(text)
+    except RecursionError as error:
+        raise ValueError("nested too deep") from error

@@ -1,0 +1,361 @@
+"""Supervisors by a Firebase Realtime Database, over REST and server-sent events.
+
+    /robots/ROBOT/commands/KEY   {"command", "args", "id"?, "robot"?, "deadline"?}; a supervisor pushes it in one write
+    /robots/ROBOT/progress/KEY   {"id", "state", "date"}: the step is accepted or begins; removed with its command
+    /robots/ROBOT/results/KEY    the result; written and the command removed in one write, so nobody sees half of it
+    /robots/ROBOT/presence       {"state": "ONLINE" or "OFFLINE", "at": the server's time}, every 10 s
+    /robots/ROBOT/document       {"default_command"?}: what a step without a command means
+
+A command's id is its KEY if it has none. The database keeps a command until its result is there, and sends all open
+ones after each connect. So a result is written only while its command is open: what was answered before a connection
+broke is not answered again. ETags are not needed to claim a command: the robot's journal runs an id once, and what two
+agents of a robot write is the same result. The database drops null and empty values: a result without `error` has none.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator, Coroutine
+from contextlib import aclosing, asynccontextmanager, suppress
+from dataclasses import dataclass
+from itertools import chain
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+from maya_un.coms.agent import LONGEST
+from maya_un.coms.database import Database, data_of
+from maya_un.coms.event_stream import Event, events
+from maya_un.coms.firebase_auth import FixedToken, TokenSource
+from maya_un.coms.settings import where_of
+from maya_un.coms.transport import Command, Kind, Report
+from maya_un.errors import InvalidRequest, InvalidValue, MayaError, SupervisorsNotReached
+from maya_un.graph.step_text import id_of
+
+_HEARTBEAT = 10.0
+"""Presence is written so often [s]."""
+
+_SILENCE = 45.0
+"""A stream without an event for so long has ended [s]; the database sends one every 30 s."""
+
+_PATIENCE = 10.0
+"""For the answer to a request [s]."""
+
+_FAREWELL = 1.0
+"""Longest wait for the last word to the database [s]."""
+
+_LONGEST_EVENT = 1 << 20
+"""Bytes of an event; the commands of a longer one are read one by one."""
+
+_MOST_AT_ONCE = 1000
+"""Commands that are delivered and not answered: as many as the robot lets wait."""
+
+_FORBIDDEN = frozenset(".$#[]/")
+_LIMIT = 1 << 31
+
+
+def robot_path(robot: str) -> tuple[str, ...]:
+    """Return the path of a robot; raises `InvalidValue` for a name that no key can be."""
+    if not robot or not robot.isprintable() or set(robot) & _FORBIDDEN:
+        reason = "in a Realtime Database it must not be empty or contain . $ # [ ] or /"
+        raise InvalidValue(key="NAME", value=robot, reason=reason)
+    return ("robots", robot)
+
+
+class Rtdb:
+    """A database at an http:// or https:// URL; raises `InvalidValue` for one that holds credentials or needs TLS.
+
+    `default_command` is known after the first connect. `heartbeat` and `silence` are in seconds.
+    """
+
+    def __init__(
+        self,
+        url: str,
+        credentials: TokenSource | None = None,
+        *,
+        heartbeat: float = _HEARTBEAT,
+        silence: float = _SILENCE,
+    ) -> None:
+        self.default_command: str | None = None
+        self._url = url
+        self._credentials = credentials or FixedToken("")
+        self._heartbeat = heartbeat
+        self._silence = silence
+        _check(url, self.where, self._credentials)
+
+    @property
+    def where(self) -> str:
+        """Its address without credentials."""
+        return where_of(self._url).rstrip("/")
+
+    @asynccontextmanager
+    async def connected(self, robot: str) -> AsyncIterator[_Channel]:
+        """Connect; raises `SupervisorsNotReached`, `InvalidValue` for a name that no key can be."""
+        path = robot_path(robot)
+        database = Database(self._url, self._credentials, _PATIENCE, self._silence)
+        try:
+            self.default_command = await _default_command(database, path)
+            stream = database.stream((*path, "commands"))
+            async with stream as chunks, aclosing(events(chunks, _LONGEST_EVENT)) as heard:
+                channel = _Channel(database, path)
+                await channel.apply_next(heard)
+                await _set_presence(database, path, "ONLINE")
+                async with _beside(channel, _beat(database, path, self._heartbeat), channel.listen(heard)):
+                    yield channel
+                    await _leave(database, path)
+        except asyncio.CancelledError:
+            await _leave(database, path)
+            raise
+        finally:
+            await database.close()
+
+
+@dataclass(frozen=True, slots=True)
+class _Waiting:
+    """A command in the database that is not delivered yet; both fields are None until it is read."""
+
+    id: str | None = None
+    text: bytes | None = None
+
+
+class _Channel:
+    """A connection to a database: the open commands as its stream tells them, and what is written about them."""
+
+    def __init__(self, database: Database, path: tuple[str, ...]) -> None:
+        self._database = database
+        self._path = path
+        self._waiting: dict[str, _Waiting] = {}
+        self._ids: dict[str, str | None] = {}  # of the commands that are delivered and not answered, by key
+        self._changed = asyncio.Event()
+        self._error: MayaError | None = None
+
+    def fail(self, error: MayaError) -> None:
+        """End the connection."""
+        self._error = self._error or error
+        self._changed.set()
+
+    async def receive(self) -> Command:
+        """Return the next command in the order of their keys."""
+        while True:
+            self._changed.clear()
+            if self._error is not None:
+                raise self._error
+            key = self._next()
+            if key is None:
+                await self._changed.wait()
+                continue
+            command = await self._delivered(key)
+            if command is not None:
+                return command
+
+    async def send(self, report: Report) -> None:
+        """Write a report, and remove the command of a result. A command that is no longer open was answered before."""
+        key = report.key if self._is_open(report.key) else self._key_of(report.id)
+        if key is None:
+            return
+        data = json.loads(report.text)
+        if report.kind is Kind.RESULT:
+            changes = {f"results/{key}": data, f"progress/{key}": None, f"commands/{key}": None}
+            await self._database.write("PATCH", self._path, changes)
+            self._close(key)
+            self._changed.set()
+        else:
+            await self._database.write("PUT", (*self._path, "progress", key), data)
+
+    async def listen(self, heard: AsyncIterator[Event]) -> None:
+        """Follow the stream until it ends; raises `SupervisorsNotReached` then."""
+        while True:
+            await self.apply_next(heard)
+
+    async def apply_next(self, heard: AsyncIterator[Event]) -> None:
+        """Note what the next event tells; raises `SupervisorsNotReached` if it is the end."""
+        event = await anext(heard, None)
+        if event is None:
+            raise SupervisorsNotReached(where=self._database.where, reason="it ended the stream of commands")
+        if event.name in {"cancel", "auth_revoked"}:
+            self._database.refused()
+            raise SupervisorsNotReached(where=self._database.where, reason=_ENDS[event.name])
+        if event.name in {"put", "patch"}:
+            await self._apply(event)
+            self._changed.set()
+
+    async def _apply(self, event: Event) -> None:
+        try:
+            data: Any = data_of(event.data) if event.whole else None
+            path, value = _parts(str(data["path"])), data["data"]
+        except (KeyError, TypeError, ValueError):
+            await self._read_keys()
+            return
+        if event.name == "patch":
+            for name, child in _children(value).items():
+                self._put((*path, *_parts(name)), child)
+        else:
+            self._put(path, value)
+
+    def _put(self, path: tuple[str, ...], value: object) -> None:
+        """Note that the value at a path below the commands is another now."""
+        if not path:
+            found = _children(value)
+            self._keep_only(set(found))
+            for key in sorted(found, key=_order):
+                self._put((key,), found[key])
+            return
+        key, *deeper = path
+        if value is None:
+            if not deeper:
+                self._close(key)
+        elif not self._is_open(key):  # of a part of a command, the whole is read when its turn comes
+            self._waiting[key] = _Waiting() if deeper else _Waiting(_id(key, value), _text(value))
+
+    def _keep_only(self, keys: set[str]) -> None:
+        for key in (self._waiting.keys() | self._ids.keys()) - keys:
+            self._close(key)
+
+    def _close(self, key: str) -> None:
+        self._waiting.pop(key, None)
+        self._ids.pop(key, None)
+
+    def _is_open(self, key: str | None) -> bool:
+        return key in self._waiting or key in self._ids
+
+    async def _read_keys(self) -> None:
+        """Note which commands there are, after an event that was too long."""
+        text = await self._database.read((*self._path, "commands"), _LONGEST_EVENT, shallow="true")
+        try:
+            keys = _children(data_of(text))
+        except ValueError as error:
+            raise SupervisorsNotReached(where=self._database.where, reason="it holds too many commands") from error
+        self._keep_only(set(keys))
+        for key in sorted(keys, key=_order):
+            if not self._is_open(key):
+                self._waiting[key] = _Waiting()
+
+    def _next(self) -> str | None:
+        """Return the key of the next command to deliver, None if none may be delivered now."""
+        return next(iter(self._waiting), None) if len(self._ids) < _MOST_AT_ONCE else None
+
+    async def _delivered(self, key: str) -> Command | None:
+        """Return a command and note that it is delivered; None if it is no longer open."""
+        one = self._waiting[key]
+        if one.text is None:
+            one = _read(key, await self._database.read((*self._path, "commands", key), LONGEST))
+        if self._waiting.pop(key, None) is None or one.text is None:
+            return None
+        self._ids[key] = one.id
+        return Command(key, one.text, _as_id(key))
+
+    def _key_of(self, id_: str | None) -> str | None:
+        """Return the key of the open command with an id, None if there is none."""
+        ids = chain(self._ids.items(), ((key, one.id) for key, one in self._waiting.items()))
+        return next((key for key, found in ids if id_ is not None and found == id_), None)
+
+
+_ENDS = {
+    "cancel": "its rules no longer let this robot read its commands",
+    "auth_revoked": "the credential is no longer valid",
+}
+
+
+def _check(url: str, where: str, credentials: TokenSource) -> None:
+    """Raise `InvalidValue` for an address that holds credentials, or would show them to the network."""
+    parts = urlsplit(url)
+    if "@" in parts.netloc or parse_qs(parts.query).keys() - {"ns"}:
+        reason = "it must hold no credentials: put them into MAYA_COMS_USER and MAYA_COMS_PASSWORD"
+        raise InvalidValue(key="MAYA_COMS_URL", value=where, reason=reason)
+    if credentials.secrets and parts.scheme == "http" and parts.hostname not in {"localhost", "127.0.0.1", "::1"}:
+        reason = "with credentials it must begin with https://"
+        raise InvalidValue(key="MAYA_COMS_URL", value=where, reason=reason)
+
+
+async def _default_command(database: Database, path: tuple[str, ...]) -> str | None:
+    """Return the default command in a robot's document."""
+    try:
+        document = data_of(await database.read((*path, "document"), LONGEST))
+    except ValueError:
+        document = None
+    found = document.get("default_command") if isinstance(document, dict) else None
+    return found if isinstance(found, str) else None
+
+
+async def _set_presence(database: Database, path: tuple[str, ...], state: str) -> None:
+    presence = {"state": state, "at": {".sv": "timestamp"}}
+    await database.write("PUT", (*path, "presence"), presence)
+
+
+async def _beat(database: Database, path: tuple[str, ...], period: float) -> None:
+    while True:
+        await asyncio.sleep(period)
+        await _set_presence(database, path, "ONLINE")
+
+
+async def _leave(database: Database, path: tuple[str, ...]) -> None:
+    """Write that the robot is offline, if that can be done soon."""
+    with suppress(TimeoutError, SupervisorsNotReached):
+        async with asyncio.timeout(_FAREWELL):
+            await _set_presence(database, path, "OFFLINE")
+
+
+@asynccontextmanager
+async def _beside(channel: _Channel, *work: Coroutine[Any, Any, None]) -> AsyncIterator[None]:
+    """Run coroutines while the block runs; the first error of one ends the channel."""
+
+    async def guarded(one: Coroutine[Any, Any, None]) -> None:
+        try:
+            await one
+        except MayaError as error:
+            channel.fail(error)
+
+    tasks = [asyncio.create_task(guarded(one)) for one in work]
+    try:
+        yield
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+
+def _parts(path: str) -> tuple[str, ...]:
+    return tuple(part for part in path.split("/") if part)
+
+
+def _children(value: object) -> dict[str, Any]:
+    """Return the children of a value by their keys; the database tells keys 0, 1, … as an array."""
+    if isinstance(value, list):
+        value = {str(index): child for index, child in enumerate(value)}
+    return {key: child for key, child in value.items() if child is not None} if isinstance(value, dict) else {}
+
+
+def _order(key: str) -> tuple[bool, int, str]:
+    """Order keys as the database does: whole numbers of 32 bits first, then the others as text."""
+    digits = key.removeprefix("-")
+    if digits.isascii() and digits.isdigit() and str(int(key[:12])) == key and -_LIMIT <= int(key) < _LIMIT:
+        return (False, int(key), "")
+    return (True, 0, key)
+
+
+def _text(value: object) -> bytes:
+    """Return a command as JSON text, the same after each connect; a string is such text already."""
+    return (value if isinstance(value, str) else json.dumps(value, sort_keys=True)).encode(errors="replace")
+
+
+def _read(key: str, text: bytes) -> _Waiting:
+    """Return a command of this JSON text; it has none if there is no command."""
+    try:
+        value = data_of(text)
+    except ValueError:
+        return _Waiting(_as_id(key), text)
+    return _Waiting() if value is None else _Waiting(_id(key, value), _text(value))
+
+
+def _id(key: str, value: object) -> str | None:
+    """Return the id of a command."""
+    with suppress(InvalidRequest):
+        return (id_of(value) if isinstance(value, dict) else None) or _as_id(key)
+    return None
+
+
+def _as_id(key: str) -> str | None:
+    """Return a key as an id, None for one that cannot be one."""
+    with suppress(InvalidRequest):
+        return id_of({"id": key})
+    return None

@@ -1,0 +1,93 @@
+"""JSON Schemas (draft 2020-12) of everything that crosses between supervisors and robots, version 1.
+
+Fields may be added within a version, so readers ignore those that they do not know. A new version has new topics.
+`docs/reference/schemas` holds them as files.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from maya_un.graph.step_text import ARGUMENTS, LONGEST_ID, State
+from maya_un.values import FARTHEST
+
+CONNECTIONS = ("ONLINE", "OFFLINE", "CONNECTION_BROKEN")
+"""The states of a robot's connection, in the words of VDA 5050."""
+
+_ID = {"type": "string", "minLength": 1, "maxLength": LONGEST_ID, "description": "names the step; used once"}
+_DATE = {
+    "type": "string",
+    "pattern": r"^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d+)?(Z|[+-]\d\d:\d\d)$",
+    "description": "ISO 8601 with a time zone",
+}
+_COORDINATE = {"type": "number", "minimum": -FARTHEST, "maximum": FARTHEST, "description": "metres"}
+_VALUES = {"x": _COORDINATE, "y": _COORDINATE, "z": _COORDINATE, "open": {"type": "boolean"}}
+
+
+def _schema(name: str, about: str, properties: dict[str, Any], required: list[str], **more: Any) -> dict[str, Any]:
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "$id": f"maya/v1/{name}.json",
+        "title": name,
+        "description": about,
+        "type": "object",
+        "properties": properties,
+        "required": required,
+        **more,
+    }
+
+
+def _args_of(command: str, needed: tuple[str, ...]) -> dict[str, Any]:
+    """Return what follows from the name of a command."""
+    args = {"properties": {name: _VALUES[name] for name in needed}, "required": list(needed)}
+    then = {"properties": {"args": args}} | ({"required": ["args"]} if needed else {})
+    return {"if": {"properties": {"command": {"const": command}}, "required": ["command"]}, "then": then}
+
+
+SCHEMAS: dict[str, dict[str, Any]] = {
+    "commands": _schema(
+        "commands",
+        "A step for a robot. A command without an id has it in CorrelationData.",
+        {
+            "id": _ID,
+            "command": {"enum": list(ARGUMENTS)},
+            "args": {"type": ["object", "null"], "description": "others than the named ones are ignored"},
+            "robot": {"type": ["string", "null"], "description": "a robot of another name refuses the step"},
+            "deadline": {"anyOf": [_DATE, {"type": "null"}], "description": "the step begins before it, or never"},
+        },
+        ["id", "command"],
+        allOf=[_args_of(command, needed) for command, needed in ARGUMENTS.items()],
+    ),
+    "progress": _schema(
+        "progress",
+        "A step came into a state.",
+        {"id": _ID, "state": {"enum": [state.value for state in State]}, "date": _DATE},
+        ["id", "state", "date"],
+    ),
+    "results": _schema(
+        "results",
+        "How a step ended, or why it was refused. The id is null if its command had none that could be read.",
+        {
+            "id": {"anyOf": [_ID, {"type": "null"}]},
+            "success": {"type": "boolean"},
+            "error": {"type": ["string", "null"], "description": "a sentence; null after success"},
+            "code": {"type": ["string", "null"], "description": "a code of errors.md, or INTERRUPTED"},
+            "started": _DATE,
+            "finished": _DATE,
+            "warnings": {"type": "array", "items": {"type": "string"}},
+        },
+        ["id", "success", "error", "code", "started", "finished", "warnings"],
+        **{
+            "if": {"properties": {"success": {"const": True}}},
+            "then": {"properties": {"error": {"type": "null"}, "code": {"type": "null"}}},
+            "else": {"properties": {"error": {"type": "string"}, "code": {"type": "string"}}},
+        },
+    ),
+    "connection": _schema(
+        "connection",
+        "Whether a robot is connected; retained.",
+        {"connection": {"enum": list(CONNECTIONS)}},
+        ["connection"],
+    ),
+}
+"""The schemas by the last word of their topic."""

@@ -1,0 +1,142 @@
+"""`maya_un.supervisor` against a real broker, `maya coms`, `maya up` and its twin; one of them goes away."""
+
+from __future__ import annotations
+
+import asyncio
+import subprocess
+import sys
+from collections.abc import Awaitable, Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from maya_un.errors import SupervisorsNotReached, Unreachable
+from maya_un.graph.step_text import State
+from maya_un.supervisor import Supervisor
+from tests.system.brokers import Broker, broker
+from tests.system.observing import Observer, observing
+from tests.system.processes import Process
+from tests.system.test_coms import coms, robot
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
+
+
+class House(NamedTuple):
+    """A broker that keeps nothing over its end, an observer of it, and the address of a robot's rosbridge."""
+
+    broker: Broker
+    observer: Observer
+    rosbridge: str
+
+    def link(self, name: str = "MAYA") -> Process:
+        """Run `maya coms`, connected."""
+        return coms(self.broker, self.rosbridge, "--connect", f"--name {name}")
+
+
+@pytest.fixture(scope="module")
+def house(tmp_path_factory: pytest.TempPathFactory) -> Iterator[House]:
+    folder = tmp_path_factory.mktemp("broker")
+    with broker(folder) as one, robot() as rosbridge, observing(one) as observer:
+        yield House(one, observer, rosbridge)
+
+
+def told(story: Callable[[], Awaitable[None]]) -> None:
+    async def main() -> None:
+        async with asyncio.timeout(120.0):
+            await story()
+
+    asyncio.run(main())
+
+
+async def presence(lab: Supervisor, name: str, state: str) -> None:
+    """Wait until a robot's presence is `state`."""
+    async for event in lab.watch():
+        if event.robot == name and event.data.get("connection") == state:
+            return
+
+
+def test_a_step_returns_its_result_or_raises_its_error(house: House) -> None:
+    async def story() -> None:
+        async with Supervisor(house.broker.url) as lab:
+            await presence(lab, "MAYA", "ONLINE")
+            maya = lab.robot("MAYA")
+            step = maya.home()
+            assert [report.state async for report in step] == [State.ACCEPTED, State.EXECUTING]
+            assert (await step).error is None
+            assert (await maya.pick(0.5, 1.1, 0.4)).id in house.observer.commands()
+            with pytest.raises(Unreachable, match="cannot be reached"):
+                await maya.approach(5.0, 1.1, 0.4)
+            assert maya.connection == "ONLINE"
+
+    link = house.link()
+    try:
+        told(story)
+    finally:
+        link.kill()
+
+
+def test_the_presence_of_a_robot_that_dies_is_broken(house: House) -> None:
+    async def story() -> None:
+        async with Supervisor(house.broker.url) as lab:
+            await presence(lab, "MAYA", "ONLINE")
+            link.kill()
+            await presence(lab, "MAYA", "CONNECTION_BROKEN")
+            assert lab.robots["MAYA"] == "CONNECTION_BROKEN"
+        async with Supervisor(house.broker.url) as lab:
+            assert lab.robots["MAYA"] == "CONNECTION_BROKEN"
+
+    link = house.link()
+    try:
+        told(story)
+    finally:
+        link.kill()
+
+
+def test_a_step_for_a_robot_that_the_broker_never_knew_waits_for_it(house: House) -> None:
+    links: list[Process] = []
+
+    async def story() -> None:
+        async with Supervisor(house.broker.url) as lab:
+            assert "LATE" not in lab.robots
+            step = lab.robot("LATE").gripper(open=True)
+            links.append(house.link("LATE"))
+            result = await step.outcome()
+            assert result.code == "4041"  # the robot behind it is called MAYA
+
+    try:
+        told(story)
+    finally:
+        for link in links:
+            link.kill()
+
+
+def test_a_step_survives_a_broker_that_forgets_everything(house: House, tmp_path: Path) -> None:
+    async def story() -> None:
+        with broker(tmp_path, "persistence false") as one:
+            link = coms(one, house.rosbridge, "--connect")
+            try:
+                async with Supervisor(one.url) as lab:
+                    await presence(lab, "MAYA", "ONLINE")
+                    one.kill()
+                    step = lab.robot("MAYA").home()
+                    one.start()
+                    assert (await step).error is None
+            finally:
+                link.kill()
+
+    told(story)
+
+
+def test_no_broker_is_reported_at_once(house: House, tmp_path: Path) -> None:
+    async def story() -> None:
+        with pytest.raises(SupervisorsNotReached, match="refused"):
+            async with Supervisor(Broker(tmp_path).url):
+                pass
+
+    told(story)
+
+
+def test_a_supervisor_needs_neither_numpy_nor_pydantic() -> None:
+    line = "import maya_un.supervisor.running, sys; print({'numpy', 'pydantic'} & set(sys.modules))"
+    assert subprocess.run([sys.executable, "-c", line], capture_output=True, check=True, text=True).stdout == "set()\n"

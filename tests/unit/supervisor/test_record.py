@@ -1,0 +1,75 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from maya_un.errors import FileUnreadable, ProcessAborted, ProcessChanged, StorageInUse
+from maya_un.graph.step_text import Result
+from maya_un.supervisor.process import Planned, Process
+from maya_un.supervisor.record import Decision, State, recorded
+
+PROCESS = Process("p", {id_: Planned(id_, "MAYA", "home", {}) for id_ in "abc"})
+DONE = Result("1", None, None, "x", "y")
+FAILED = Result("2", "too far", "2101", "x", "y")
+
+
+def test_a_record_is_what_was_written_after_any_end(tmp_path: Path) -> None:
+    path = tmp_path / "state"
+    with recorded(path, PROCESS) as record:
+        record.sent("a", "1", "text 1")
+        record.ended("a", DONE)
+        record.sent("b", "2", "text 2")
+        record.ended("b", FAILED)
+        record.sent("c", "3", "text 3")
+    whole = path.read_bytes()
+    path.write_bytes(whole + b'{"step": "c", "res')  # a crash in the middle of a line
+    with recorded(path, PROCESS) as record:
+        states = {id_: entry.state for id_, entry in record.entries.items()}
+        assert states == {"a": State.DONE, "b": State.FAILED, "c": State.SENT}
+        assert (record.entries["c"].id, record.entries["c"].text) == ("3", "text 3")
+        assert record.entries["b"].result == FAILED
+        assert record.failed() == ["b"]
+        assert path.read_bytes() == whole
+        record.ended("c", DONE)
+        record.decided("b", Decision.RETRY)
+    with recorded(path, PROCESS) as record:
+        assert [entry.state for entry in record.entries.values()] == [State.DONE, State.WAITING, State.DONE]
+        record.sent("b", "4", "text 4")
+        record.ended("b", FAILED)
+        record.decided("b", Decision.SKIP)
+        assert record.finished
+
+
+def test_an_aborted_process_stays_aborted_until_it_begins_anew(tmp_path: Path) -> None:
+    path = tmp_path / "state"
+    with recorded(path, PROCESS) as record:
+        record.abort()
+    with recorded(path, PROCESS) as record, pytest.raises(ProcessAborted):
+        record.require_not_aborted()
+    with recorded(path, PROCESS, again=True) as record:
+        record.require_not_aborted()
+
+
+def test_a_record_belongs_to_its_process_and_to_one_program(tmp_path: Path) -> None:
+    path = tmp_path / "state"
+    other = Process("p", {"a": Planned("a", "MAYA2", "home", {})})
+    with recorded(path, PROCESS):
+        with pytest.raises(StorageInUse), recorded(path, PROCESS):
+            pass
+        with pytest.raises(StorageInUse), recorded(path, PROCESS, again=True):
+            pass
+    with pytest.raises(ProcessChanged), recorded(path, other):
+        pass
+
+
+OF_NO_STEP = f'{{"digest": "{PROCESS.digest}"}}\n{{"step": "z"}}\n'
+
+
+@pytest.mark.parametrize("text", ["hello\n", "[1]\n", "7\n", OF_NO_STEP])
+def test_a_file_that_is_no_record_is_left_as_it_is(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "state"
+    path.write_text(text)
+    with pytest.raises((FileUnreadable, ProcessChanged)), recorded(path, PROCESS):
+        pass
+    assert path.read_text() == text

@@ -1,0 +1,121 @@
+from __future__ import annotations
+
+import asyncio
+import json
+from typing import Any
+
+import jsonschema
+import pytest
+
+from maya_un.coms.schemas import SCHEMAS
+from maya_un.errors import (
+    InvalidRequest,
+    InvalidValue,
+    MayaError,
+    StepFailed,
+    StepInterrupted,
+    UnknownName,
+    Unreachable,
+)
+from maya_un.graph.step import step_of
+from maya_un.graph.step_text import ARGUMENTS, Progress, Result, State
+from maya_un.supervisor.step import Step, check, command_text, error_of, progress_of, result_of
+
+GOOD: list[tuple[str, dict[str, Any]]] = [
+    ("home", {}),
+    ("can_teleop", {}),
+    ("gripper", {"open": True}),
+    *((command, {"x": 0.5, "y": -1, "z": 0.0}) for command in ("pick", "place", "approach")),
+]
+BAD: list[tuple[str, dict[str, Any], type[MayaError]]] = [
+    ("dance", {}, UnknownName),
+    ("pick", {"x": 0.5, "y": 1.1}, InvalidRequest),
+    ("home", {"x": 0.5}, InvalidRequest),
+    ("pick", {"x": 0.5, "y": 1.1, "z": float("nan")}, InvalidValue),
+    ("pick", {"x": 0.5, "y": 1.1, "z": 1e5}, InvalidValue),
+    ("pick", {"x": 0.5, "y": 1.1, "z": True}, InvalidValue),
+    ("pick", {"x": 0.5, "y": 1.1, "z": "0.4"}, InvalidValue),
+    ("gripper", {"open": 1}, InvalidValue),
+]
+
+
+def result(error: str | None = None, code: str | None = None, warnings: tuple[str, ...] = ()) -> Result:
+    return Result("1", error, code, "a", "b", warnings)
+
+
+def test_every_command_of_robots_is_among_the_good_ones() -> None:
+    assert {command for command, _ in GOOD} == set(ARGUMENTS)
+
+
+@pytest.mark.parametrize(("command", "args"), GOOD)
+def test_a_good_command_passes_here_at_the_robot_and_the_schema(command: str, args: dict[str, Any]) -> None:
+    check(command, args)
+    data = json.loads(command_text("1", "MAYA", command, args, 60.0))
+    assert step_of(data, "1").robot == "MAYA"
+    jsonschema.validate(data, SCHEMAS["commands"])
+
+
+@pytest.mark.parametrize(("command", "args", "error"), BAD)
+def test_a_command_that_no_robot_begins_is_refused_at_once(
+    command: str, args: dict[str, Any], error: type[MayaError]
+) -> None:
+    with pytest.raises(error):
+        check(command, args)
+
+
+@pytest.mark.parametrize("schema", SCHEMAS.values(), ids=list(SCHEMAS))
+def test_the_schemas_are_schemas(schema: dict[str, Any]) -> None:
+    jsonschema.Draft202012Validator.check_schema(schema)
+
+
+@pytest.mark.parametrize(
+    ("kind", "data"),
+    [
+        ("commands", {"id": "1", "command": "pick", "args": {"x": 0.5, "y": 1.1}}),
+        ("commands", {"id": "1", "command": "pick"}),
+        ("commands", {"id": "", "command": "home"}),
+        ("commands", {"id": "1", "command": "home", "deadline": "tomorrow"}),
+        ("progress", {"id": "1", "state": "resting", "date": "2026-01-31T12:00:00Z"}),
+        ("connection", {"connection": "online"}),
+    ],
+)
+def test_the_schemas_refuse_what_does_not_cross(kind: str, data: dict[str, Any]) -> None:
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(data, SCHEMAS[kind])
+
+
+def test_a_failed_step_raises_the_robots_error() -> None:
+    error = error_of(result(error="it is too far", code="2101"), "MAYA")
+    assert isinstance(error, Unreachable)
+    assert (error.code, str(error)) == (2101, "it is too far")
+    assert isinstance(error_of(result(error="gone", code="INTERRUPTED"), "MAYA"), StepInterrupted)
+    assert isinstance(error_of(result(error="gone", code="9999"), "MAYA"), StepFailed)
+
+
+def test_what_a_robot_publishes_is_read_back() -> None:
+    one = result(error="no", code="2101", warnings=("args.w was ignored",))
+    assert result_of(json.loads(one.text)) == one
+    report = Progress("1", State.EXECUTING, "2026-01-31T12:00:00Z")
+    assert progress_of(json.loads(report.text)) == report
+    assert result_of({"id": "1", "success": True}) is None
+    assert progress_of({"id": "1", "state": "resting", "date": ""}) is None
+
+
+def test_reports_come_once_and_in_order_to_everybody() -> None:
+    async def story() -> None:
+        step = Step("1", "MAYA", "")
+
+        async def states() -> list[State]:
+            return [report.state async for report in step]
+
+        readers = [asyncio.create_task(states()) for _ in range(2)]
+        for state in (State.ACCEPTED, State.ACCEPTED, State.EXECUTING):
+            await asyncio.sleep(0)
+            step.reported(Progress("1", state, ""))
+        step.ended(result())
+        step.ended(result(error="a second result does not count", code="2101"))
+        assert await asyncio.gather(*readers) == [[State.ACCEPTED, State.EXECUTING]] * 2
+        assert await step == result()
+        assert await states() == [State.ACCEPTED, State.EXECUTING]
+
+    asyncio.run(story())
