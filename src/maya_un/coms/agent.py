@@ -106,7 +106,7 @@ class Agent:
         try:
             id_, text = self._understood(command)
             known = self._pending.get(id_)
-            if known is not None and known.text != text:
+            if known is not None and known.text not in {"", text}:
                 raise KeyReused(key=id_)
         except MayaError as error:
             id_ = id_ or command.id
@@ -114,7 +114,7 @@ class Agent:
             self._refused[command.key] = Report(id_, Kind.RESULT, text, command.key)
             self._reports.set()
             return
-        if known is None:
+        if known is None or not known.text:  # the robot's journal knows whether the text is the one that it answered
             self._pending[id_] = _Pending(command.key, text)
             self._commands.set()
         else:

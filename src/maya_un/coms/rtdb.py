@@ -349,8 +349,9 @@ def _read(key: str, text: bytes) -> _Waiting:
 
 def _id(key: str, value: object) -> str | None:
     """Return the id of a command."""
-    with suppress(InvalidRequest):
-        return (id_of(value) if isinstance(value, dict) else None) or _as_id(key)
+    with suppress(InvalidRequest, ValueError):
+        data = data_of(value.encode()) if isinstance(value, str) else value
+        return (id_of(data) if isinstance(data, dict) else None) or _as_id(key)
     return None
 
 

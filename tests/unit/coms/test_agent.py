@@ -19,8 +19,8 @@ from maya_un.graph.bus import Bus
 from maya_un.graph.outcome import success
 from maya_un.graph.protocol import Feedback, Graph, Message
 from maya_un.graph.step_store import StepStore
-from maya_un.graph.steps import bridged
-from maya_un.graph.table import TASK
+from maya_un.graph.steps import Steps, bridged
+from maya_un.graph.table import STEP_RESULT, TASK
 from maya_un.loops import run
 from maya_un.rosbridge.endpoint import Endpoint
 from maya_un.rosbridge.guest import Guest
@@ -55,10 +55,10 @@ class Robot:
         return success()
 
     @asynccontextmanager
-    async def bridge(self) -> AsyncIterator[None]:
+    async def bridge(self) -> AsyncIterator[Steps]:
         """Be the node firebase_bridge."""
-        async with bridged(self.bus.node("firebase_bridge"), self.store, dates.now, name="MAYA"):
-            yield
+        async with bridged(self.bus.node("firebase_bridge"), self.store, dates.now, name="MAYA") as steps:
+            yield steps
 
     @asynccontextmanager
     async def rosbridge(self) -> AsyncIterator[None]:
@@ -218,6 +218,27 @@ def test_it_waits_for_the_bridge_and_says_so(tmp_path: Path) -> None:
             async with robot.bridge():
                 await memory.results(1)
                 await until(lambda: agent.status()["robot"]["connected"])
+        assert robot.begun == ["home"]
+
+    told(story, tmp_path)
+
+
+@pytest.mark.parametrize("name", ["home", "can_teleop"])
+def test_a_result_from_before_a_crash_does_not_refuse_its_command(name: str, tmp_path: Path) -> None:
+    async def story(robot: Robot, agent: Agent, memory: Memory) -> None:
+        await memory.set_away(True)
+        await memory.put("k1", command("1", name))
+        async with robot.rosbridge(), robot.bridge() as steps:
+            await until(lambda: agent.status()["robot"]["connected"])
+            await steps.answer(command("1").decode())
+            results = robot.bus.node("firebase_bridge").advertise(STEP_RESULT.name, STEP_RESULT.type, queue_size=10)
+            results.publish({"data": (await steps.answer(command("1").decode())).text})
+            await until(lambda: agent.status()["steps"] == {"1": "result"})
+            await memory.set_away(False)
+            await until(lambda: not memory.commands)
+        (answer,) = [json.loads(result.text) for result in await memory.results(1) if result.key == "k1"]
+        expected = (True, None) if name == "home" else (False, str(KeyReused.code))
+        assert (answer["success"], answer["code"]) == expected
         assert robot.begun == ["home"]
 
     told(story, tmp_path)

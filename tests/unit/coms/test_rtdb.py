@@ -1,0 +1,558 @@
+"""The Realtime Database as a transport: a real server that cuts, delays, goes away, redirects and ends tokens."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+from collections.abc import Awaitable, Callable, Iterator
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+
+from maya_un.coms.agent import LONGEST
+from maya_un.coms.choosing import transport_of
+from maya_un.coms.firebase_auth import FixedToken, User
+from maya_un.coms.retrying import keep
+from maya_un.coms.rtdb import Rtdb
+from maya_un.coms.settings import Settings
+from maya_un.coms.transport import Channel, Command, Kind, Report
+from maya_un.errors import InvalidValue, SupervisorsNotReached
+from maya_un.loops import run
+from tests.system.rtdb.server import Fault, RealtimeDatabase, realtime_database
+from tests.virtual_time import turn
+
+RULES = (Path(__file__).parents[3] / "contrib/firebase/database.rules.json").read_text()
+
+ROBOT = "robots/MAYA"
+
+Story = Callable[[Channel], Awaitable[None]]
+
+
+@pytest.fixture
+def database() -> Iterator[RealtimeDatabase]:
+    with realtime_database() as one:
+        yield one
+
+
+@pytest.fixture
+def guarded() -> Iterator[RealtimeDatabase]:
+    """Yield a database with the rules of the documentation: a robot, and a supervisor of it."""
+    with realtime_database(RULES) as one:
+        one.store.users.update({"maya@example.org": "right", "lab@example.org": "right too"})
+        one.set("accounts", {"maya": {"robot": "MAYA"}, "lab": {"commands": {"MAYA": True}}})
+        yield one
+
+
+def told(story: Story, transport: Rtdb, robot: str = "MAYA") -> None:
+    """Run a story with a connection."""
+
+    async def main() -> None:
+        async with asyncio.timeout(60.0), transport.connected(robot) as channel:
+            await story(channel)
+
+    run(main())
+
+
+def put(database: RealtimeDatabase, key: str, value: Any) -> None:
+    database.set(f"{ROBOT}/commands/{key}", value)
+
+
+def home(id_: str) -> dict[str, str]:
+    return {"id": id_, "command": "home"}
+
+
+def result(command: Command, **more: Any) -> Report:
+    text = json.dumps({"id": command.id, "success": True, "error": None, "warnings": [], **more})
+    return Report(command.id, Kind.RESULT, text, command.key)
+
+
+async def until(holds: Callable[[], bool]) -> None:
+    while not holds():
+        await turn()
+
+
+async def lost(channel: Channel) -> str:
+    """Return why a connection ended; commands before that are passed over."""
+    try:
+        while True:
+            await channel.receive()
+    except SupervisorsNotReached as error:
+        return str(error)
+
+
+class Answers:
+    """Answers every command as an agent does, over connections that are made again; `seen` lists the deliveries."""
+
+    def __init__(self, transport: Rtdb) -> None:
+        self.seen: list[str] = []
+        self.errors: list[str] = []
+        self._transport = transport
+
+    async def run(self) -> None:
+        async def use() -> None:
+            async with self._transport.connected("MAYA") as channel:
+                while True:
+                    command = await channel.receive()
+                    self.seen.append(command.key)
+                    progress = Report(command.id, Kind.ACCEPTED, '{"state": "accepted"}', command.key)
+                    await channel.send(progress)
+                    await channel.send(result(command))
+
+        await keep(use, lambda error: self.errors.append(str(error)), _Short())
+
+
+class _Short(Random):
+    """Draws no pause between attempts."""
+
+    def uniform(self, a: float, b: float) -> float:
+        del a, b
+        return 0.01
+
+
+def answered(database: RealtimeDatabase, transport: Rtdb, story: Callable[[Answers], Awaitable[None]]) -> Answers:
+    """Run a story beside an agent that answers, until no command is open."""
+    answers = Answers(transport)
+
+    async def main() -> None:
+        running = asyncio.create_task(answers.run())
+        async with asyncio.timeout(60.0):
+            await story(answers)
+            await until(lambda: database.get(f"{ROBOT}/commands") is None)
+        running.cancel()
+        await asyncio.gather(running, return_exceptions=True)
+
+    run(main())
+    return answers
+
+
+def results_written(database: RealtimeDatabase) -> list[str]:
+    """Return the key of every result that was ever written."""
+    return [path[3] for path, _ in database.store.writes if path[:3] == ("robots", "MAYA", "results")]
+
+
+def test_open_commands_come_in_the_order_of_their_keys(database: RealtimeDatabase) -> None:
+    keys = ["-Oz", "10", "9", "-Oa", "b", "B"]
+    for key in keys:
+        put(database, key, home(key))
+
+    async def story(channel: Channel) -> None:
+        assert [(await channel.receive()).key for _ in keys] == ["9", "10", "-Oa", "-Oz", "B", "b"]
+        put(database, "a", home("later"))
+        command = await channel.receive()
+        assert (command.key, json.loads(command.text), command.id) == ("a", home("later"), "a")
+
+    told(story, Rtdb(database.url))
+
+
+def test_commands_that_the_database_tells_as_an_array_come(database: RealtimeDatabase) -> None:
+    for key in "0123":
+        put(database, key, home(key))
+
+    async def story(channel: Channel) -> None:
+        assert [(await channel.receive()).key for _ in range(4)] == ["0", "1", "2", "3"]
+
+    told(story, Rtdb(database.url))
+
+
+def test_a_result_and_the_end_of_its_command_are_one_write(database: RealtimeDatabase) -> None:
+    put(database, "k", home("7"))
+
+    async def story(channel: Channel) -> None:
+        command = await channel.receive()
+        await channel.send(Report("7", Kind.EXECUTING, '{"id": "7", "state": "executing"}', "k"))
+        assert database.get(f"{ROBOT}/progress") == {"k": {"id": "7", "state": "executing"}}
+        database.store.writes.clear()
+        await channel.send(result(command))
+        written = ["/".join(path[2:]) for path, _ in database.store.writes]
+        assert written == ["results/k", "progress/k", "commands/k"]
+
+    told(story, Rtdb(database.url))
+    assert database.get(ROBOT).keys() == {"presence", "results"}
+    assert database.get(f"{ROBOT}/results/k/success") is True
+
+
+def test_a_command_of_the_old_form_has_its_key_as_id_and_the_default_command(database: RealtimeDatabase) -> None:
+    database.set(f"{ROBOT}/document", {"default_command": "approach"})
+    put(database, "-Ok", {"args": {"x": 1, "y": 2, "z": 3}})
+    transport = Rtdb(database.url)
+
+    async def story(channel: Channel) -> None:
+        assert (await channel.receive()).id == "-Ok"
+        assert transport.default_command == "approach"
+
+    told(story, transport)
+
+
+def test_a_command_may_be_json_text(database: RealtimeDatabase) -> None:
+    put(database, "k", '{"id": "7", "command": "home"}')
+
+    async def story(channel: Channel) -> None:
+        assert json.loads((await channel.receive()).text) == home("7")
+        await channel.send(Report("7", Kind.RESULT, '{"id": "7"}', None))  # from an earlier connection: found by its id
+        assert database.get(f"{ROBOT}/results") == {"k": {"id": "7"}}
+
+    told(story, Rtdb(database.url))
+
+
+def test_a_key_that_can_be_no_id_is_given_none(database: RealtimeDatabase) -> None:
+    put(database, "k" * 300, {"command": "home"})
+
+    async def story(channel: Channel) -> None:
+        assert (await channel.receive()).id is None
+
+    told(story, Rtdb(database.url))
+
+
+def test_a_command_that_is_written_in_parts_is_read_whole(database: RealtimeDatabase) -> None:
+    async def story(channel: Channel) -> None:
+        database.set(f"{ROBOT}/commands/k/command", "approach")
+        database.set(f"{ROBOT}/commands/k/args/x", 1)
+        command = await channel.receive()
+        assert json.loads(command.text)["command"] == "approach"
+
+    told(story, Rtdb(database.url))
+
+
+def test_a_command_that_is_removed_before_its_turn_does_not_come(database: RealtimeDatabase) -> None:
+    async def story(channel: Channel) -> None:
+        for key in "ab":
+            put(database, key, home(key))
+        put(database, "a", None)
+        put(database, "c", home("c"))
+        keys = [(await channel.receive()).key]
+        while keys[-1] != "c":
+            keys.append((await channel.receive()).key)
+        assert keys in (["b", "c"], ["a", "b", "c"])  # it may have come before it was removed
+        await channel.send(Report("a", Kind.RESULT, '{"id": "a"}', "a"))
+        assert database.get(f"{ROBOT}/results") is None
+
+    told(story, Rtdb(database.url))
+
+
+@pytest.mark.parametrize("when", ["before", "while connected"])
+def test_a_huge_command_is_delivered_cut_and_others_still_come(when: str, database: RealtimeDatabase) -> None:
+    huge = {"id": "huge", "command": "x" * 10_000_000}
+    if when == "before":
+        put(database, "a", home("a"))
+        put(database, "huge", huge)
+
+    async def story(channel: Channel) -> None:
+        if when != "before":
+            put(database, "a", home("a"))
+            put(database, "huge", huge)
+        put(database, "z", home("z"))
+        found = {}
+        while len(found) < 3:
+            command = await channel.receive()
+            found[command.key] = len(command.text)
+            await channel.send(result(command))
+        assert found["huge"] == LONGEST + 1
+        assert database.get(f"{ROBOT}/commands") is None
+        put(database, "after", home("after"))
+        assert (await channel.receive()).key == "after"
+
+    told(story, Rtdb(database.url))
+
+
+@pytest.mark.parametrize(
+    ("method", "text", "answered_"),
+    [
+        ("GET", "/commands", False),
+        ("GET", "/commands", True),
+        ("GET", "/document", True),
+        ("PUT", "/presence", False),
+        ("PUT", "/presence", True),
+        ("PUT", "/progress", False),
+        ("PUT", "/progress", True),
+        ("PATCH", "results/", False),
+        ("PATCH", "results/", True),
+    ],
+)
+def test_a_cut_in_any_phase_loses_nothing_and_reports_nothing_twice(
+    method: str, text: str, answered_: bool, database: RealtimeDatabase
+) -> None:
+    put(database, "a", home("a"))
+    database.faults.append(Fault(method, text, answered_, times=2))
+
+    async def story(answers: Answers) -> None:
+        await until(lambda: bool(answers.errors))
+        put(database, "b", home("b"))
+
+    answers = answered(database, Rtdb(database.url), story)
+    assert answers.errors
+    assert database.faults == []
+    assert sorted(results_written(database)) == ["a", "b"]
+
+
+def test_commands_that_came_while_the_server_was_away_are_answered_once(database: RealtimeDatabase) -> None:
+    async def story(answers: Answers) -> None:
+        put(database, "a", home("a"))
+        await until(lambda: database.get(f"{ROBOT}/results/a") is not None)
+        database.go_away()
+        for key in "bcd":
+            put(database, key, home(key))
+        await until(lambda: len(answers.errors) >= 3)
+        database.come_back()
+
+    answers = answered(database, Rtdb(database.url), story)
+    assert answers.seen == ["a", "b", "c", "d"]
+    assert results_written(database) == ["a", "b", "c", "d"]
+
+
+def test_cuts_at_any_instant_lose_nothing_and_report_nothing_twice(database: RealtimeDatabase) -> None:
+    keys = [f"{number:03}" for number in range(60)]
+
+    async def story(answers: Answers) -> None:
+        for number, key in enumerate(keys):
+            put(database, key, home(key))
+            if number % 5 == 4:
+                await until(lambda least=number // 2: len(answers.seen) >= least)
+                database.cut()
+        await until(lambda: database.get(f"{ROBOT}/commands") is None)
+
+    answered(database, Rtdb(database.url), story)
+    assert sorted(results_written(database)) == keys
+
+
+def test_a_stream_that_falls_silent_ends(database: RealtimeDatabase) -> None:
+    database.rest.keep_alive = 0.05
+
+    async def story(channel: Channel) -> None:
+        put(database, "a", home("a"))
+        await channel.receive()
+        database.rest.mute = True
+        assert "does not answer in time" in await lost(channel)
+
+    told(story, Rtdb(database.url, silence=0.5))
+
+
+def test_keep_alives_keep_a_stream(database: RealtimeDatabase) -> None:
+    database.rest.keep_alive = 0.05
+
+    async def story(channel: Channel) -> None:
+        receiving = asyncio.ensure_future(channel.receive())
+        done, _ = await asyncio.wait([receiving], timeout=1.5)
+        assert not done
+        put(database, "a", home("a"))
+        assert (await receiving).key == "a"
+
+    told(story, Rtdb(database.url, silence=0.5))
+
+
+def test_presence_beats_and_ends_with_the_connection(database: RealtimeDatabase) -> None:
+    def beats() -> list[int]:
+        found = [value for path, value in database.store.writes if path[-1] == "presence"]
+        assert {one["state"] for one in found} <= {"ONLINE"}
+        return [one["at"] for one in found]
+
+    async def story(_: Channel) -> None:
+        await until(lambda: len(set(beats())) >= 3)
+
+    told(story, Rtdb(database.url, heartbeat=0.02))
+    assert database.get(f"{ROBOT}/presence/state") == "OFFLINE"
+
+
+def test_it_is_offline_after_it_was_cancelled(database: RealtimeDatabase) -> None:
+    async def main() -> None:
+        running = asyncio.create_task(Answers(Rtdb(database.url)).run())
+        await until(lambda: database.get(f"{ROBOT}/presence/state") == "ONLINE")
+        running.cancel()
+        await asyncio.gather(running, return_exceptions=True)
+
+    run(main())
+    assert database.get(f"{ROBOT}/presence/state") == "OFFLINE"
+
+
+def test_a_heartbeat_that_fails_ends_the_connection(database: RealtimeDatabase) -> None:
+    async def story(channel: Channel) -> None:
+        database.faults.append(Fault("PUT", "/presence"))
+        assert await lost(channel)
+
+    told(story, Rtdb(database.url, heartbeat=0.02))
+
+
+def test_redirects_are_followed_with_the_token(guarded: RealtimeDatabase) -> None:
+    with realtime_database() as front:
+        front.redirects_to = guarded.url
+        guarded.set(f"{ROBOT}/commands/a", home("a"))
+
+        async def story(channel: Channel) -> None:
+            await channel.send(result(await channel.receive()))
+
+        told(story, Rtdb(front.url, FixedToken(guarded.store.secret)))
+        assert front.get("/") is None
+    assert guarded.get(f"{ROBOT}/results/a/success") is True
+
+
+def test_a_ring_of_redirects_ends(database: RealtimeDatabase) -> None:
+    database.redirects_to = database.url
+    with pytest.raises(SupervisorsNotReached, match="redirects more than 5 times"):
+        told(_nothing, Rtdb(database.url))
+
+
+async def _nothing(_: Channel) -> None:
+    pass
+
+
+@pytest.fixture
+def signed_in(guarded: RealtimeDatabase, monkeypatch: pytest.MonkeyPatch) -> Rtdb:
+    """Return a transport that shows the robot's user to the guarded database."""
+    monkeypatch.setenv("FIREBASE_AUTH_EMULATOR_HOST", f"127.0.0.1:{guarded.port}")
+    return Rtdb(guarded.url, User("maya@example.org", "right", "key of the project"))
+
+
+def test_a_user_signs_in_and_answers_within_the_rules(guarded: RealtimeDatabase, signed_in: Rtdb) -> None:
+    async def story(channel: Channel) -> None:
+        put(guarded, "a", home("a"))
+        command = await channel.receive()
+        await channel.send(Report("a", Kind.ACCEPTED, '{"id": "a", "state": "accepted"}', "a"))
+        await channel.send(result(command))
+
+    told(story, signed_in)
+    assert guarded.get(f"{ROBOT}/results/a/success") is True
+    assert guarded.get(f"{ROBOT}/presence/state") == "OFFLINE"
+
+
+def test_a_token_that_ends_is_refreshed_and_nothing_is_lost(guarded: RealtimeDatabase, signed_in: Rtdb) -> None:
+    async def story(answers: Answers) -> None:
+        for key in "abcdef":
+            put(guarded, key, home(key))
+            await until(lambda key=key: key in answers.seen)
+            guarded.revoke_all()
+
+    answers = answered(guarded, signed_in, story)
+    assert any("no longer valid" in error for error in answers.errors)
+    assert sorted(results_written(guarded)) == list("abcdef")
+
+
+def test_a_token_that_ended_unnoticed_is_refreshed_at_the_next_request(
+    guarded: RealtimeDatabase, signed_in: Rtdb
+) -> None:
+    async def story(channel: Channel) -> None:
+        put(guarded, "a", home("a"))
+        command = await channel.receive()
+        guarded.store.revoked.update(one.caller.token for one in guarded.store.listeners)
+        await channel.send(result(command))
+
+    told(story, signed_in)
+    assert guarded.get(f"{ROBOT}/results/a/success") is True
+
+
+def test_rules_that_end_the_right_to_read_end_the_connection(guarded: RealtimeDatabase, signed_in: Rtdb) -> None:
+    async def story(channel: Channel) -> None:
+        guarded.set_rules('{"rules": {".read": false}}')
+        assert "rules no longer let" in await lost(channel)
+
+    told(story, signed_in)
+
+
+@pytest.mark.parametrize("shown", ["nothing", "a bad token", "a wrong password", "another robot"])
+def test_refused_credentials_are_named_and_shown_nowhere(
+    shown: str, guarded: RealtimeDatabase, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setenv("FIREBASE_AUTH_EMULATOR_HOST", f"127.0.0.1:{guarded.port}")
+    caplog.set_level(logging.DEBUG)
+    source = {
+        "nothing": FixedToken(""),
+        "a bad token": FixedToken("secret-token-1"),
+        "a wrong password": User("maya@example.org", "secret-password-2", "secret-key-3"),
+        "another robot": User("maya@example.org", "right", "secret-key-3"),
+    }[shown]
+    with pytest.raises(SupervisorsNotReached) as found:
+        told(_nothing, Rtdb(guarded.url, source), "OTHER" if shown == "another robot" else "MAYA")
+    expected = {"a bad token": "401: Could not parse auth token", "a wrong password": "INVALID_LOGIN_CREDENTIALS"}
+    assert expected.get(shown, "401: Permission denied") in str(found.value)
+    chain = f"{found.value!r} {found.value.__context__!r} {found.value.__cause__!r}"
+    ours = [record.getMessage() for record in caplog.records if not record.name.startswith("uvicorn")]
+    assert "secret-" not in str(found.value) + chain + "".join(ours)
+
+
+def test_a_server_that_is_not_there_is_named_without_credentials(database: RealtimeDatabase) -> None:
+    database.go_away()
+    with pytest.raises(SupervisorsNotReached) as found:
+        told(_nothing, Rtdb(f"{database.url}/?ns=demo", FixedToken("secret-1")))
+    assert f"127.0.0.1:{database.port}" in str(found.value)
+    assert "secret-1" not in repr(found.value) + str(found.value)
+    database.come_back()
+
+
+@pytest.mark.parametrize("name", ["", "a.b", "a$", "a#", "a[", "a]", "a/b", "a\n", "a\x7f"])
+def test_a_name_that_can_be_no_key_is_refused_in_words(name: str, database: RealtimeDatabase) -> None:
+    with pytest.raises(InvalidValue, match="NAME"):
+        told(_nothing, Rtdb(database.url), name)
+
+
+@pytest.mark.parametrize(
+    "url",
+    [
+        "https://user:secret-1@db.example.org",
+        "https://db.example.org/?auth=secret-1",
+        "https://db.example.org/?access_token=secret-1&ns=demo",
+        "http://db.example.org",
+    ],
+)
+def test_an_address_that_would_show_credentials_is_refused(url: str) -> None:
+    with pytest.raises(InvalidValue) as found:
+        transport_of(Settings(supervisors=url, password="secret-1"))
+    assert "secret-1" not in str(found.value)
+
+
+def test_a_user_without_the_projects_key_is_refused() -> None:
+    with pytest.raises(InvalidValue, match="MAYA_COMS_API_KEY"):
+        transport_of(Settings(supervisors="https://db.example.org", user="maya@example.org", password="x"))
+
+
+def test_more_commands_than_a_robot_takes_wait_in_the_database(database: RealtimeDatabase) -> None:
+    database.set(f"{ROBOT}/commands", {f"k{number:04}": home(str(number)) for number in range(1100)})
+
+    async def story(channel: Channel) -> None:
+        first = [await channel.receive() for _ in range(1000)]
+        waiting = asyncio.ensure_future(channel.receive())
+        done, _ = await asyncio.wait([waiting], timeout=0.05)
+        assert not done
+        await channel.send(result(first[0]))
+        assert (await waiting).key == "k1000"
+
+    told(story, Rtdb(database.url))
+
+
+def supervisor(database: RealtimeDatabase, email: str) -> Any:
+    """Return the caller that a user is."""
+    return database.store.caller(database.store.sign_in(email))
+
+
+@pytest.mark.parametrize(
+    ("who", "path", "value", "may"),
+    [
+        ("lab", "robots/MAYA/commands/n", home("1"), True),
+        ("lab", "robots/MAYA/commands/old", home("2"), False),
+        ("lab", "robots/MAYA/commands/old", None, False),
+        ("lab", "robots/MAYA/commands/n", 3, False),
+        ("lab", "robots/OTHER/commands/n", home("1"), False),
+        ("lab", "robots/MAYA/results/done", None, True),
+        ("lab", "robots/MAYA/results/old", {"success": True}, False),
+        ("lab", "robots/MAYA/presence", {"state": "ONLINE"}, False),
+        ("lab", "accounts/lab/commands/OTHER", True, False),
+        ("maya", "robots/MAYA/commands/n", home("1"), False),
+        ("maya", "robots/MAYA/results/old", {"success": True}, True),
+        ("maya", "robots/MAYA/results/gone", {"success": True}, False),
+        ("maya", "robots/OTHER/presence", {"state": "ONLINE"}, False),
+        ("maya", "robots/MAYA/document", {"default_command": "home"}, False),
+        ("nobody", "robots/MAYA/commands/n", home("1"), False),
+    ],
+)
+def test_the_rules_of_the_documentation(who: str, path: str, value: Any, may: bool, guarded: RealtimeDatabase) -> None:
+    from tests.system.rtdb.store import Caller, DeniedError
+    from tests.system.rtdb.tree import parts
+
+    guarded.set("robots/MAYA", {"commands": {"old": home("0")}, "results": {"done": {"success": True}}})
+    caller = Caller() if who == "nobody" else supervisor(guarded, who)
+    try:
+        guarded.store.write(parts(path), [(parts(path), value)], caller, merge=False)
+        allowed = True
+    except DeniedError:
+        allowed = False
+    assert allowed == may
