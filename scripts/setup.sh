@@ -101,6 +101,23 @@ provide_command() {
     command -v "$1" >/dev/null 2>&1 || install_packages "$1"
 }
 
+# provide_broker: mosquitto, which the tests run themselves. Its package would start it as a service of this machine;
+# here it starts none, now and after a reboot.
+provide_broker() {
+    [ ! -x /usr/sbin/mosquitto ] || return 0
+    policy=/usr/sbin/policy-rc.d
+    as_root=
+    [ "$(id -u)" -eq 0 ] || as_root=sudo
+    (
+        if [ ! -e "$policy" ]; then
+            trap '$as_root rm -f "$policy"' EXIT
+            printf '#!/bin/sh\nexit 101\n' | $as_root sh -c 'cat >"$1" && chmod 755 "$1"' sh "$policy"
+        fi
+        install_packages mosquitto
+        $as_root update-rc.d mosquitto disable >/dev/null 2>&1 || true
+    )
+}
+
 # What an environment was made from; a change of any of it makes the environment anew.
 fingerprint() {
     printf '%s\n' "$root"

@@ -80,11 +80,13 @@ class Client(aiomqtt.Client):
         """Tell the broker that a message is dealt with."""
         self._client.ack(message.mid, message.qos)
 
-    async def publish_checked(self, where: str, text: str, properties: Properties | None = None) -> bool:
+    async def publish_checked(
+        self, where: str, text: str, properties: Properties | None = None, *, retain: bool = False
+    ) -> bool:
         """Publish with QoS 1; return whether anybody subscribes. Raises `Refused`."""
         self._answer = None
         try:
-            await self.publish(where, text, 1, properties=properties)
+            await self.publish(where, text, 1, retain, properties)
         except ValueError as error:
             raise Refused(f"no message can have the topic {where!r}: {error}") from error
         answer = self._answer

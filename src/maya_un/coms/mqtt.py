@@ -43,7 +43,7 @@ class Mqtt:
         will = aiomqtt.Will(connection, _connection("CONNECTION_BROKEN"), 1, retain=True)
         async with self.broker.connected(f"maya-coms-{robot}", will) as client:
             await client.subscribe(commands, 1)
-            await client.publish(connection, _connection("ONLINE"), 1, retain=True)
+            await client.publish_checked(connection, _connection("ONLINE"), retain=True)
             try:
                 yield _Channel(client, robot, self.broker)
             finally:
