@@ -25,7 +25,13 @@ def transport_of(settings: Settings) -> Transport:
         from maya_un.coms.rtdb import Rtdb  # noqa: PLC0415
 
         return Rtdb(settings.supervisors, _tokens_of(settings))
-    reason = "it must be the address of the supervisors' server, like mqtt://localhost:1883 or that of a database"
+    if scheme == "firestore":
+        from maya_un.coms.firestore import Firestore  # noqa: PLC0415
+
+        return Firestore(settings.supervisors, _tokens_of(settings))
+    reason = (
+        "it must be the address of the supervisors' server, like mqtt://localhost:1883 or https://NAME.firebaseio.com"
+    )
     raise InvalidValue(key="MAYA_COMS_URL", value=where_of(settings.supervisors), reason=reason)
 
 

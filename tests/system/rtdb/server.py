@@ -212,6 +212,7 @@ def _application(database: RealtimeDatabase) -> Starlette:
             Route("/identitytoolkit.googleapis.com/v1/accounts:signInWithPassword", rest.sign_in, methods=["POST"]),
             Route("/identitytoolkit.googleapis.com/v1/accounts:lookup", rest.look_up, methods=["POST"]),
             Route("/securetoken.googleapis.com/v1/token", rest.refresh, methods=["POST"]),
+            Route("/v1/projects/demo/databases/(default)/documents/{path:path}", rest.document),
             Route("/{path:path}.json", rest.answer, methods=_METHODS),
         ]
     )
