@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
+import pty
+import signal
 import socket
+import subprocess
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -13,7 +17,7 @@ import pytest
 
 from tests.system.brokers import Broker, broker
 from tests.system.observing import Observer, observing
-from tests.system.processes import Process, done
+from tests.system.processes import MAYA, Process, done
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
 
@@ -162,3 +166,72 @@ def judge(observer: Observer, state: Path) -> None:
     of = {line["sent"]: line["step"] for line in map(json.loads, state.read_text().splitlines()) if "sent" in line}
     order = [of[id_] for id_, result in results.items() if result["success"] and id_ in of]
     assert order == [f"s{number}" for number in range(30)]
+
+
+SHORT = {
+    "steps": [
+        {"id": "home", "robot": "ANA", "command": "home"},
+        {"id": "far", "robot": "ANA", "command": "approach", "args": {"x": 9, "y": 9, "z": 0.5}, "after": ["home"]},
+        {"id": "near", "robot": "ANA", "command": "approach", "args": PLACES[0], "after": ["far"]},
+    ]
+}
+
+
+def test_an_interrupted_run_goes_on_and_asks_about_a_failed_step(tmp_path: Path) -> None:
+    file = tmp_path / "short.json"
+    file.write_text(json.dumps(SHORT))
+    with broker(tmp_path) as one, observing(one) as observer:
+        line = f"fleet run {file} --url {one.url}"
+        waiting = Process(line)
+        try:
+            assert waiting.until("ANA").endswith("3 steps for ANA.")
+            assert "unknown" in waiting.until("ANA is")
+            observer.until(lambda _: len(observer.commands()) == 1)
+            waiting.send(signal.SIGINT)
+            code, said = waiting.end()
+            assert (code, "Interrupted" in said) == (130, True)
+        finally:
+            waiting.kill()
+        with robots(one, tmp_path, "ANA"):
+            online(observer, "ANA")
+            said = answered([MAYA, *line.split(), "--lang", "es"], "perhaps\nretry\nskip\n")
+        assert said.count("¿Qué se hace con el paso far") == 3
+        assert said.count("Uno de: retry, skip, abort") == 1
+        assert "Han terminado los 3 pasos: 2 hechos, 1 omitidos." in said
+        results = [result["code"] for result in observer.results().values()]
+        assert results == [None, "2101", "2101", None]
+        assert {id_: dates for id_, dates in observer.executions().items() if len(dates) != 1} == {}
+
+
+def answered(line: list[str], answers: str) -> str:
+    """Run a command with a terminal as its input, on which a person types; return what it says when it succeeds."""
+    ours, its = pty.openpty()
+    try:
+        os.write(ours, answers.encode())
+        found = subprocess.run(line, stdin=its, stdout=subprocess.PIPE, timeout=120.0, check=True, text=True)
+        return found.stdout
+    finally:
+        os.close(ours)
+        os.close(its)
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "error"),
+    [
+        ("send MAYA pick 0.5 1.1", 2, 4008),
+        ("send MAYA dance", 2, 4003),
+        ("send MAYA gripper ajar", 2, 4008),
+        ("send MAYA pick 0.5 1.1 high", 2, 4001),
+        ("run {folder}/none.yaml", 2, 4007),
+        ("run {folder}/circle.yaml", 2, 4045),
+        ("run {folder}/good.yaml --retry home", 2, 4003),
+        ("list", 1, 1051),
+    ],
+)
+def test_a_wrong_command_line_is_refused_before_anything_is_sent(
+    tmp_path: Path, words: str, code: int, error: int
+) -> None:
+    (tmp_path / "good.yaml").write_text(json.dumps({"steps": [SHORT["steps"][0]]}))
+    (tmp_path / "circle.yaml").write_text(json.dumps({"steps": [SHORT["steps"][0] | {"after": ["home"]}]}))
+    found, said = done(f"fleet {words.format(folder=tmp_path)} --url mqtt://127.0.0.1:{free_port()} --json")
+    assert (found, json.loads(said)["error"]["code"]) == (code, error)

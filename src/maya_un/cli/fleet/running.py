@@ -14,6 +14,7 @@ from maya_un.cli.settings import Settings
 from maya_un.errors import DecisionNeeded, InvalidCommandLine, MayaError, ProcessAborted, UnknownName
 from maya_un.graph.step_text import Progress, Result
 from maya_un.supervisor import Supervisor
+from maya_un.supervisor.lab import ONLINE
 from maya_un.supervisor.process import Planned, Process, load_process
 from maya_un.supervisor.record import Decision, Record, State, recorded
 from maya_un.supervisor.running import Runner
@@ -97,7 +98,16 @@ def _carried_out(record: Record, options: Options, settings: Settings) -> MayaEr
 
 async def _run(record: Record, url: str | None, settings: Settings) -> None:
     async with Supervisor(url) as lab:
+        _tell_absent(record.process, lab, settings)
         await Runner(record, lab, lambda step, report: _tell(step, report, settings)).run()
+
+
+def _tell_absent(process: Process, lab: Supervisor, settings: Settings) -> None:
+    """Say which robots are not connected; their steps wait for them."""
+    for robot in dict.fromkeys(step.robot for step in process.steps.values()):
+        state = lab.robots.get(robot, "unknown")
+        if state != ONLINE and not settings.json:
+            output.say(word("waits_for", settings.language, robot=robot, state=state))
 
 
 def _tell(step: Planned, report: Progress | Result, settings: Settings) -> None:

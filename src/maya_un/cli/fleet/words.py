@@ -14,8 +14,8 @@ _WORDS: dict[str, tuple[str, str]] = {
     "failed": ("{robot}  failed     {id}: {error} ({code})", "{robot}  fallido    {id}: {error} ({code})"),
     "done": ("Done by {robot}.", "Hecho por {robot}."),
     "waits_for": (
-        "{robot} is {state}. The step waits for it until the deadline.",
-        "{robot} está {state}. El paso lo espera hasta el plazo.",
+        "{robot} is {state}. Its steps wait for it until their deadline.",
+        "{robot} está {state}. Sus pasos lo esperan hasta su plazo.",
     ),
     "plan": ("{name}: {steps} steps for {robots}.", "{name}: {steps} pasos para {robots}."),
     "checked": ("{path} is a good process.", "{path} es un proceso correcto."),
