@@ -67,12 +67,18 @@ class Timed(Robot):
         return await super()._act(goal, feedback)
 
 
+def resident_memory(pid: int) -> float:
+    """Return the resident memory of a process [bytes]."""
+    status = Path(f"/proc/{pid}/status").read_text()
+    return float(re.findall(r"VmRSS:\s+(\d+)", status)[0]) * 1024
+
+
 async def bench(folder: Path) -> None:
     """Measure and report."""
     numbers = count(1)
     with ExitStack() as held:
         one = held.enter_context(broker(folder))
-        echoing = subprocess.Popen([sys.executable, __file__, str(one.port)], stdout=subprocess.PIPE)
+        echoing = subprocess.Popen([sys.executable, __file__, str(one.port)], stdout=subprocess.PIPE)  # noqa: ASYNC220
         held.callback(echoing.kill)
         assert echoing.stdout is not None
         await asyncio.to_thread(echoing.stdout.readline)
@@ -114,8 +120,8 @@ async def bench(folder: Path) -> None:
                 Case("command to its begin", sampled(to_robot), "ms", Goal(2.0, to="bare round trip")),
             ]
             figures = await asyncio.to_thread(measure, cases, 5, median)
-            resident = int(re.findall(r"VmRSS:\s+(\d+)", Path(f"/proc/{link.number}/status").read_text())[0]) * 1024
-            memory = [Case("memory of maya coms", lambda: float(resident), "MB", Goal(60.0))]
+            resident = resident_memory(link.number)
+            memory = [Case("memory of maya coms", lambda: resident, "MB", Goal(60.0))]
             report([*figures, *measure(memory, 1)])
         await robot.store.close()
 
