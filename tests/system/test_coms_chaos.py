@@ -12,12 +12,12 @@ import queue
 import signal
 import socket
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from itertools import pairwise
 from pathlib import Path
 from random import Random
-from typing import Any
+from typing import Any, Protocol
 
 import paho.mqtt.client as mqtt
 import pytest
@@ -153,17 +153,37 @@ def _shut(one: socket.socket) -> None:
     one.close()
 
 
-class World:
-    """All that can fail, and the twin that does not."""
+class Server(Protocol):
+    """What stands between supervisors and the link: a broker, or a database."""
 
-    def __init__(self, twin: Twin, address: str, one: Broker, folder: Path) -> None:
+    port: int
+
+    def kill(self) -> None: ...
+    def end(self) -> None: ...
+    def start(self) -> None: ...
+
+
+class World:
+    """All that can fail, and the twin that does not; `scheme` is that of the server's URL."""
+
+    def __init__(
+        self,
+        twin: Twin,
+        address: str,
+        one: Server,
+        folder: Path,
+        scheme: str = "mqtt",
+        environment: Mapping[str, str] | None = None,
+    ) -> None:
         self.broker = one
+        self._scheme = scheme
         self.network = Network(one.port)
         self._address = address
         self._folder = folder
         self._environment = {
             "MAYA_RUNTIME_DIR": str(folder / "run"),
             "MAYA_STATE_DIR": str(folder / "state"),
+            **(environment or {}),
         }
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
@@ -192,7 +212,7 @@ class World:
         return process
 
     def _start_coms(self) -> Process:
-        line = f"coms --connect --port 0 --url mqtt://127.0.0.1:{self.network.port}"
+        line = f"coms --connect --port 0 --url {self._scheme}://127.0.0.1:{self.network.port}"
         process = Process(f"{line} --rosbridge ws://127.0.0.1:{self._rosbridge}", env=self._environment)
         process.until("http://")
         return process

@@ -76,6 +76,15 @@ class RealtimeDatabase:
         """Replace the data at a path."""
         self._called(lambda: self.store.write(parts(path), [(parts(path), value)], _OWNER, merge=False))
 
+    def set_if_there(self, path: str, value: Any) -> None:
+        """Replace the data at a path, if there is any."""
+
+        def write() -> None:
+            if at(self.store.tree, parts(path)) is not None:
+                self.store.write(parts(path), [(parts(path), value)], _OWNER, merge=False)
+
+        self._called(write)
+
     def set_rules(self, text: str | None) -> None:
         """Change the rules."""
         self._called(lambda: self.store.set_rules(None if text is None else Rules.read(text)))

@@ -61,6 +61,7 @@ class Store:
     listeners: list[Listener] = field(default_factory=list)
     revoked: set[str] = field(default_factory=set)
     writes: list[tuple[Path, Any]] = field(default_factory=list)
+    written: Callable[[], object] = lambda: None
 
     def now(self) -> int:
         """Return the server's time [ms]."""
@@ -82,6 +83,7 @@ class Store:
                     raise DeniedError
         old, self.tree = self.tree, new
         self.writes.extend((place, exported(at(new, place))) for place, _ in changes)
+        self.written()
         for listener in tuple(self.listeners):
             _tell(listener, old, new, path, [place for place, _ in changes], merge=merge)
 
