@@ -42,10 +42,6 @@ class Database:
         """Close every connection."""
         await self._http.aclose()
 
-    def refused(self) -> None:
-        """Note that the credentials are no longer valid."""
-        self._credentials.refused()
-
     async def read(self, path: tuple[str, ...], most: int, **query: str) -> bytes:
         """Return the JSON text at a path; of a longer one, the first `most` + 1 bytes."""
         found = bytearray()

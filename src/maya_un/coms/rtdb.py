@@ -173,7 +173,6 @@ class _Channel:
         if event is None:
             raise SupervisorsNotReached(where=self._database.where, reason="it ended the stream of commands")
         if event.name in {"cancel", "auth_revoked"}:
-            self._database.refused()
             raise SupervisorsNotReached(where=self._database.where, reason=_ENDS[event.name])
         if event.name in {"put", "patch"}:
             await self._apply(event)

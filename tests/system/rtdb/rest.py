@@ -41,6 +41,9 @@ class Rest:
         self.store = store
         self.keep_alive = keep_alive
         self.mute = False
+        self.backwards = False
+        self.token_lasts = TOKEN_LASTS
+        self.sign_ins = 0
         self.streams = 0
         self._keys = PushKeys()
 
@@ -66,7 +69,10 @@ class Rest:
             events: asyncio.Queue[tuple[str, Any]] = asyncio.Queue()
             listener = Listener(path, query, caller, lambda *event: events.put_nowait(_event(*event)))
             tree = self.store.listen(listener)
-            events.put_nowait(_event("put", (), exported(tree)))
+            data = exported(tree)
+            if self.backwards and isinstance(data, dict):
+                data = dict(reversed(data.items()))
+            events.put_nowait(_event("put", (), data))
             return StreamingResponse(self._stream(listener, events), media_type="text/event-stream")
         tree = self.store.read(path, caller, query)
         if asked.get("shallow") == "true":
@@ -126,6 +132,7 @@ class Rest:
         email = str(asked.get("email"))
         if self.store.users.get(email) != asked.get("password"):
             return JSONResponse({"error": {"code": 400, "message": "INVALID_LOGIN_CREDENTIALS"}}, 400)
+        self.sign_ins += 1
         return JSONResponse(
             {
                 "kind": "identitytoolkit#VerifyPasswordResponse",
@@ -134,7 +141,7 @@ class Rest:
                 "registered": True,
                 "idToken": self.store.sign_in(_uid(email), email=email),
                 "refreshToken": f"refresh {email}",
-                "expiresIn": str(TOKEN_LASTS),
+                "expiresIn": str(self.token_lasts),
             }
         )
 
@@ -170,7 +177,7 @@ class Rest:
                 "id_token": token,
                 "access_token": token,
                 "refresh_token": f"refresh {email}",
-                "expires_in": str(TOKEN_LASTS),
+                "expires_in": str(self.token_lasts),
                 "token_type": "Bearer",
                 "user_id": _uid(email),
             }

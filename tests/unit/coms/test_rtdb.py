@@ -10,11 +10,12 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+import httpx
 import pytest
 
 from maya_un.coms.agent import LONGEST
 from maya_un.coms.choosing import transport_of
-from maya_un.coms.firebase_auth import FixedToken, User
+from maya_un.coms.firebase_auth import FixedToken, NoToken, User
 from maya_un.coms.retrying import keep
 from maya_un.coms.rtdb import Rtdb
 from maya_un.coms.settings import Settings
@@ -133,7 +134,9 @@ def results_written(database: RealtimeDatabase) -> list[str]:
     return [path[3] for path, _ in database.store.writes if path[:3] == ("robots", "MAYA", "results")]
 
 
-def test_open_commands_come_in_the_order_of_their_keys(database: RealtimeDatabase) -> None:
+@pytest.mark.parametrize("backwards", [False, True])
+def test_open_commands_come_in_the_order_of_their_keys(backwards: bool, database: RealtimeDatabase) -> None:
+    database.rest.backwards = backwards
     keys = ["-Oz", "10", "9", "-Oa", "b", "B"]
     for key in keys:
         put(database, key, home(key))
@@ -439,6 +442,35 @@ def test_a_token_that_ended_unnoticed_is_refreshed_at_the_next_request(
 
     told(story, signed_in)
     assert guarded.get(f"{ROBOT}/results/a/success") is True
+
+
+def test_a_token_is_refreshed_before_it_ends_and_a_refused_refresh_signs_in(
+    guarded: RealtimeDatabase, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FIREBASE_AUTH_EMULATOR_HOST", f"127.0.0.1:{guarded.port}")
+    user = User("maya@example.org", "right", "key of the project")
+
+    async def main() -> None:
+        async with httpx.AsyncClient() as http:
+            first = await user.token(http)
+            assert await user.token(http) == first
+            guarded.rest.token_lasts = 30
+            user.refused()
+            second = await user.token(http)
+            third = await user.token(http)  # less than a minute is left of the second
+            assert len({first, second, third}) == 3
+            assert guarded.rest.sign_ins == 1
+            guarded.faults.append(Fault("POST", "/token"))
+            with pytest.raises(httpx.TransportError):
+                await user.token(http)
+            guarded.store.users.pop("maya@example.org")
+            with pytest.raises(NoToken, match="INVALID_LOGIN_CREDENTIALS"):
+                await user.token(http)
+            guarded.store.users["maya@example.org"] = "right"
+            assert await user.token(http) not in {first, second, third}
+            assert guarded.rest.sign_ins == 2
+
+    run(main())
 
 
 def test_rules_that_end_the_right_to_read_end_the_connection(guarded: RealtimeDatabase, signed_in: Rtdb) -> None:
