@@ -16,9 +16,10 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import AsyncIterator, Coroutine
+from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import aclosing, asynccontextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from itertools import chain
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
@@ -100,7 +101,8 @@ class Rtdb:
                 channel = _Channel(database, path)
                 await channel.apply_next(heard)
                 await _set_presence(database, path, "ONLINE")
-                async with _beside(channel, _beat(database, path, self._heartbeat), channel.listen(heard)):
+                beat = partial(_beat, database, path, self._heartbeat)
+                async with _beside(channel, beat, partial(channel.listen, heard)):
                     yield channel
                     await _leave(database, path)
         except asyncio.CancelledError:
@@ -295,12 +297,12 @@ async def _leave(database: Database, path: tuple[str, ...]) -> None:
 
 
 @asynccontextmanager
-async def _beside(channel: _Channel, *work: Coroutine[Any, Any, None]) -> AsyncIterator[None]:
-    """Run coroutines while the block runs; the first error of one ends the channel."""
+async def _beside(channel: _Channel, *work: Callable[[], Awaitable[None]]) -> AsyncIterator[None]:
+    """Do work while the block runs; the first error ends the channel."""
 
-    async def guarded(one: Coroutine[Any, Any, None]) -> None:
+    async def guarded(one: Callable[[], Awaitable[None]]) -> None:
         try:
-            await one
+            await one()
         except MayaError as error:
             channel.fail(error)
 

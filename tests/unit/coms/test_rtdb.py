@@ -235,6 +235,19 @@ def test_a_command_that_is_removed_before_its_turn_does_not_come(database: Realt
     told(story, Rtdb(database.url))
 
 
+def test_commands_that_are_removed_together_get_no_result(database: RealtimeDatabase) -> None:
+    async def story(channel: Channel) -> None:
+        put(database, "a", home("a"))
+        command = await channel.receive()
+        database.set(f"{ROBOT}/commands", None)
+        put(database, "c", home("c"))
+        assert (await channel.receive()).key == "c"
+        await channel.send(result(command))
+        assert database.get(f"{ROBOT}/results") is None
+
+    told(story, Rtdb(database.url))
+
+
 @pytest.mark.parametrize("when", ["before", "while connected"])
 def test_a_huge_command_is_delivered_cut_and_others_still_come(when: str, database: RealtimeDatabase) -> None:
     huge = {"id": "huge", "command": "x" * 10_000_000}
@@ -356,6 +369,14 @@ def test_presence_beats_and_ends_with_the_connection(database: RealtimeDatabase)
 
     told(story, Rtdb(database.url, heartbeat=0.02))
     assert database.get(f"{ROBOT}/presence/state") == "OFFLINE"
+
+
+def test_a_connection_that_ends_as_it_begins_leaves_nothing_behind(database: RealtimeDatabase) -> None:
+    async def story(_: Channel) -> None:
+        raise LookupError
+
+    with pytest.raises(LookupError):
+        told(story, Rtdb(database.url))
 
 
 def test_it_is_offline_after_it_was_cancelled(database: RealtimeDatabase) -> None:
