@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import subprocess
 import sys
+import threading
 from collections.abc import Awaitable, Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+import paho.mqtt.client as mqtt
 import pytest
+from paho.mqtt.enums import CallbackAPIVersion
 
 from maya_un.errors import SupervisorsNotReached, Unreachable
-from maya_un.graph.step_text import State
+from maya_un.graph.step_text import Result, State
 from maya_un.supervisor import Supervisor
 from tests.system.brokers import Broker, broker
 from tests.system.observing import Observer, observing
 from tests.system.processes import Process
 from tests.system.test_coms import coms, robot
+from tests.virtual_time import turn
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 
@@ -43,7 +48,7 @@ def house(tmp_path_factory: pytest.TempPathFactory) -> Iterator[House]:
 
 def told(story: Callable[[], Awaitable[None]]) -> None:
     async def main() -> None:
-        async with asyncio.timeout(120.0):
+        async with asyncio.timeout(60.0):
             await story()
 
     asyncio.run(main())
@@ -140,3 +145,48 @@ def test_no_broker_is_reported_at_once(house: House, tmp_path: Path) -> None:
 def test_a_supervisor_needs_neither_numpy_nor_pydantic() -> None:
     line = "import maya_un.supervisor.running, sys; print({'numpy', 'pydantic'} & set(sys.modules))"
     assert subprocess.run([sys.executable, "-c", line], capture_output=True, check=True, text=True).stdout == "set()\n"
+
+
+class Crowd:
+    """Stands in for many robots: one plain client that answers every command at once."""
+
+    DATE = "2026-01-31T12:00:00Z"
+
+    def __init__(self, broker: Broker) -> None:
+        self._client = mqtt.Client(CallbackAPIVersion.VERSION2, protocol=mqtt.MQTTv5)
+        self._client.on_message = self._answer
+        subscribed = threading.Event()
+        self._client.on_subscribe = lambda *_: subscribed.set()
+        self._client.connect("127.0.0.1", broker.port)
+        self._client.loop_start()
+        self._client.subscribe("maya/v1/+/commands", 1)
+        assert subscribed.wait(30.0)
+
+    def _answer(self, _client: object, _data: object, message: mqtt.MQTTMessage) -> None:
+        robot, id_ = message.topic.split("/")[2], json.loads(message.payload)["id"]
+        result = Result(id_, None, None, self.DATE, self.DATE)
+        self._client.publish(f"maya/v1/{robot}/results", result.text, 1)
+
+    def close(self) -> None:
+        self._client.disconnect()
+        self._client.loop_stop()
+
+
+def test_no_result_is_missed_while_other_robots_are_added(tmp_path: Path) -> None:
+    async def story() -> None:
+        async with Supervisor(one.url) as lab:
+
+            async def work(number: int) -> None:
+                for _ in range(20 * number):
+                    await turn()
+                for _ in range(3):
+                    await lab.robot(f"R{number}").home()
+
+            await asyncio.gather(*map(work, range(50)))
+
+    with broker(tmp_path) as one:
+        crowd = Crowd(one)
+        try:
+            told(story)
+        finally:
+            crowd.close()

@@ -197,7 +197,8 @@ class Supervisor:
                 await client.subscribe([(f"{VERSION}/{name}/{kind}", 1) for kind in ("progress", "results")])
                 self._heard.add(name)
             for step in tuple(self._unsent.values()):
-                await self._publish(client, step)
+                if step.robot in self._heard:  # else its result would be missed; another round sends it
+                    await self._publish(client, step)
 
     async def _publish(self, client: Client, step: Step) -> None:
         try:

@@ -20,6 +20,7 @@ from maya_un.errors import (
 from maya_un.graph.step import step_of
 from maya_un.graph.step_text import ARGUMENTS, Progress, Result, State
 from maya_un.supervisor.step import Step, check, command_text, error_of, progress_of, result_of
+from tests.virtual_time import turn
 
 GOOD: list[tuple[str, dict[str, Any]]] = [
     ("home", {}),
@@ -110,7 +111,7 @@ def test_reports_come_once_and_in_order_to_everybody() -> None:
 
         readers = [asyncio.create_task(states()) for _ in range(2)]
         for state in (State.ACCEPTED, State.ACCEPTED, State.EXECUTING):
-            await asyncio.sleep(0)
+            await turn()
             step.reported(Progress("1", state, ""))
         step.ended(result())
         step.ended(result(error="a second result does not count", code="2101"))
