@@ -72,7 +72,12 @@ class Rosbridge:
         headers = {"Authorization": f"Bearer {self.token}"} if self.token else {}
         try:
             socket = await connect(
-                self.url, additional_headers=headers, max_size=LONGEST, ping_interval=_PING, ping_timeout=_PING
+                self.url,
+                additional_headers=headers,
+                max_size=LONGEST,
+                compression=None,
+                ping_interval=_PING,
+                ping_timeout=_PING,
             )
         except (OSError, InvalidHandshake, InvalidURI, TimeoutError) as error:
             raise RobotNotReached(url=self.url, reason=str(error)) from error

@@ -82,10 +82,12 @@ class StepStore:
         asked = f"SELECT {_COLUMNS} FROM steps WHERE result IS NULL OR NOT told ORDER BY started, id"
         return [_kept(row) for row in await self._do(lambda connection: connection.execute(asked).fetchall())]
 
-    async def accept(self, id_: str, digest: str, started: str, warnings: tuple[str, ...]) -> None:
-        """Store a step that is accepted."""
-        values = (id_, digest, started, json.dumps(warnings))
-        added = "INSERT INTO steps (id, digest, started, warnings) VALUES (?, ?, ?, ?)"
+    async def accept(
+        self, id_: str, digest: str, started: str, warnings: tuple[str, ...], *, begins: bool = False
+    ) -> None:
+        """Store a step that is accepted, and begins at once if it `begins`."""
+        values = (id_, digest, started, json.dumps(warnings), started if begins else None)
+        added = "INSERT INTO steps (id, digest, started, warnings, begun) VALUES (?, ?, ?, ?, ?)"
         await self._do(lambda connection: connection.execute(added, values))
 
     async def begin(self, id_: str, date: str) -> None:

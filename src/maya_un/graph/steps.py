@@ -140,8 +140,9 @@ class Steps:
                     raise KeyReused(key=step.id)
                 return kept.result or self._waiting.get(step.id) or await self._interrupted(kept)
             self._check(step)
-            await self._store.accept(step.id, step.digest, date, step.warnings)
-            work = self._carry_out(step, date, self._halts)
+            begins, halts = not self._waiting, self._halts
+            await self._store.accept(step.id, step.digest, date, step.warnings, begins=begins)
+            work = self._carry_out(step, date, halts, begins=begins)
             task = asyncio.get_running_loop().create_task(work, name=f"step {step.id}")
             self._waiting[step.id] = task
             task.add_done_callback(lambda _: self._waiting.pop(step.id))
@@ -162,11 +163,14 @@ class Steps:
         if step.expired(self._date()):
             raise StepExpired(deadline=step.deadline)
 
-    async def _carry_out(self, step: Step, accepted: str, halts: int) -> Result:
-        """Carry out an accepted step when its turn comes, and store how it ended; `halts` is of its acceptance."""
+    async def _carry_out(self, step: Step, accepted: str, halts: int, *, begins: bool) -> Result:
+        """Carry out an accepted step when its turn comes, and store how it ended; `halts` is of its acceptance.
+
+        The begin of one that `begins` at once is stored already.
+        """
         async with self._order:
             try:
-                code, sentence = await self._ended(step, halts)
+                code, sentence = await self._ended(step, halts, begins=begins)
             except MayaError as error:
                 code, sentence = str(error.code), str(error)
             result = Result(step.id, sentence, code, accepted, self._date(), step.warnings)
@@ -175,13 +179,14 @@ class Steps:
             await self._store_end(result)
             return result
 
-    async def _ended(self, step: Step, halts: int) -> Ending:
+    async def _ended(self, step: Step, halts: int, *, begins: bool) -> Ending:
         """Return how a step ended whose turn has come; raises the `MayaError` for which it does not begin."""
         if halts != self._halts:
             raise Cancelled if self._closed else StepNotBegun()
         self._require_in_time(step)
         date = self._date()
-        await self._store.begin(step.id, date)
+        if not begins:
+            await self._store.begin(step.id, date)
         if halts != self._halts:
             raise StepNotBegun
         self._report(Progress(step.id, State.EXECUTING, date))
