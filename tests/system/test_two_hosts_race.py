@@ -30,6 +30,7 @@ from maya_un.errors import (
     HostSilent,
     LinkLost,
     LinkTimeout,
+    OwnerErased,
     OwnershipLost,
 )
 from maya_un.galil.numbers import SCALE
@@ -56,7 +57,10 @@ PATIENCE = 60.0
 PHASES: Final = {"connect": 0.06, "own": 0.06, "move": 1.5, "grip": 0.5, "leave": 0.03}
 """How long behind its word a host is killed at most [s]."""
 
-STARVED = {error.code for error in (HostSilent, LinkLost, LinkTimeout, OwnershipLost, ControllerMoves, ControllerOwned)}
+STARVED = {
+    error.code
+    for error in (HostSilent, LinkLost, LinkTimeout, OwnershipLost, OwnerErased, ControllerMoves, ControllerOwned)
+}
 """What a host may meet that was asleep, or had no processor for half a second."""
 
 _QUESTIONS = ("MG", "QR", "TC", "WH", "UL", "\x12", "ZAB=(", "ZAB=_", "maya", "OB", "IH", "ST")
