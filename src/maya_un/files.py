@@ -21,6 +21,7 @@ PRIVATE = 0o600
 _ORDINARY = 0o666
 _SAFE = os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
 _NUMBERS = 10_000
+_STANDARD_OUTPUT = Path("-")
 
 
 def writable_place(path: Path) -> Path:
@@ -30,6 +31,8 @@ def writable_place(path: Path) -> Path:
     """
     if not path.name or path.name in {".", ".."}:
         raise FileUnwritable(path=path, reason="this is not the name of a file")
+    if path == _STANDARD_OUTPUT:
+        raise FileUnwritable(path=path, reason="this command writes to a file, not to standard output")
     place = path
     try:
         if path.is_symlink():

@@ -30,6 +30,7 @@ from maya_un.errors import (
     HostSilent,
     LinkLost,
     LinkTimeout,
+    OwnerErased,
     OwnershipLost,
 )
 from maya_un.galil.numbers import SCALE
@@ -56,11 +57,21 @@ PATIENCE = 60.0
 PHASES: Final = {"connect": 0.06, "own": 0.06, "move": 1.5, "grip": 0.5, "leave": 0.03}
 """How long behind its word a host is killed at most [s]."""
 
-STARVED = {error.code for error in (HostSilent, LinkLost, LinkTimeout, OwnershipLost, ControllerMoves, ControllerOwned)}
+STARVED = {
+    error.code
+    for error in (HostSilent, LinkLost, LinkTimeout, OwnershipLost, OwnerErased, ControllerMoves, ControllerOwned)
+}
 """What a host may meet that was asleep, or had no processor for half a second."""
 
 _QUESTIONS = ("MG", "QR", "TC", "WH", "UL", "\x12", "ZAB=(", "ZAB=_", "maya", "OB", "IH", "ST")
 """Begin what changes nothing of another's: questions, conditional writes, the fence, a stop."""
+
+_ACTS = ("BG", "SH", "MO", "SB", "CB", "DP", "JG", "PR", "PA", "IP", "LI", "XQ")
+"""Begin what moves, or changes an output or a position. Nobody but the owner sends them, in no instant.
+
+A register may be on its way from the former owner when the token changes. The new one closes that connection, then it
+writes every register.
+"""
 
 _BEAT = re.compile(r"mayabeat=\(_ZAB=(\d+)\)")
 
@@ -77,6 +88,7 @@ class Judge:
     _tokens: dict[str, float] = field(default_factory=dict[str, float])
     _rest: dict[str, str] = field(default_factory=dict[str, str])
     _last: float = 0.0
+    _configured: float = 0.0
 
     def see(self, letter: str, way: str, data: bytes) -> None:
         """Take a piece of the wire before the controller executes it."""
@@ -101,7 +113,9 @@ class Judge:
             self._tokens[letter] = float(found[1])
         if not command or command.startswith(_QUESTIONS):
             return
-        if self._tokens.get(letter) != owner:
+        if self._tokens.get(letter) == owner:
+            self._configured = owner
+        elif owner == self._configured or command.startswith(_ACTS):
             self.complaints.append(f"{letter} said {command!r} while {owner} owned the controller")
         self.begun += command == "BGS"
 

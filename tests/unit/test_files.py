@@ -127,3 +127,10 @@ def test_state_folder_that_everybody_may_write_to_is_refused(tmp_path: Path, mon
     tmp_path.chmod(0o777)
     with pytest.raises(FileUnwritable, match="everybody may write"):
         own_state_folder()
+
+
+def test_a_lone_hyphen_is_refused_and_no_file_is_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(FileUnwritable, match="standard output"):
+        files.write(Path("-"), "new")
+    assert not list(tmp_path.iterdir())
