@@ -68,7 +68,8 @@ def modules() -> tuple[Module, ...]:
 @functools.cache
 def test_modules() -> tuple[Module, ...]:
     """Return every module of the tests."""
-    return tuple(_parse(path, ROOT) for path in sorted((ROOT / "tests").rglob("*.py")))
+    found = sorted((ROOT / "tests").rglob("*.py"))
+    return tuple(_parse(path, ROOT) for path in found if "node_modules" not in path.parts)
 
 
 test_modules.__test__ = False  # type: ignore[attr-defined]

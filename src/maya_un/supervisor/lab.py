@@ -194,7 +194,8 @@ class Supervisor:
             await self._work.wait()
             self._work.clear()
             for name in self._wanted - self._heard:
-                await client.subscribe([(f"{VERSION}/{name}/{kind}", 1) for kind in ("progress", "results")])
+                # reports may be lost with the connection, and need not be acknowledged; results may not
+                await client.subscribe([(f"{VERSION}/{name}/progress", 0), (f"{VERSION}/{name}/results", 1)])
                 self._heard.add(name)
             for step in tuple(self._unsent.values()):
                 if step.robot in self._heard:  # else its result would be missed; another round sends it
