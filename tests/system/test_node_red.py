@@ -47,8 +47,10 @@ class NodeRed:
             return None
 
     def press(self, button: str) -> None:
-        """Press the button of an inject node, as the editor does."""
-        assert self.ask("POST", f"/inject/{button}") is not None
+        """Press the button of an inject node, as the editor does, as soon as the flow runs."""
+        until = time.monotonic() + 60.0
+        while self.ask("POST", f"/inject/{button}") is None:
+            assert time.monotonic() < until
 
     def until_steps(self, holds: Callable[[list[dict[str, Any]]], bool]) -> list[dict[str, Any]]:
         """Return the steps of its process when a condition holds for them."""
