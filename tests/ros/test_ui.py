@@ -177,7 +177,7 @@ def test_a_queue_that_is_paused_is_shown_and_goes_on_from_the_dashboard(
     ready.click("send")
     status.until(lambda message: json.loads(message["data"])["waiting"] == 1)
     ready.click("resume_queue")
-    ready.wait("mode", "Moving")
+    status.until(lambda message: json.loads(message["data"])["waiting"] == 0)
     ready.wait("mode", "Ready")
     ready.wait("note", "Resume queue: done.")
 

@@ -79,7 +79,7 @@ def test_a_wish_without_a_robot_says_what_to_start(capsys: pytest.CaptureFixture
     assert main(["pick", "0.5", "1.2"]) == 1
     assert capsys.readouterr().err == (
         "maya: error 1020: Nothing is running here. Start `maya up`, then run the command again. "
-        "If you cannot, stop a robot with `maya stop --address real` (or HOST:PORT).\n"
+        "To stop a robot without `maya up`, run `maya stop --address real` (or HOST:PORT).\n"
     )
 
 

@@ -87,10 +87,10 @@ def test_what_is_wrong_is_told(changes: dict[str, Any], key: str, outcome: Outco
 
 
 def test_one_that_is_gone_hangs_or_was_replaced_by_a_stranger(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(service, "PATIENCE", 0.1)
     assert keys({}, ours=False) == {"service_stranger": Outcome.FAIL}
     published(f"http://127.0.0.1:{free_port()}")
     assert service.found("en")[1][0].key == "service_gone"
+    monkeypatch.setattr(service, "PATIENCE", 0.1)
     with hanging_service() as url:
         published(url)
         assert service.found("en")[1][0].key == "service_hangs"
