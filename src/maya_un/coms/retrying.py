@@ -30,11 +30,19 @@ async def keep(use: Callable[[], Awaitable[None]], failed: Callable[[MayaError],
         try:
             await use()
         except MayaError as error:
+            if being_cancelled():  # the error of closing the connection stands before the cancellation
+                raise asyncio.CancelledError from error
             failed(error)
         if loop.time() - began > GOOD:
             pause = FIRST_PAUSE
         await asyncio.sleep(pause * rng.uniform(0.5, 1.0))
         pause = min(2.0 * pause, LONGEST_PAUSE)
+
+
+def being_cancelled() -> bool:
+    """Tell whether somebody cancelled the task that runs now."""
+    task = asyncio.current_task()
+    return task is not None and task.cancelling() > 0
 
 
 async def first_to_end(*work: Awaitable[Any]) -> None:
