@@ -19,6 +19,7 @@ from itertools import count
 import aiomqtt
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
+from paho.mqtt.subscribeoptions import SubscribeOptions
 
 from maya_un.coms.broker import VERSION, Broker, Client, Refused, topic
 from maya_un.coms.transport import Command, Kind, Report
@@ -42,12 +43,16 @@ class Mqtt:
         commands, connection = topic(robot, "commands"), topic(robot, "connection")
         will = aiomqtt.Will(connection, _connection("CONNECTION_BROKEN"), 1, retain=True)
         async with self.broker.connected(f"maya-coms-{robot}", will) as client:
-            await client.subscribe(commands, 1)
+            await client.subscribe(commands, options=_AS_THEY_COME)
             await client.publish_checked(connection, _connection("ONLINE"), retain=True)
             try:
                 yield _Channel(client, robot, self.broker)
             finally:
                 await client.publish(connection, _connection("OFFLINE"), 1, retain=True, timeout=1.0)
+
+
+_AS_THEY_COME = SubscribeOptions(qos=1, retainHandling=SubscribeOptions.RETAIN_DO_NOT_SEND)
+"""Without retained commands: they would come at each connect, and nothing moves because the robot connects."""
 
 
 def _connection(state: str) -> str:
