@@ -17,6 +17,7 @@ class Broker:
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             self.port: int = free.getsockname()[1]
+        self.folder = folder
         self._configuration = folder / "mosquitto.conf"
         settings = (
             f"listener {self.port} 127.0.0.1",
@@ -52,6 +53,11 @@ class Broker:
                 assert time.monotonic() < until and self._popen.poll() is None, self._log.read_text()
             else:
                 return
+
+    def signal(self, number: int) -> None:
+        """Send it a signal, like SIGSTOP, after which it answers nobody."""
+        assert self._popen is not None
+        self._popen.send_signal(number)
 
     def end(self) -> None:
         """End it as a service manager does: it stores what it has."""

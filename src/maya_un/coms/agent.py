@@ -10,7 +10,7 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from random import Random
 from typing import Any
 
@@ -34,10 +34,13 @@ _REMEMBERED = 1000
 
 @dataclass(slots=True)
 class _Pending:
-    """A command whose result was not sent: `report` is the robot's latest, `sent` tells whether that was sent on."""
+    """A command whose result was not sent: `report` is the robot's latest, `sent` tells whether that was sent on.
 
-    key: str | None
+    `keys` are those of its deliveries in this connection: it may come several times, and each gets the result.
+    """
+
     text: str
+    keys: list[str] = field(default_factory=list)
     report: Report | None = None
     sent: bool = True
 
@@ -78,7 +81,7 @@ class Agent:
         """Return how both connections are, and what they wait for, as JSON data."""
         sides = {
             side: {"url": url, "connected": self._troubles[side] is None, "waits_for": self._troubles[side]}
-            for side, url in (("robot", self._robot.url), ("supervisors", self._transport.where))
+            for side, url in (("robot", self._robot.where), ("supervisors", self._transport.where))
         }
         return {"name": self._name, **sides, "steps": {id_: _state(one) for id_, one in self._pending.items()}}
 
@@ -91,7 +94,9 @@ class Agent:
     async def _serve_supervisors(self) -> None:
         async with self._transport.connected(self._name) as channel:
             self._troubles["supervisors"] = None
+            self._refused.clear()  # those commands come again, under other keys
             for one in self._pending.values():
+                one.keys.clear()
                 one.sent = one.report is None
             self._reports.set()
             await first_to_end(self._take_commands(channel), self._send_reports(channel))
@@ -115,10 +120,11 @@ class Agent:
             self._reports.set()
             return
         if known is None or not known.text:  # the robot's journal knows whether the text is the one that it answered
-            self._pending[id_] = _Pending(command.key, text)
+            self._pending[id_] = _Pending(text, [command.key])
             self._commands.set()
         else:
-            known.key, known.sent = command.key, known.report is None
+            known.keys.append(command.key)
+            known.sent = known.report is None
             self._reports.set()
 
     def _understood(self, command: Command) -> tuple[str, str]:
@@ -153,11 +159,16 @@ class Agent:
         report = one.report
         if one.sent or report is None:
             return
-        await channel.send(replace(report, key=one.key))
-        if one.report is not report:
-            return  # a newer one came meanwhile
+        ended = report.kind is Kind.RESULT
+        keys: tuple[str | None, ...] = tuple(one.keys) or (None,)
+        for key in keys if ended else keys[-1:]:
+            await channel.send(replace(report, key=key))
+        if ended:
+            one.keys = one.keys[len(keys) :]
+        if one.report is not report or (ended and one.keys):
+            return  # a newer one, or the command again, came meanwhile
         one.sent = True
-        if report.kind is Kind.RESULT and self._pending.get(id_) is one:
+        if ended and self._pending.get(id_) is one:
             self._remember(id_, report.text)
 
     def _remember(self, id_: str, text: str) -> None:
@@ -214,7 +225,7 @@ class Agent:
         if one is None:
             if report.kind is not Kind.RESULT or self._sent.get(report.id) == report.text:
                 return
-            one = self._pending[report.id] = _Pending(None, "")  # from an earlier run of this program
+            one = self._pending[report.id] = _Pending("")  # from an earlier run of this program
         if not one.ended:
             one.report, one.sent = report, False
             self._reports.set()
