@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from websockets.asyncio.client import ClientConnection, connect
-from websockets.exceptions import InvalidHandshake, InvalidURI, WebSocketException
+from websockets.exceptions import WebSocketException
 
+from maya_un.coms.settings import where_of
 from maya_un.coms.transport import Kind, Report
 from maya_un.errors import RobotNotReached
 from maya_un.graph.table import STEP_COMMAND, STEP_RESULT, STEP_STATUS
@@ -66,6 +67,11 @@ class Rosbridge:
     token: str = ""
     namespace: str = ""
 
+    @property
+    def where(self) -> str:
+        """Its address without credentials."""
+        return where_of(self.url)
+
     @asynccontextmanager
     async def connected(self) -> AsyncIterator[Link]:
         """Connect; raises `RobotNotReached` if no rosbridge answers."""
@@ -79,10 +85,10 @@ class Rosbridge:
                 ping_interval=_PING,
                 ping_timeout=_PING,
             )
-        except (OSError, InvalidHandshake, InvalidURI, TimeoutError) as error:
-            raise RobotNotReached(url=self.url, reason=str(error)) from error
+        except (OSError, ValueError, WebSocketException) as error:  # ValueError: a port or name that none can be
+            raise RobotNotReached(url=self.where, reason=str(error).replace(self.url, self.where)) from None
         async with socket:
-            link = Link(socket, self.url, self.namespace.rstrip("/"))
+            link = Link(socket, self.where, self.namespace.rstrip("/"))
             await link.prepare()
             yield link
 
@@ -97,8 +103,9 @@ def _read(message: dict[str, Any], prefix: str) -> Report | str | None:
         id_ = data["id"]
         if not isinstance(id_, str):
             return None
-        if message.get("topic") == prefix + STEP_RESULT.name:
+        topic = message.get("topic")
+        if topic == prefix + STEP_RESULT.name:
             return Report(id_, Kind.RESULT, text)
-        return Report(id_, Kind(data["state"]), text)
-    except (KeyError, TypeError, ValueError):
+        return Report(id_, Kind(data["state"]), text) if topic == prefix + STEP_STATUS.name else None
+    except (KeyError, RecursionError, TypeError, ValueError):
         return None
