@@ -107,7 +107,6 @@ class Steps:
                 id_, warnings = f"maya-{uuid4().hex}", (_NAMELESS,)
             step = step_of(data, id_)
             step = replace(step, warnings=(*warnings, *step.warnings))
-            self._permit(Operation.WISH)
             answer = await self._admitted(step, date)
         except MayaError as error:
             return Result.refused(id_, error, date, warnings)
@@ -139,7 +138,10 @@ class Steps:
                 if kept.digest != step.digest:
                     raise KeyReused(key=step.id)
                 return kept.result or self._waiting.get(step.id) or await self._interrupted(kept)
-            self._check(step)
+            try:
+                self._check(step)
+            except MayaError as error:
+                return await self._refused(step, error, date)
             begins, halts = not self._waiting, self._halts
             await self._store.accept(step.id, step.digest, date, step.warnings, begins=begins)
             work = self._carry_out(step, date, halts, begins=begins)
@@ -149,8 +151,16 @@ class Steps:
             self._report(Progress(step.id, State.ACCEPTED, date))
             return task
 
+    async def _refused(self, step: Step, error: MayaError, date: str) -> Result:
+        """Store a refusal: it is a result, so the same command does not run later because its reason has gone."""
+        result = Result.refused(step.id, error, date, step.warnings)
+        await self._store.accept(step.id, step.digest, date, step.warnings)
+        await self._store.end(step.id, result)
+        return result
+
     def _check(self, step: Step) -> None:
         """Raise the `MayaError` for which a step cannot be accepted."""
+        self._permit(Operation.WISH)
         if self._closed:
             raise Cancelled
         if step.robot is not None and self._name is not None and step.robot != self._name:

@@ -13,12 +13,14 @@ from typing import Any
 
 import pytest
 
+from maya_un.api.access.operations import Operation
 from maya_un.errors import (
     Busy,
     FileNotOurs,
     InvalidRequest,
     KeyReused,
     NodeGone,
+    NotAllowed,
     StepExpired,
     StepNotBegun,
     StepOfOtherRobot,
@@ -399,3 +401,26 @@ async def test_a_damaged_file_is_said_to_be_one(tmp_path: Path) -> None:
     (tmp_path / "steps.db").write_bytes(b"no database" * 100)
     with pytest.raises(StorageDamaged):
         await StepStore.open(tmp_path / "steps.db")
+
+
+@pytest.mark.parametrize("later", ["cleared", "again"])
+async def test_a_refusal_is_final_also_when_its_reason_has_gone(later: str, tmp_path: Path) -> None:
+    robot, refuse = Robot(), [True]
+
+    def permit(_: Operation) -> None:
+        if refuse:
+            raise NotAllowed(who="MAYA", role="observer", operation="this", needed="operator")
+
+    store = await StepStore.open(tmp_path / "steps.db")
+    steps = Steps(store, robot.do, now, permit=permit)
+    refused = await steps.answer(command("1"))
+    assert refused.code == str(NotAllowed.code)
+    refuse.clear()
+    assert await steps.answer(command("1")) == refused
+    done = await steps.answer(command("2"))
+    if later == "again":
+        refuse.append(True)
+    assert await steps.answer(command("2")) == done
+    assert len(robot.begun) == 1
+    await steps.close()
+    await store.close()
