@@ -15,6 +15,9 @@ FIRST_PAUSE = 0.1
 LONGEST_PAUSE = 10.0
 """[s]"""
 
+_AGAIN = 0.5
+"""What is cancelled and does not end is cancelled again after so long [s]."""
+
 GOOD = 5.0
 """After a connection of so long the pauses begin anew [s]."""
 
@@ -53,6 +56,9 @@ async def first_to_end(*work: Awaitable[Any]) -> None:
         for task in done:
             task.result()
     finally:
-        for task in tasks:
-            task.cancel()
+        left = set(tasks)
+        while left:  # wait_for of Python 3.11 loses a cancellation that comes together with its result
+            for task in left:
+                task.cancel()
+            _, left = await asyncio.wait(left, timeout=_AGAIN)
         await asyncio.gather(*tasks, return_exceptions=True)
