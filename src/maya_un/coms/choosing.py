@@ -43,6 +43,9 @@ def broker_of(settings: Settings, url: str | None = None) -> Broker:
     if _scheme(url) not in {"mqtt", "mqtts"}:
         reason = "it must be the address of an MQTT broker, like mqtt://localhost:1883"
         raise InvalidValue(key="MAYA_COMS_URL", value=where_of(url), reason=reason)
+    if urlsplit(url).password is not None:  # everybody on this computer sees a command line
+        reason = "it must hold no password: put that into MAYA_COMS_PASSWORD_FILE"
+        raise InvalidValue(key="MAYA_COMS_URL", value=where_of(url), reason=reason)
     shown = Credentials(
         settings.user, settings.password, settings.authority, settings.certificate, settings.certificate_key
     )

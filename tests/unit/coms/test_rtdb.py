@@ -542,6 +542,7 @@ def test_a_name_that_can_be_no_key_is_refused_in_words(name: str, database: Real
     "url",
     [
         "https://user:secret-1@db.example.org",
+        "mqtts://user:secret-1@broker.example.org",
         "https://db.example.org/?auth=secret-1",
         "https://db.example.org/?access_token=secret-1&ns=demo",
         "http://db.example.org",
