@@ -12,6 +12,7 @@ import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
 from contextlib import asynccontextmanager, suppress
 from dataclasses import replace
+from math import inf
 from typing import Any
 from uuid import uuid4
 
@@ -38,6 +39,9 @@ from maya_un.graph.table import EVENT, STEP_COMMAND, STEP_RESULT, STEP_STATUS, T
 
 MOST_WAITING = 1000
 """Steps that may wait; further ones are refused."""
+
+QUIET = 1.0
+"""After a stop or a fault steps are refused until none has come for so long [s, real time]."""
 
 _LOOK = 0.5
 """How often the bridge checks whether anybody subscribes to results [s]."""
@@ -66,7 +70,7 @@ class Steps:
 
     `do` carries out a task, `date` returns the date (ISO 8601, UTC). `name` is the name of this robot, which refuses
     the steps of another one. `permit` raises where nobody may ask for a step. `report` receives every change of a
-    step's state. The robot checks targets itself.
+    step's state. The robot checks targets itself. `quiet` is `QUIET` in the loop's time [s].
     """
 
     def __init__(
@@ -78,6 +82,7 @@ class Steps:
         name: str | None = None,
         permit: Permit = anything,
         report: Callable[[Progress], None] | None = None,
+        quiet: float = QUIET,
     ) -> None:
         self._store = store
         self._do = do
@@ -90,6 +95,8 @@ class Steps:
         self._waiting: dict[str, asyncio.Task[Result]] = {}
         self._doing: asyncio.Task[Ended] | None = None
         self._halts = 0
+        self._quiet = quiet
+        self._refuse_until = -inf
         self._closed = False
 
     async def take_up(self) -> list[Result]:
@@ -118,8 +125,13 @@ class Steps:
             await self._store.told(result)
 
     def halt(self) -> None:
-        """Cancel the step under way, and let no step begin that waits."""
+        """Cancel the step under way, and let no step begin that was sent before.
+
+        Commands can still be on their way through a broker. They come without a break, so steps are refused until none
+        has come for a while.
+        """
         self._halts += 1
+        self._refuse_until = asyncio.get_running_loop().time() + self._quiet
         if self._doing is not None:
             self._doing.cancel()
 
@@ -163,6 +175,10 @@ class Steps:
         self._permit(Operation.WISH)
         if self._closed:
             raise Cancelled
+        now = asyncio.get_running_loop().time()
+        if now < self._refuse_until:
+            self._refuse_until = now + self._quiet
+            raise StepNotBegun
         if step.robot is not None and self._name is not None and step.robot != self._name:
             raise StepOfOtherRobot(robot=step.robot, name=self._name)
         if len(self._waiting) >= MOST_WAITING:
@@ -231,12 +247,18 @@ class Steps:
 
 @asynccontextmanager
 async def bridged(
-    graph: Graph, store: StepStore, date: Callable[[], str], permit: Permit = anything, *, name: str | None = None
+    graph: Graph,
+    store: StepStore,
+    date: Callable[[], str],
+    permit: Permit = anything,
+    *,
+    name: str | None = None,
+    speed: float = 1.0,
 ) -> AsyncIterator[Steps]:
     """Carry out the steps of /step_command with /task while the block runs, as far as `permit` allows.
 
     Results that an earlier run could not send are sent as soon as anybody subscribes. After a stop or a fault of the
-    robot no step begins that waited then.
+    robot no step begins that waited then. The loop's clock runs at `speed`.
     """
     results = graph.advertise(STEP_RESULT.name, STEP_RESULT.type, queue_size=STEP_RESULT.queue_size)
     status = graph.advertise(STEP_STATUS.name, STEP_STATUS.type, queue_size=STEP_STATUS.queue_size)
@@ -246,6 +268,7 @@ async def bridged(
         date,
         name=name,
         permit=permit,
+        quiet=QUIET * speed,
         report=lambda progress: status.publish({"data": progress.text}),
     )
     tasks: set[asyncio.Task[None]] = set()

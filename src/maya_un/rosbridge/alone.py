@@ -67,7 +67,8 @@ async def graph_of(
         echo = await held.enter_async_context(echoed(bridge, speed))
         for name, door in _doors(stack, bridge, echo, now):
             await _open(held, bus, name, door)
-        await _open(held, bus, "firebase_bridge", BridgeDoor(store, dates.now, clock=now, name=stack.config.coms.name))
+        name = stack.config.coms.name
+        await _open(held, bus, "firebase_bridge", BridgeDoor(store, dates.now, clock=now, speed=speed, name=name))
         yield bus
 
 

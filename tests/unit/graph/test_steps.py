@@ -166,6 +166,11 @@ async def test_a_halt_ends_the_step_under_way_and_those_behind_it(tmp_path: Path
         steps.halt()
         results = [await result for result in waiting]
         assert [result.code for result in results] == ["2202", str(StepNotBegun.code), str(StepNotBegun.code)]
+        for id_ in ("late 1", "late 2"):  # what was on its way through a broker
+            await elapse(0.9)
+            assert (await steps.answer(command(id_))).code == str(StepNotBegun.code)
+        await elapse(1.1)
+        assert (await steps.answer(command("late 2"))).code == str(StepNotBegun.code)
         assert (await steps.answer(command("4"))).code is None
     assert (len(robot.begun), robot.stopped) == (2, 1)
 

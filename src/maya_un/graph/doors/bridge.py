@@ -45,7 +45,10 @@ class BridgeDoor:
         def statuses() -> list[diagnostics.Status]:
             return [diagnostics.bridge("firebase bridge", there=bool(task.writers))]
 
-        async with tasks() as working, bridged(graph, self._store, self._date, self._permit, name=self._name) as steps:
+        async with (
+            tasks() as working,
+            bridged(graph, self._store, self._date, self._permit, name=self._name, speed=self._speed) as steps,
+        ):
             working.begin(diagnosed(graph, statuses, self._clock, self._speed), "diagnostics")
             try:
                 yield steps
