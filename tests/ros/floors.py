@@ -6,12 +6,13 @@ import json
 import os
 import signal
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, cast
 from xmlrpc.client import ServerProxy
 
 from maya_un.graph.protocol import Outcome
+from maya_un.graph.table import STEP_COMMAND, STEP_STATUS
 from tests.ros.driven import Driver, Feed, Goal, Message
 from tests.ros.harness import Ros, eventually
 from tests.ros.programs import Program
@@ -68,6 +69,22 @@ class Floors:
         """Return what the twin's mechanics know."""
         seen: dict[str, Any] = json.loads(self.driver.call("/hw_simulator/twin")["message"])
         return seen
+
+    def step(self, name: str, place: tuple[float, float, float]) -> str:
+        """Send a step of the bridge to approach a place until it is accepted, and return its id.
+
+        After a stop the bridge refuses steps until none has come for a second.
+        """
+        status = self.driver.subscribe(STEP_STATUS.name, STEP_STATUS.type)
+        args = dict(zip("xyz", place, strict=True))
+        for number in range(10):
+            id_ = f"{name} {number}"
+            step = {"id": id_, "command": "approach", "args": args}
+            self.driver.publish(STEP_COMMAND.name, STEP_COMMAND.type, {"data": json.dumps(step)})
+            with suppress(AssertionError):
+                status.until(lambda message: id_ in message["data"], within=5.0)  # noqa: B023 - it ends in this round
+                return id_
+        raise AssertionError("no step is accepted")
 
     def home(self) -> None:
         """Home, if that is not done."""

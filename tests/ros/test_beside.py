@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.graph.table import STEP_COMMAND, STEP_RESULT
+from maya_un.graph.table import STEP_RESULT
 from tests.ros.floors import HERE, THERE, Floors, near, primitive
 
 pytestmark = pytest.mark.system
@@ -75,11 +75,10 @@ def test_a_stop_ends_the_job_and_pauses_the_queue_until_somebody_resumes_it(robo
 def test_the_bridge_works_without_the_queue_and_the_queue_without_the_bridge(robot: Floors) -> None:
     results = robot.driver.subscribe(STEP_RESULT.name, STEP_RESULT.type)
     robot.kill("/process_controller")
-    x, y, z = place = robot.away()
-    step = {"id": "alone", "command": "approach", "args": {"x": x, "y": y, "z": z}}
-    robot.driver.publish(STEP_COMMAND.name, STEP_COMMAND.type, {"data": json.dumps(step)})
-    told = json.loads(results.until()["data"])
-    assert (told["id"], told["success"], told["code"]) == ("alone", True, None)
+    place = robot.away()
+    id_ = robot.step("alone", place)
+    told = json.loads(results.until(lambda message: json.loads(message["data"])["id"] == id_)["data"])
+    assert (told["success"], told["code"]) == (True, None)
     assert near(robot.twin()["point"][:2], place[:2])
     robot.ros.start("rosrun", "maya_process", "process_controller.py").until("The queue is worked")
     robot.kill("/firebase_bridge")

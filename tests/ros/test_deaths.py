@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from maya_un.graph.protocol import Outcome
-from maya_un.graph.table import STEP_COMMAND, STEP_RESULT
+from maya_un.graph.table import STEP_RESULT
 from tests.ros.floors import DONE, HERE, SLOW, THERE, Floors, near, primitive
 
 pytestmark = pytest.mark.system
@@ -74,14 +74,12 @@ def test_without_its_client_a_task_is_stopped(robot: Floors) -> None:
 def test_without_firebase_bridge_its_step_is_stopped_and_not_begun_again(robot: Floors) -> None:
     results = robot.driver.subscribe(STEP_RESULT.name, STEP_RESULT.type)
     before = robot.mark()
-    x, y, z = robot.away()
-    step = {"id": "dead", "command": "approach", "args": {"x": x, "y": y, "z": z}}
-    robot.driver.publish(STEP_COMMAND.name, STEP_COMMAND.type, {"data": json.dumps(step)})
+    id_ = robot.step("dead", robot.away())
     robot.until_told("moving", before)
     robot.kill("/firebase_bridge")
     comes_to_rest(robot, before)
     returns_without_motion(robot, "firebase_bridge", "maya_process", "Steps from")
-    told = json.loads(results.until(lambda message: json.loads(message["data"])["id"] == "dead")["data"])
+    told = json.loads(results.until(lambda message: json.loads(message["data"])["id"] == id_)["data"])
     assert told["success"] is False
     works(robot)
 

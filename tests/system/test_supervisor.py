@@ -67,7 +67,7 @@ def test_a_step_returns_its_result_or_raises_its_error(house: House) -> None:
             await presence(lab, "MAYA", "ONLINE")
             maya = lab.robot("MAYA")
             step = maya.home()
-            assert [report.state async for report in step] == [State.ACCEPTED, State.EXECUTING]
+            assert [report.state async for report in step][-1] is State.EXECUTING
             assert (await step).error is None
             assert (await maya.pick(0.5, 1.1, 0.4)).id in house.observer.commands()
             with pytest.raises(Unreachable, match="cannot be reached"):

@@ -26,7 +26,6 @@ from maya_un.graph.table import (
     RESUME,
     SENSORS,
     SPEED,
-    STEP_COMMAND,
     STEP_RESULT,
     STOP,
     TABLE,
@@ -218,10 +217,8 @@ def test_a_task_says_its_phase_how_far_it_is_and_where(robot: Floors) -> None:
 
 def test_a_step_is_carried_out_and_told(robot: Floors) -> None:
     results = robot.driver.subscribe(STEP_RESULT.name, STEP_RESULT.type)
-    x, y, z = HERE
-    step = {"id": "row", "command": "approach", "args": {"x": x, "y": y, "z": z}}
-    robot.driver.publish(STEP_COMMAND.name, STEP_COMMAND.type, {"data": json.dumps(step)})
-    told = json.loads(results.until(lambda message: json.loads(message["data"])["id"] == "row")["data"])
+    id_ = robot.step("row", HERE)
+    told = json.loads(results.until(lambda message: json.loads(message["data"])["id"] == id_)["data"])
     assert (told["success"], told["error"]) == (True, None)
 
 
