@@ -167,6 +167,11 @@ def test_the_queue_is_stopped(ready: Screen, driver: Driver) -> None:
     slow_down(ready, driver, 1.0, "100 %")
 
 
+def over(status: dict[str, Any]) -> bool:
+    """Tell whether the queue has nothing left to do."""
+    return not status["waiting"] and status["running"] is None
+
+
 def test_a_queue_that_is_paused_is_shown_and_goes_on_from_the_dashboard(
     ready: Screen, ros: Ros, driver: Driver
 ) -> None:
@@ -176,8 +181,9 @@ def test_a_queue_that_is_paused_is_shown_and_goes_on_from_the_dashboard(
     choose(ready, "task_approach", CUBE)
     ready.click("send")
     status.until(lambda message: json.loads(message["data"])["waiting"] == 1)
+    before = len(status.messages)
     ready.click("resume_queue")
-    status.until(lambda message: json.loads(message["data"])["waiting"] == 0)
+    status.until(lambda message: over(json.loads(message["data"])), after=before)
     ready.wait("mode", "Ready")
     ready.wait("note", "Resume queue: done.")
 
