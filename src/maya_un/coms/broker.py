@@ -38,7 +38,7 @@ def topic(robot: str, name: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Credentials:
-    """What is shown to a broker: user and password, or a client certificate with its key (files in PEM).
+    """The credentials for a broker: user and password, or a client certificate with its key (files in PEM).
 
     `authority` is a file in PEM with the certificates that sign the broker's, "" for those of the system.
     """

@@ -36,7 +36,7 @@ def transport_of(settings: Settings) -> Transport:
 
 
 def broker_of(settings: Settings, url: str | None = None) -> Broker:
-    """Return the MQTT broker at a URL, by default that of the settings; raises `InvalidValue` for one that is none."""
+    """Return the MQTT broker at a URL, by default that of the settings; raises `InvalidValue` for any other URL."""
     from maya_un.coms.broker import Broker, Credentials  # noqa: PLC0415 - as above
 
     url = settings.supervisors if url is None else url

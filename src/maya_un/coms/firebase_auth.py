@@ -26,7 +26,7 @@ class NoToken(Exception):
 
 
 class TokenSource(Protocol):
-    """What gives the tokens."""
+    """The source of the tokens."""
 
     @property
     def secrets(self) -> tuple[str, ...]:

@@ -105,7 +105,7 @@ def read(text: str) -> dict[str, Any]:
 
 
 def id_of(data: Mapping[str, Any]) -> str | None:
-    """Return the id of a command, None where it has none; raises `InvalidRequest` for one that is none."""
+    """Return the id of a command, None if it has none; raises `InvalidRequest` for an invalid id."""
     found = data.get("id")
     if found is None:
         return None

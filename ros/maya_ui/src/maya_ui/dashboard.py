@@ -110,7 +110,7 @@ class Dashboard(QWidget):
     def keep_window_on_screen(self, again: int = 3) -> None:
         """Have the window that it is in, its frame included, lie on its screen, as far as its least size allows.
 
-        What folds in a narrower window has it become narrower still, so this is done `again` when Qt has laid it out.
+        Columns that fold make the window narrower still, so this is done `again` when Qt has laid it out.
         """
         window = self.window()
         handle = window.windowHandle()
