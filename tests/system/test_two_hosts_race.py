@@ -19,6 +19,7 @@ from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import ForkServerProcess
 from random import Random
+from time import monotonic
 from typing import Final, TypeVar
 
 import pytest
@@ -238,9 +239,10 @@ class Racer:
 def next_at(racers: list[Racer], phase: str) -> Racer:
     """Return the racer that says first that it is about to do this."""
     pipes: dict[object, Racer] = {racer.pipe: racer for racer in racers}
+    end = monotonic() + PATIENCE
     while True:
-        ready = wait([racer.pipe for racer in racers], PATIENCE)
-        assert ready, f"nobody ever was to {phase}"
+        ready = wait([racer.pipe for racer in racers], max(end - monotonic(), 0.0))
+        assert ready, f"nobody ever was to {phase}; last words: {[racer.heard[-12:] for racer in racers]}"
         for pipe in ready:
             assert isinstance(pipe, Connection)
             if pipes[pipe].hear() == phase:

@@ -96,8 +96,8 @@ class Ownership:
     async def claim(self, driver: Driver, address: str, moving: Moving, *, take_over: bool = False) -> None:
         """Own the controller if it has no owner, is ours already, or its owner is silent and its axes rest.
 
-        `take_over` takes it from a living owner too. Raises `ControllerOwned` for a living owner otherwise,
-        `ControllerMoves` if the axes do not come to rest, and as the driver.
+        `take_over` takes it from a living owner too. Raises `ControllerOwned` for a living owner otherwise, or if
+        another program took it over meanwhile, `ControllerMoves` if the axes do not come to rest, and as the driver.
         """
         loop = asyncio.get_running_loop()
         latest = loop.time() + REST_WITHIN
@@ -115,7 +115,8 @@ class Ownership:
         if alive:
             await asyncio.sleep(TELL)
         await self._fence(driver)
-        await self.sign(driver)
+        if not await self.sign(driver):  # taken over before it had our connection: the next owner could not close it
+            raise ControllerOwned(address=address, holder=await self.holder(driver) or "a program that is ending")
         if held.token and await moving():
             await brake(driver)
             while await moving():
@@ -159,8 +160,11 @@ class Ownership:
         holder = await self.holder(driver)
         return "not yet named" if holder == f"{_written(_own_name())} (process {os.getpid()})" else holder
 
-    async def sign(self, driver: Driver) -> None:
-        """Write our name and connection into the controller, unless another program owns it."""
+    async def sign(self, driver: Driver) -> bool:
+        """Write our name and connection into the controller if it is ours; return whether it was.
+
+        If it was, the next owner closes our connection, and commands that we send too late never arrive.
+        """
         (handle,) = await _numbers(driver, "_IA3")
         letter = LETTERS[handle]
         mine = {
@@ -171,9 +175,9 @@ class Ownership:
             _PORT: f"_IH{letter}1",
         }
         try:
-            await driver.batch([self._kept(name, value) for name, value in mine.items()])
+            return await self.did(driver, *(self._kept(name, value) for name, value in mine.items()))
         except CommandRejected:
-            await driver.batch([f"{name}={self.ours}*{value}" for name, value in mine.items()])
+            return await self.did(driver, *(f"{name}={self.ours}*{value}" for name, value in mine.items()))
 
     async def release(self, driver: Driver) -> None:
         """Give the controller up, if it is ours."""
@@ -218,9 +222,9 @@ class Ownership:
         try:
             (handle,) = await _numbers(driver, _HANDLE)
             letter = LETTERS[handle]
-            same, own = await _numbers(driver, f"(_IH{letter}0={_PEER})&(_IH{letter}1={_PORT})", "_IA3")
+            same, own = await _numbers(driver, f"(_IH{letter}0={_PEER})&(_IH{letter}1={_PORT})&{self.ours}", "_IA3")
         except (CommandRejected, IndexError):
-            return  # it wrote no name, or its handle is free
+            return  # it did not sign, or its handle is free
         if same and own != handle:
             await driver.send(f"IH{letter}=>-3")
 

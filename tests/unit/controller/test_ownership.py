@@ -203,6 +203,34 @@ async def test_a_host_that_slept_finds_its_connection_ended_and_moves_nothing(wh
                     await move
 
 
+async def test_a_host_that_slept_before_it_signed_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its connection is not known yet, so the next owner cannot close it."""
+    async with rig(live=True) as bench:
+        await fall_silent(bench.controller)
+        asleep, awake, fence = asyncio.Event(), asyncio.Event(), Ownership._fence
+
+        async def slow(ownership: Ownership, driver: Driver) -> None:
+            asleep.set()
+            await awake.wait()
+            await fence(ownership, driver)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(Ownership, "_fence", slow)
+            late, sent = another(bench)
+            opening = asyncio.create_task(late.open())
+            await asleep.wait()
+        await elapse(2.0 * SILENT)
+        async with opened(bench) as other:
+            del sent[:]
+            awake.set()
+            with pytest.raises(ControllerOwned):
+                await opening
+            assert await token(bench) == guard_of(other).owner.token
+            assert all(command.startswith(("MG", "maya")) for command in commands_in(bytes(sent)))
+            await other.gripper(False)
+        await late.close()
+
+
 async def stopped_before_begin(bench: Rig) -> tuple[asyncio.Task[None], asyncio.Event]:
     """Have a host sleep between its proof and its BGS; the event wakes it."""
     driver = bench.controller._monitor.link.driver
