@@ -50,6 +50,15 @@ def test_names_with_underscores_are_variables_arrays_and_operands_apart() -> Non
     assert bench.code("_a=1") == ErrorCode.UNRECOGNIZED_COMMAND
 
 
+def test_program_deallocates_arrays_before_it_first_dimensions_them() -> None:
+    """The program of M2FS, a spectrograph, and its tests of noise begin so, at power-up too."""
+    bench = ProgramBench("DA first[0],other[0]\nDM first[4],other[2]\nDA first[0]\nDM first[5]\nEN")
+    bench.do("XQ")
+    bench.at(0.1)
+    assert bench.said() == []
+    assert bench.say("LA") == "first[5]\r\nother[2]\r\n:"
+
+
 @pytest.mark.parametrize(
     ("command", "text"),
     [

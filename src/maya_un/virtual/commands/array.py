@@ -56,7 +56,8 @@ def _dimension(context: Context, text: str) -> Answer:
 def _deallocate(context: Context, text: str) -> Answer:
     """DA: forget variables or arrays (`a[0]`, `a[]`) by name, or all (`*`, `*[0]`, `*[]`); `?` tells what room is left.
 
-    Nothing is forgotten where one of them is not there, or an array is being recorded to.
+    An array that does not exist is no error: M2FS's program deallocates its arrays before it first dimensions them.
+    Nothing is forgotten if a variable does not exist, or if an array is being recorded to.
     """
     unit = context.unit
     if text.strip() == QUERY:
@@ -70,8 +71,7 @@ def _deallocate(context: Context, text: str) -> Answer:
         elif part in ("*[0]", "*[]"):
             arrays += unit.arrays
         elif array is not None:
-            unit.arrays.row(array[1])
-            arrays.append(array[1])
+            arrays += [array[1]] if array[1] in unit.arrays else []
         elif part in unit.variables:
             variables.append(part)
         else:
