@@ -19,7 +19,7 @@ from xmlrpc.client import ServerProxy
 
 from tests.ros.driven import Driver
 from tests.ros.programs import Program
-from tests.ros.workspace import Workspace, python
+from tests.ros.workspace import BYTECODE, Workspace, python
 
 HERE = Path(__file__).resolve().parent
 SPEED = 20
@@ -162,7 +162,7 @@ def places(folder: Path) -> dict[str, str]:
         "ROS_IP": "127.0.0.1",
         "PORT": "0",  # of ros-coms: several launches run beside each other
         "PYTHONUNBUFFERED": "1",
-        "PYTHONDONTWRITEBYTECODE": "1",
+        "PYTHONPYCACHEPREFIX": str(BYTECODE),
     }
 
 

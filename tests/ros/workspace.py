@@ -14,6 +14,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ROOT / "ros"
 PLACE = ROOT / "build" / "ros"
+BYTECODE = ROOT / "build" / "pycache"
+"""Where programs of tests keep what they compile: not in the checkout, and not anew at every start."""
 KEPT = 8
 """How many workspaces are kept; the oldest goes."""
 USED_AS_IT_IS = {"launch", "urdf", "rviz", "resource", "rqt_config", "maya_ui"}
