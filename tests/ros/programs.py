@@ -15,6 +15,11 @@ from time import monotonic
 ENDS = 10.0
 """How soon the output of a program ends whose processes are killed [s]; whatever holds it, no test waits for ever."""
 
+MARK = "TEST_PROGRAM"
+"""The variable that everything which a program starts inherits: roslaunch gives every node a session of its own."""
+
+_NUMBERS = itertools.count(1)
+
 
 class Program:
     """A program that runs in a session of its own; what it says is kept line by line."""
@@ -24,8 +29,10 @@ class Program:
         self.lines: list[str] = []
         self._news = Condition()
         self._closed = False
+        self._mark = f"{os.getpid()}.{next(_NUMBERS)}"
         self._popen = subprocess.Popen(
-            command, env=dict(environment), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+            command, env={**environment, MARK: self._mark},
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
             text=True, bufsize=1, errors="replace", start_new_session=True,
         )  # fmt: skip
         self._reader = Thread(target=self._read, daemon=True)
@@ -103,8 +110,9 @@ class Program:
 
     def kill(self) -> None:
         """End it and everything it started, whatever they do."""
-        for process in _session(self._popen.pid):
-            _kill(process)
+        while processes := _marked(self._mark):  # one of them may have started another meanwhile
+            for process in processes:
+                _kill(process)
         self._popen.wait()
         self._reader.join(ENDS)
         assert not self._reader.is_alive(), f"something that {self.command} started holds its output"
@@ -123,14 +131,14 @@ class Program:
             self._news.notify_all()
 
 
-def _session(leader: int) -> list[int]:
-    """Return the processes of a session: roslaunch gives every node a group of its own, but no session."""
+def _marked(mark: str) -> list[int]:
+    """Return the processes that inherited a mark and have not ended."""
+    wanted = f"{MARK}={mark}".encode()
     found: list[int] = []
-    for stat in Path("/proc").glob("[0-9]*/stat"):
+    for environment in Path("/proc").glob("[0-9]*/environ"):
         with contextlib.suppress(OSError):
-            fields = stat.read_text(errors="replace").rpartition(")")[2].split()
-            if int(fields[3]) == leader:
-                found.append(int(stat.parent.name))
+            if wanted in environment.read_bytes().split(b"\0"):
+                found.append(int(environment.parent.name))
     return found
 
 
