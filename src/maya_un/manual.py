@@ -9,6 +9,8 @@ import os
 from math import pi
 from pathlib import Path
 
+from maya_un.namespace import own
+
 HEIGHT = 2.35
 """H, height of the anchors above the table [m]."""
 
@@ -29,9 +31,12 @@ TENSION_LIMIT = 5.0
 
 
 def default_path() -> Path:
-    """Return the place of the configuration: $MAYA_CONFIG, else maya/config.toml in the user's folder."""
+    """Return the place of the configuration: $MAYA_CONFIG, else maya/config.toml in the user's folder.
+
+    In a ROS namespace it is the file of the Maya there, unless $MAYA_CONFIG names one.
+    """
     named = os.environ.get("MAYA_CONFIG")
     if named:
         return Path(named)
     home = os.environ.get("XDG_CONFIG_HOME")
-    return (Path(home) if home else Path.home() / ".config") / "maya" / "config.toml"
+    return own((Path(home) if home else Path.home() / ".config") / "maya") / "config.toml"

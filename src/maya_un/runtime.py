@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 from maya_un.errors import AlreadyRunning, FileUnwritable
 from maya_un.files import open_own
+from maya_un.namespace import own
 
 _MOST_BYTES = 4096
 """Size of the largest runtime file that can be ours."""
@@ -30,12 +31,15 @@ class Running(NamedTuple):
 
 
 def folder() -> Path:
-    """Return the folder of runtime files: $MAYA_RUNTIME_DIR, else $XDG_RUNTIME_DIR/maya, else /tmp/maya-<uid>."""
+    """Return the folder of runtime files: $MAYA_RUNTIME_DIR, else $XDG_RUNTIME_DIR/maya, else /tmp/maya-<uid>.
+
+    In a ROS namespace it is the part of that folder for the Maya there.
+    """
     named = os.environ.get("MAYA_RUNTIME_DIR")
     if named:
-        return Path(named)
+        return own(Path(named))
     session = os.environ.get("XDG_RUNTIME_DIR")
-    return Path(session) / "maya" if session else Path(f"/tmp/maya-{os.getuid()}")
+    return own(Path(session) / "maya" if session else Path(f"/tmp/maya-{os.getuid()}"))
 
 
 def find() -> Running | None:

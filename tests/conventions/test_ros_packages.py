@@ -25,7 +25,7 @@ CONFIG = ROS / "maya_controller" / "src" / "maya_controller" / "config"
 BARE = str(Path(sys.base_prefix, "bin", "python3"))
 """A Python without the packages of this project's environment."""
 
-OURS = {"address": "$(eval 'sim' if arg('sim_mode') else 'real')", "speed": "1"}
+OURS = {"address": "$(eval 'sim' if arg('sim_mode') else 'real')", "speed": "1", "ns": ""}
 COMMON = {"core_debug": "false", "sim_mode": "true", "skip_home": "false"}
 ARGUMENTS = {
     "maya_controller/launch/controller.launch": {
@@ -108,7 +108,7 @@ def test_the_words_of_events_are_those_of_the_graph() -> None:
 
 
 @pytest.mark.parametrize("file", ARGUMENTS)
-def test_a_launch_file_has_the_arguments_of_the_manual_and_two_of_ours(file: str) -> None:
+def test_a_launch_file_has_the_arguments_of_the_manual_and_ours(file: str) -> None:
     given = {arg.attrib["name"]: arg.attrib["default"] for arg in Xml.parse(ROS / file).getroot().findall("arg")}
     assert given == {**ARGUMENTS[file], **OURS}
 

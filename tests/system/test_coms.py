@@ -69,8 +69,8 @@ class Supervisor:
 
 
 @contextmanager
-def supervisor(broker: Broker) -> Iterator[Supervisor]:
-    one = Supervisor(broker)
+def supervisor(broker: Broker, robot: str = "MAYA") -> Iterator[Supervisor]:
+    one = Supervisor(broker, robot)
     try:
         yield one
     finally:

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from urllib.parse import urlsplit, urlunsplit
 
 from maya_un.credentials import kept_in
 from maya_un.errors import InvalidValue
+from maya_un.namespace import robot_name
 
 PORT = 3000
 ROSBRIDGE = "ws://localhost:9090"
-NAME = "MAYA"
 
 _MOST_BYTES = 4096
 
@@ -34,7 +34,7 @@ class Settings:
 
     port: int = PORT
     rosbridge: str = ROSBRIDGE
-    name: str = NAME
+    name: str = field(default_factory=robot_name)
     supervisors: str = ""
     namespace: str = ""
     user: str = ""
@@ -55,7 +55,7 @@ def from_environment(environment: Mapping[str, str] = os.environ) -> Settings:
     return Settings(
         port=_port(environment.get("PORT", str(PORT))),
         rosbridge=environment.get("IP") or ROSBRIDGE,
-        name=environment.get("NAME") or NAME,
+        name=environment.get("NAME") or robot_name(),
         supervisors=environment.get("MAYA_COMS_URL", ""),
         namespace=environment.get("MAYA_COMS_NAMESPACE", ""),
         user=environment.get("MAYA_COMS_USER", ""),

@@ -7,6 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from maya_un.config.base import Section
+from maya_un.namespace import robot_name
 
 RobotName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,64}$")]
 """A name that every transport can carry."""
@@ -15,7 +16,10 @@ RobotName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,64}$")]
 class ComsConfig(Section):
     """The link to supervisors. A step that names another robot is refused."""
 
-    name: Annotated[RobotName, Field(description="the robot's name among those of its supervisors")] = "MAYA"
+    name: RobotName = Field(
+        default_factory=robot_name,
+        description="the robot's name among those of its supervisors; by default the ROS namespace in capitals",
+    )
     server_address: Annotated[
         str, Field(pattern=r"^https?://[^\s/]+$", description="where `maya coms` is (the manual's COMS_SERVER_ADDRESS)")
     ] = "http://localhost:3000"

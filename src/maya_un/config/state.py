@@ -8,15 +8,19 @@ from pathlib import Path
 
 from maya_un.errors import FileUnwritable
 from maya_un.files import unwritable
+from maya_un.namespace import own
 
 
 def state_folder() -> Path:
-    """Return the folder of state: $MAYA_STATE_DIR, else $XDG_STATE_HOME/maya, else ~/.local/state/maya."""
+    """Return the folder of state: $MAYA_STATE_DIR, else $XDG_STATE_HOME/maya, else ~/.local/state/maya.
+
+    In a ROS namespace it is the part of that folder for the Maya there.
+    """
     named = os.environ.get("MAYA_STATE_DIR")
     if named:
-        return Path(named)
+        return own(Path(named))
     home = os.environ.get("XDG_STATE_HOME")
-    return (Path(home) if home else Path.home() / ".local" / "state") / "maya"
+    return own((Path(home) if home else Path.home() / ".local" / "state") / "maya")
 
 
 def own_state_folder() -> Path:

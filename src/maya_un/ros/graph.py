@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import asyncio
 
-import rospy
-
 from maya_un.errors import InvalidRequest, NodeGone, UnknownInterface
 from maya_un.graph.protocol import (
     Act,
@@ -23,6 +21,7 @@ from maya_un.graph.protocol import (
 from maya_un.ros.actions import RosAction
 from maya_un.ros.goals import ActionClient
 from maya_un.ros.master import REACH, RosDirectory, RosParameters
+from maya_un.ros.names import whole
 from maya_un.ros.registering import Registrar
 from maya_un.ros.services import Calls, RosService
 from maya_un.ros.threads import Post
@@ -32,8 +31,9 @@ from maya_un.ros.topics import LINGER, RosPublisher, RosSubscription
 class RosGraph:
     """The graph that this process's node takes part in (`graph.protocol.Graph`), in the running loop.
 
-    The node must have been made (`rospy.init_node`). `speed` is how fast the loop's clock runs. Nothing here waits in
-    the loop for the master: topics, services and actions are registered a moment later, in order (`registered`).
+    The node must have been made (`rospy.init_node`). Names are those of one Maya (`ros.names`). `speed` is how fast the
+    loop's clock runs. Nothing here waits in the loop for the master: topics, services and actions are registered a
+    moment later, in order (`registered`).
     """
 
     def __init__(self, *, speed: float = 1.0) -> None:
@@ -64,20 +64,21 @@ class RosGraph:
 
     def advertise(self, topic: str, kind: str, *, latch: bool = False, queue_size: int = 100) -> Publisher:
         """Take a topic to publish on."""
-        return RosPublisher(self._registrar, topic, kind, latch=latch, queue_size=queue_size)
+        return RosPublisher(self._registrar, whole(topic), kind, latch=latch, queue_size=queue_size)
 
     def subscribe(self, topic: str, kind: str, heard: Heard, *, queue_size: int = 100) -> Subscription:
         """Subscribe to a topic, whose type must be given: this does not call the master (`directory` does)."""
         if not kind:
             raise UnknownInterface(form="topic", name=topic)
-        return RosSubscription(self._registrar, self._post, topic, kind, lambda message, _: heard(message), queue_size)
+        name = whole(topic)
+        return RosSubscription(self._registrar, self._post, name, kind, lambda message, _: heard(message), queue_size)
 
     def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> Held:
         """Answer a service; `quick` is asked in a thread of rospy's. Who hangs up has his answer cancelled.
 
         Raises `InvalidRequest` where this node serves one of that name already.
         """
-        name = rospy.resolve_name(service)
+        name = whole(service)
         if name in self._served and self._served[name].open:
             raise InvalidRequest(key="service", reason=f"{name} is served already")
         held = self._served[name] = RosService(self._registrar, self._loop, service, kind, answer, quick)
@@ -95,7 +96,7 @@ class RosGraph:
 
     def act(self, action: str, kind: str, act: Act) -> Held:
         """Be the server of an action; raises `InvalidRequest` where this node is that already."""
-        name = rospy.resolve_name(action)
+        name = whole(action)
         if any(one.name == name and one.open for one in self._actions):
             raise InvalidRequest(key="action", reason=f"{name} is served already")
         self._actions.append(RosAction(self._registrar, self._post, name, kind, act, self._speed))
@@ -103,7 +104,7 @@ class RosGraph:
 
     async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> Ended:
         """Have a goal carried out and return how it ended; raises `NodeGone` where nobody serves the action."""
-        key = (rospy.resolve_name(action), kind)
+        key = (whole(action), kind)
         client = self._clients.get(key)
         if client is None:
             client = self._clients[key] = ActionClient(self._registrar, self._post, *key, self._speed)

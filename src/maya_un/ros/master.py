@@ -20,6 +20,7 @@ from rosgraph.network import ROSHandshakeException
 
 from maya_un.errors import MasterGone
 from maya_un.graph.protocol import Node
+from maya_un.ros.names import inner_keys, inner_names, whole
 from maya_un.ros.threads import in_thread
 
 T = TypeVar("T")
@@ -75,7 +76,7 @@ def published() -> frozenset[str]:
 def service_uri(service: str) -> str:
     """Return the address of a service from the master, "" if no node serves it."""
     try:
-        return told(lambda at: at.lookupService(rospy.resolve_name(service)))
+        return told(lambda at: at.lookupService(whole(service)))
     except rosgraph.MasterError:
         return ""
 
@@ -100,7 +101,7 @@ def _kinds(services: Sequence[str], uri: str) -> Mapping[str, str]:
 def _kind(service: str, uri: str) -> str | None:
     """Return the type of a service from its server, "" if it no longer serves it, None without an answer."""
     try:
-        return rosservice.get_service_headers(service, uri).get("type", "")
+        return rosservice.get_service_headers(whole(service), uri).get("type", "")
     except (rosservice.ROSServiceIOException, OSError):
         return None
     except (rosservice.ROSServiceException, ROSHandshakeException):
@@ -108,7 +109,7 @@ def _kind(service: str, uri: str) -> str | None:
 
 
 class RosDirectory:
-    """The names in the graph (`graph.protocol.Directory`). Raises `MasterGone`.
+    """The names in the graph, those below this node's namespace (`graph.protocol.Directory`). Raises `MasterGone`.
 
     `settled` waits until the master knows what this node has begun, for so long at most [s].
     """
@@ -120,7 +121,7 @@ class RosDirectory:
         """Return the type of every topic that somebody publishes or subscribes, "" where nobody said it."""
         await self._settled(REACH)
         found = await in_thread(lambda: told(lambda at: at.getTopicTypes()))
-        return {name: "" if kind == "*" else kind for name, kind in found}
+        return inner_keys({name: "" if kind == "*" else kind for name, kind in found})
 
     def topic_type(self, topic: str) -> None:
         """Return None: only the master knows."""
@@ -144,7 +145,7 @@ class RosDirectory:
         """Return the names of all services, as the master knows them."""
         await self._settled(REACH)
         _, _, served = await in_thread(lambda: told(lambda at: at.getSystemState()))
-        return [name for name, _ in served]
+        return inner_names(name for name, _ in served)
 
     async def service_type(self, service: str) -> str:
         """Return the type of one service, "" if no node serves it, or its server does not answer."""
@@ -165,31 +166,32 @@ class RosDirectory:
             for name, nodes in part:
                 for node in nodes:
                     done[node][place].append(name)
-        return {node: Node(*(tuple(sorted(names)) for names in does)) for node, does in done.items()}
+        found = {node: Node(*(tuple(sorted(inner_names(names))) for names in does)) for node, does in done.items()}
+        return inner_keys(found)
 
 
 class RosParameters:
-    """The parameters that the master keeps (`graph.protocol.Parameters`). Raises `MasterGone`."""
+    """The parameters below this node's namespace (`graph.protocol.Parameters`). Raises `MasterGone`."""
 
     async def get(self, name: str, default: Any = None) -> Any:
         """Return the value at `name`, a dict for a name that others begin with."""
         try:
-            return await in_thread(lambda: told(lambda at: at.getParam(name)))
+            return await in_thread(lambda: told(lambda at: at.getParam(whole(name))))
         except rosgraph.MasterError:
             return default
 
     async def set(self, name: str, value: Any) -> None:
         """Set the value at `name`; of a dict, what is None counts as not set."""
-        await in_thread(lambda: told(lambda at: at.setParam(name, _sendable(value))))
+        await in_thread(lambda: told(lambda at: at.setParam(whole(name), _sendable(value))))
 
     async def delete(self, name: str) -> None:
         """Forget `name`; it may be forgotten already."""
         with suppress(rosgraph.MasterError):
-            await in_thread(lambda: told(lambda at: at.deleteParam(name)))
+            await in_thread(lambda: told(lambda at: at.deleteParam(whole(name))))
 
     async def names(self) -> Sequence[str]:
         """Return the names of all values."""
-        return sorted(await in_thread(lambda: told(lambda at: at.getParamNames())))
+        return sorted(inner_names(await in_thread(lambda: told(lambda at: at.getParamNames()))))
 
 
 def _sendable(value: Any) -> Any:

@@ -29,6 +29,7 @@ from maya_un.ros import rosout
 from maya_un.ros.beginning import require_master, require_sole
 from maya_un.ros.ending import Ending
 from maya_un.ros.graph import RosGraph
+from maya_un.ros.names import settle_namespace, whole
 from maya_un.ros.threads import in_thread
 
 DONE = 0
@@ -76,7 +77,7 @@ class Node:
 
     async def parameter(self, name: str, default: Any) -> Any:
         """Return a parameter of this node ("~NAME") where it is set, else /maya/NAME, else `default`."""
-        found = await self.graph.parameters.get(rospy.resolve_name(f"~{name}"))
+        found = await self.graph.parameters.get(f"~{name}")
         return await self.graph.parameters.get(f"/maya/{name}", default) if found is None else found
 
     async def flag(self, name: str, *, default: bool = False) -> bool:
@@ -109,6 +110,7 @@ def run(name: str, serve: Serve, *, scaled: bool = True) -> int:
     try:
         reserve_descriptors()
         prompt_loop()
+        settle_namespace()
         require_master()
         require_sole(name)
         rospy.init_node(name, disable_signals=True)
@@ -133,7 +135,8 @@ class _Shown(logging.Handler):
 
 def clock_factor() -> float:
     """Return how fast the clock runs: what `SPEED` says of the twin, 1 of the machine. Raises `InvalidValue`."""
-    speed = rospy.get_param(SPEED, 1.0) if _flag(SIMULATED, rospy.get_param(SIMULATED, default=True)) else 1.0
+    simulated = _flag(SIMULATED, rospy.get_param(whole(SIMULATED), default=True))
+    speed = rospy.get_param(whole(SPEED), 1.0) if simulated else 1.0
     if isinstance(speed, bool) or not isinstance(speed, int | float) or not 0.0 < speed <= FASTEST:
         raise InvalidValue(key=SPEED, value=repr(speed), reason=f"it is above 0 and at most {FASTEST:g}")
     return float(speed)

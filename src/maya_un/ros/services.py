@@ -25,6 +25,7 @@ from maya_un.graph.table import ABORT, PAUSE, STOP
 from maya_un.ros.classes import MessageClass, ServiceClass, service_class
 from maya_un.ros.convert import converter_of
 from maya_un.ros.master import REACH, service_type, told
+from maya_un.ros.names import whole
 from maya_un.ros.registering import Registrar
 from maya_un.ros.threads import in_thread
 
@@ -77,7 +78,7 @@ class RosService:
 
     def _register(self, service: str, kind: type[genpy.Service]) -> None:
         if self._open:
-            self._held = _Service(service, kind, self._handle)
+            self._held = _Service(whole(service), kind, self._handle)
 
     def _given_back(self) -> None:
         if self._held is not None:
@@ -160,7 +161,7 @@ class Calls:
         """Find services while the master is there; where they cannot be found now, a call will look again."""
 
         def look() -> None:
-            for service in map(rospy.resolve_name, services):
+            for service in map(whole, services):
                 with suppress(MasterGone, rosgraph.MasterException):
                     _located(service, self._addresses)
 
@@ -229,7 +230,7 @@ class _Proxy(rospy.ServiceProxy):
     def __init__(self, service: str, kind: type[genpy.Service], addresses: dict[str, str]) -> None:
         self._link: Any = None
         self._dropped = False
-        super().__init__(service, kind, persistent=True)
+        super().__init__(whole(service), kind, persistent=True)
         self._addresses = addresses
 
     @property

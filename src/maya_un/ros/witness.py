@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 
-import rospy
-
 from maya_un.assembly import Twin
 from maya_un.graph.protocol import Graph, Held, Message
 
@@ -23,7 +21,7 @@ def witness(graph: Graph, twin: Twin) -> Held:
     async def answer(_: Message) -> Message:
         return {"success": True, "message": json.dumps(seen(twin))}
 
-    return graph.serve(rospy.resolve_name(SERVICE), "std_srvs/Trigger", answer)
+    return graph.serve(SERVICE, "std_srvs/Trigger", answer)
 
 
 def seen(twin: Twin) -> dict[str, object]:

@@ -55,7 +55,7 @@ class Sliders(QWidget):
     def __init__(self, limits: dict[str, tuple[float, float]]) -> None:
         super().__init__()
         self.setWindowTitle("Maya: joints drawn while the robot is silent")
-        self._publisher = rospy.Publisher("/joint_sliders", JointState, queue_size=1)
+        self._publisher = rospy.Publisher("joint_sliders", JointState, queue_size=1)
         self._rows = {name: Row(*limits[name], words, factor) for name, _, words, factor in ROWS}
         form = QFormLayout(self)
         for name, title, _, _ in ROWS:

@@ -1,8 +1,24 @@
-"""Node ros_coms: the link to supervisors, which is `maya coms`; roslaunch's own arguments are not for it."""
+"""ros_coms: the link to supervisors, which is `maya coms`; roslaunch's own arguments are not for it."""
+
+from __future__ import annotations
 
 import sys
 
 from maya_un.cli.main import main
+from maya_un.errors import MayaError
+from maya_un.ros.coms import settle_environment
+
+
+def serve(arguments: list[str]) -> int:
+    """Serve until it is told to end; return the exit code."""
+    if not {"--rosbridge", "--help", "-h"} & set(arguments):
+        try:
+            settle_environment()
+        except MayaError as error:
+            print(f"maya: error {error.code}: {error}", file=sys.stderr)
+            return 2
+    return main(["coms", *arguments])
+
 
 if __name__ == "__main__":
-    raise SystemExit(main(["coms", *(word for word in sys.argv[1:] if ":=" not in word)]))
+    raise SystemExit(serve([word for word in sys.argv[1:] if ":=" not in word]))

@@ -1,4 +1,7 @@
-"""A robot over rospy: the topics, services and actions of the graph that the dashboard speaks, and nothing else."""
+"""A robot over rospy: the topics, services and actions of the graph that the dashboard speaks, and nothing else.
+
+Names are relative, so the dashboard belongs to the Maya of its namespace; without one they are the manual's.
+"""
 
 from __future__ import annotations
 
@@ -38,11 +41,11 @@ from maya_ui.seen import event, queue
 from maya_ui.tasks import AIMED, HOME, Task
 
 OF_THE_CONTROLLER = (
-    "/controller/stop",
-    "/controller/pause",
-    "/controller/resume",
-    "/controller/recover",
-    "/gripper",
+    "controller/stop",
+    "controller/pause",
+    "controller/resume",
+    "controller/recover",
+    "gripper",
 )
 """The services of the controller floor that are called from here."""
 
@@ -115,9 +118,9 @@ class UiController:
         self._heard(Under(Wish.GRIPPER))
         if self._graph is not None and self._graph.presence.robot:
             task = MayaPrimitive(command=MayaPrimitive.GRIPPER, open=open_)
-            ask(Wish.GRIPPER, "/maya_command", MayaCommand, self._heard, task)
+            ask(Wish.GRIPPER, "maya_command", MayaCommand, self._heard, task)
         else:
-            ask(Wish.GRIPPER, "/gripper", SetBool, self._heard, open_)
+            ask(Wish.GRIPPER, "gripper", SetBool, self._heard, open_)
 
     def stop(self) -> None:
         """Stop the queue and the controller node; if the node does not answer, cancel its actions.
@@ -132,15 +135,15 @@ class UiController:
 
     def recover(self) -> None:
         """Clear a fault."""
-        ask(Wish.RECOVER, "/controller/recover", Trigger, self._heard)
+        ask(Wish.RECOVER, "controller/recover", Trigger, self._heard)
 
     def pause(self) -> None:
         """Hold all motion."""
-        ask(Wish.PAUSE, "/controller/pause", Trigger, self._heard)
+        ask(Wish.PAUSE, "controller/pause", Trigger, self._heard)
 
     def resume(self) -> None:
         """Go on after a pause."""
-        ask(Wish.RESUME, "/controller/resume", Trigger, self._heard)
+        ask(Wish.RESUME, "controller/resume", Trigger, self._heard)
 
     def speed(self, ratio: float) -> None:
         """Scale the speed of all motion."""
@@ -181,11 +184,11 @@ class UiController:
 
     def resume_queue(self) -> None:
         """Continue the paused queue."""
-        ask(Wish.RESUME_QUEUE, "/resume_queue", Trigger, self._heard)
+        ask(Wish.RESUME_QUEUE, "resume_queue", Trigger, self._heard)
 
     def recover_queue(self, choice: Choice) -> None:
         """Decide about the interrupted job."""
-        ask(Wish.RECOVER_QUEUE, "/recover_queue", RecoverQueue, self._heard, choice.name, choice.holding)
+        ask(Wish.RECOVER_QUEUE, "recover_queue", RecoverQueue, self._heard, choice.name, choice.holding)
 
     def _begin(self, door: Door, wish: Wish, goal: Any) -> None:
         if not door.there:
@@ -220,7 +223,7 @@ class UiController:
             confirmed.extend([end] if end.done or end.code else [])
             heard.set()
 
-        ask(Wish.STOP, "/controller/stop", Trigger, tell)
+        ask(Wish.STOP, "controller/stop", Trigger, tell)
         graph.follow.cancel()
         heard.wait(STOP_ANSWER)
         if confirmed:
@@ -246,20 +249,20 @@ class _Part:
         self._standing = Standing()
         self.master = True
         self.presence = Presence()
-        self.send_task = rospy.Publisher("/send_task", MayaPrimitive, queue_size=100)
-        self.start_queue = rospy.Publisher("/start_queue", ProcessQueue, queue_size=100)
-        self.stop_queue = rospy.Publisher("/stop_queue", Empty, queue_size=100)
-        self.speed = rospy.Publisher("/controller/speed", Float64, queue_size=1)
-        self.task = Door("/task", TaskAction, heard)
-        self.home = Door("/home", HomeAction, heard)
-        self.follow = Door("/controller/follow", FollowAction, heard)
-        self._cancel_move = rospy.Publisher("/move/cancel", GoalID, queue_size=1)
-        self._events = rospy.Subscriber("/maya_event", String, self._event, queue_size=100)
+        self.send_task = rospy.Publisher("send_task", MayaPrimitive, queue_size=100)
+        self.start_queue = rospy.Publisher("start_queue", ProcessQueue, queue_size=100)
+        self.stop_queue = rospy.Publisher("stop_queue", Empty, queue_size=100)
+        self.speed = rospy.Publisher("controller/speed", Float64, queue_size=1)
+        self.task = Door("task", TaskAction, heard)
+        self.home = Door("home", HomeAction, heard)
+        self.follow = Door("controller/follow", FollowAction, heard)
+        self._cancel_move = rospy.Publisher("move/cancel", GoalID, queue_size=1)
+        self._events = rospy.Subscriber("maya_event", String, self._event, queue_size=100)
         self._heard_of = [
             self._events,
-            rospy.Subscriber("/maya_position", Point, lambda at: heard(Position(at.x, at.y, at.z)), queue_size=1),
-            rospy.Subscriber("/joint_states", JointState, self._joints, queue_size=1),
-            rospy.Subscriber("/queue_status", String, self._queue, queue_size=1),
+            rospy.Subscriber("maya_position", Point, lambda at: heard(Position(at.x, at.y, at.z)), queue_size=1),
+            rospy.Subscriber("joint_states", JointState, self._joints, queue_size=1),
+            rospy.Subscriber("queue_status", String, self._queue, queue_size=1),
         ]
 
     def look(self) -> None:
@@ -273,9 +276,9 @@ class _Part:
             self._ask_cell()
             expect(*OF_THE_CONTROLLER)
         if presence.robot and not self.presence.robot:
-            expect("/maya_command")
+            expect("maya_command")
         if presence.process and not self.presence.process:
-            expect("/resume_queue", "/recover_queue")
+            expect("resume_queue", "recover_queue")
         self.presence = presence
         self._heard(presence)
 
@@ -343,7 +346,7 @@ class _Part:
 
     def _ask_cell(self) -> None:
         try:
-            height = master(rospy.get_name()).getParam("/maya/config/cell/grasp_height")
+            height = master(rospy.get_name()).getParam(rospy.resolve_name("maya/config/cell/grasp_height"))
         except (*NO_ANSWER, rosgraph.MasterException):
             return
         if isinstance(height, (int, float)):
@@ -356,7 +359,7 @@ def _jog(graph: _Part, goal: Any) -> None:
     if graph.presence.robot:
         asked = MayaPrimitive(command=MayaPrimitive.CAN_TELEOP)
         try:
-            may = answer(Wish.JOG, call("/maya_command", MayaCommand, asked))
+            may = answer(Wish.JOG, call("maya_command", MayaCommand, asked))
         except (rospy.ServiceException, rospy.ROSException, OSError) as error:
             may = Ended(Wish.JOG, done=False, message=str(error))
     if may.done:

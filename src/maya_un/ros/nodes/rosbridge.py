@@ -1,7 +1,9 @@
 """Node rosbridge: the endpoint of `maya up --rosbridge`, over the real graph; any topic, service and action of it.
 
-Parameters, private or under /maya: port (9090; 0 for any), origins (pages that may command besides those of this
-machine). It listens on the loopback only, and its clock is that of the wall, however fast the twin's runs.
+In a namespace it serves what lies below that, under the manual's names. Parameters, private or under /maya: port (9090,
+in a namespace any free one; 0 for any), origins (pages that may command besides those of this machine). It writes its
+address into the parameter ~url. It listens on the loopback only, and its clock is that of the wall, however fast the
+twin's runs.
 """
 
 from __future__ import annotations
@@ -9,12 +11,16 @@ from __future__ import annotations
 import asyncio
 from contextlib import nullcontext
 
+from maya_un.namespace import namespace
 from maya_un.ros.controlling import ros_time
 from maya_un.ros.node import Node, run
 from maya_un.ros.rights import looked
 from maya_un.rosbridge.endpoint import PORT, Endpoint
 from maya_un.server.doors import bound_socket
 from maya_un.server.edge import Edge, host_of, origin_of
+
+URL = "/rosbridge/url"
+"""The parameter with the address; a launch begins with ""."""
 
 
 def main() -> int:
@@ -24,11 +30,13 @@ def main() -> int:
 
 async def serve(node: Node) -> None:
     """Serve until cancelled; raises `AddressInUse`, `InvalidValue` and `StorageDamaged`."""
-    door = bound_socket(await node.number("port", PORT))
+    door = bound_socket(await node.number("port", 0 if namespace() else PORT))
+    url = "ws://{}:{}".format(*door.getsockname()[:2])
     async with looked() as users:
         endpoint = Endpoint(lambda _: nullcontext(node.graph), ros_time, await _edge(node), admission=users)
         async with endpoint.serving(door):
-            node.say("rosbridge is served at ws://{}:{}.".format(*door.getsockname()[:2]))
+            await node.graph.parameters.set(URL, url)
+            node.say(f"rosbridge is served at {url}.")
             await asyncio.Event().wait()
 
 
