@@ -17,7 +17,8 @@ from maya_un.errors import SupervisorsNotReached
 
 _MOST_REDIRECTS = 5
 _UNAUTHORISED = 401
-_MOST_OF_AN_ERROR = 10_000
+_MOST_READ = 10_000
+"""Bytes that are read of an answer to a write, or of an error."""
 
 logging.getLogger("httpx").setLevel(logging.WARNING)  # below that it writes addresses, which hold the token
 
@@ -54,8 +55,8 @@ class Database:
 
     async def write(self, method: str, path: tuple[str, ...], value: object) -> None:
         """Write a value at a path (PUT), or several below it at once (PATCH)."""
-        async with self._answer(method, path, {"print": "silent"}, json.dumps(value)):
-            pass
+        async with self._answer(method, path, {"print": "silent"}, json.dumps(value)) as answer:
+            await self._start_of(answer)
 
     @asynccontextmanager
     async def stream(self, path: tuple[str, ...]) -> AsyncIterator[AsyncIterator[bytes]]:
@@ -123,13 +124,17 @@ class Database:
 
     async def _refuse(self, answer: httpx.Response) -> NoReturn:
         """Raise for an answer that is no success."""
+        reason = f"it answers {answer.status_code}: {message_of(await self._start_of(answer))}"
+        raise SupervisorsNotReached(where=self.where, reason=self._plain(reason))
+
+    async def _start_of(self, answer: httpx.Response) -> bytes:
+        """Return what an answer begins with. A connection whose answer is read to its end serves the next request."""
         body = bytearray()
         async for chunk in self._chunks(answer):
-            body += chunk[:_MOST_OF_AN_ERROR]
-            if len(body) >= _MOST_OF_AN_ERROR:
+            body += chunk[:_MOST_READ]
+            if len(body) >= _MOST_READ:
                 break
-        reason = f"it answers {answer.status_code}: {message_of(bytes(body))}"
-        raise SupervisorsNotReached(where=self.where, reason=self._plain(reason))
+        return bytes(body)
 
     def _fail(self, error: Exception) -> NoReturn:
         """Raise for a request that got no answer, without what an error may hold of its address."""

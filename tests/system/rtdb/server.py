@@ -53,6 +53,8 @@ class RealtimeDatabase:
         self.never = asyncio.Event()
         self.redirects_to = ""
         self.longest_message = 0
+        self.callers: set[tuple[str, int]] = set()
+        """The other end of every connection that brought a request."""
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._loop.run_forever, name="database", daemon=True)
         self._thread.start()
@@ -171,6 +173,7 @@ class _Faulty:
             await self._application(scope, receive, send)
             return
         database = self._database
+        database.callers.add(scope["client"])
         with suppress(TimeoutError):
             await asyncio.wait_for(database.never.wait(), database.delay)
         if database.redirects_to:

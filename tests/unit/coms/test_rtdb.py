@@ -160,6 +160,19 @@ def test_commands_that_the_database_tells_as_an_array_come(database: RealtimeDat
     told(story, Rtdb(database.url))
 
 
+def test_one_connection_serves_every_write_beside_the_stream(database: RealtimeDatabase) -> None:
+    put(database, "k", home("7"))
+
+    async def story(channel: Channel) -> None:
+        command = await channel.receive()
+        for _ in range(5):
+            await channel.send(Report("7", Kind.EXECUTING, '{"id": "7", "state": "executing"}', "k"))
+        await channel.send(result(command))
+
+    told(story, Rtdb(database.url))
+    assert len(database.callers) == 2
+
+
 def test_a_result_and_the_end_of_its_command_are_one_write(database: RealtimeDatabase) -> None:
     put(database, "k", home("7"))
 
