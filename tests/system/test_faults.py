@@ -25,29 +25,22 @@ from maya_un.errors import (
     Stopped,
 )
 from maya_un.events import Kind
-from maya_un.galil.driver import Driver
 from maya_un.galil.transport import Transport
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode
+from tests.unit.controller.bench import FAR, foreign, homed
 from tests.virtual_time import elapse
 
-FAR = Joints(1.2, 1.0, 1.8)
 COUNT = 5e-5
 """A count of the boom [rad], more than one of a line [m]: SH takes the reference to a whole count."""
 
 
 @asynccontextmanager
-async def homed(*, live: bool) -> AsyncIterator[Rig]:
-    async with rig(live=live) as bench:
+async def after_homing() -> AsyncIterator[Rig]:
+    """Give a robot that has homed, for tests of what homing leaves; `homed` costs less."""
+    async with rig() as bench:
         await bench.controller.home()
         yield bench
-
-
-async def foreign(bench: Rig, *commands: str) -> None:
-    """Send commands through a handle of somebody else's."""
-    driver = await Driver.open(bench.virtual.loopback(), timeout=2.0)
-    await driver.batch(list(commands))
-    await driver.close()
 
 
 async def press_abort(bench: Rig) -> None:
@@ -170,7 +163,7 @@ async def second_controller(bench: Rig) -> AsyncIterator[GalilController]:
 
 
 async def test_a_restart_may_skip_the_homing_whose_mark_stands() -> None:
-    async with homed(live=False) as bench, second_controller(bench) as again:
+    async with after_homing() as bench, second_controller(bench) as again:
         with pytest.raises(NotHomed):
             await again.move(FAR)
         await again.skip_home()
@@ -180,7 +173,7 @@ async def test_a_restart_may_skip_the_homing_whose_mark_stands() -> None:
 
 @pytest.mark.parametrize("burn", [False, True])
 async def test_a_reset_loses_the_mark_even_where_it_was_burned(burn: bool) -> None:
-    async with homed(live=False) as bench:
+    async with after_homing() as bench:
         if burn:
             await foreign(bench, "BV", "BN")
         await foreign(bench, "RS")
@@ -202,7 +195,7 @@ async def test_a_reset_under_our_feet_is_named() -> None:
 
 
 async def test_places_at_a_short_end_are_reached_without_tripping_its_switch() -> None:
-    async with homed(live=False) as bench:
+    async with after_homing() as bench:
         for target in (Joints(0.0, 1.5, 1.3), Joints(0.0, 0.575, 1.9), Joints(0.0, 1.9, 0.565)):
             await bench.controller.move(target)
             assert not any(bench.controller.state.reverse_limit)

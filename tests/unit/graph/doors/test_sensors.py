@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Mapping
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Callable, Mapping
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from dataclasses import dataclass, field
 
 import pytest
 
 from maya_un.config import Config
-from maya_un.controller.homing import homed_pose
 from maya_un.graph import types
 from maya_un.graph.bus import Bus
 from maya_un.graph.doors.sensors import SensorsDoor, raw_message
@@ -18,10 +17,10 @@ from maya_un.graph.protocol import Message
 from maya_un.graph.table import TABLE
 from maya_un.testing.rig import Rig, rig
 from maya_un.values import Point
+from tests.unit.controller.bench import FAR, homed
 from tests.virtual_time import elapse
 
 CUBE = Point(0.5, 1.1, 0.4)
-AWAY = homed_pose(Config())._replace(a=0.5)
 
 
 @dataclass
@@ -46,10 +45,12 @@ class Heard:
 
 
 @asynccontextmanager
-async def sensing(*, scene: Scene | None = None, speed: float = 1.0) -> AsyncIterator[Heard]:
+async def sensing(
+    *, scene: Scene | None = None, speed: float = 1.0, robot: Callable[..., AbstractAsyncContextManager[Rig]] = homed
+) -> AsyncIterator[Heard]:
     fast = Config().model_copy(update={"controller": Config().controller.model_copy(update={"stream_rate": 50.0})})
     bus = Bus()
-    async with rig(fast, live=True) as floor:
+    async with robot(fast, live=True) as floor:
         door = SensorsDoor(
             floor.controller, fast, raw=lambda: floor.controller.record, scene=scene, clock=lambda: 7.0, speed=speed
         )
@@ -58,7 +59,7 @@ async def sensing(*, scene: Scene | None = None, speed: float = 1.0) -> AsyncIte
 
 
 async def test_before_homing_nobody_says_where_it_is() -> None:
-    async with sensing() as heard:
+    async with sensing(robot=rig) as heard:
         heard.listen("/maya_position", "/joint_states", "/hardware_sensor")
         await elapse(1.0)
         assert heard.messages["/maya_position"] == heard.messages["/joint_states"] == []
@@ -79,9 +80,8 @@ async def test_a_listener_in_a_hurry_of_time_hears_no_more_than_fifty_a_second_o
 
 async def test_homed_it_says_where_it_is_and_what_is_drawn() -> None:
     async with sensing(scene=Scene()) as heard:
-        await heard.rig.controller.home()
         heard.listen("/maya_position", "/joint_states", "/maya_markers")
-        task = asyncio.ensure_future(heard.rig.controller.move(AWAY))
+        task = asyncio.ensure_future(heard.rig.controller.move(FAR))
         await elapse(3.0)
         state = heard.rig.controller.state
         assert state.point is not None
@@ -102,7 +102,6 @@ async def test_homed_it_says_where_it_is_and_what_is_drawn() -> None:
 
 async def test_whoever_comes_to_see_is_shown_everything() -> None:
     async with sensing() as heard:
-        await heard.rig.controller.home()
         heard.listen("/maya_markers")
         await elapse(1.0)
         whole = len(heard.messages["/maya_markers"][0]["markers"])
@@ -114,7 +113,6 @@ async def test_whoever_comes_to_see_is_shown_everything() -> None:
 
 async def test_the_last_position_is_there_for_whoever_comes_later() -> None:
     async with sensing() as heard:
-        await heard.rig.controller.home()
         await elapse(0.1)
         heard.listen("/maya_position")
         await elapse(0.0)
