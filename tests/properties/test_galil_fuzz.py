@@ -252,7 +252,7 @@ def commands(plan: list[Deed]) -> int:
 
 @pytest.mark.parametrize("shard", range(SHARDS))
 def test_nothing_that_is_sent_breaks_the_controller(campaign: Campaign, shard: int) -> None:
-    size = campaign.size(ci=50_000 // SHARDS, long=2_000_000 // SHARDS)
+    size = campaign.size(ci=20_000 // SHARDS, long=2_000_000 // SHARDS)
     sent = case = 0
     while sent < size:
         rng = campaign.rng(case)
