@@ -16,7 +16,7 @@ import pytest
 from maya_un.loops import run_virtual
 from tests.campaign import Campaign, Ledger
 
-pytest_plugins = ["tests.endless"]
+pytest_plugins = ["tests.endless", "tests.secrecy"]
 DEFAULT_SEED = 20190
 LONG_TIMEOUT = 1200.0
 """Wall limit of one test [s] where campaigns have their full size; pyproject.toml has the ordinary one."""

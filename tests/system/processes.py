@@ -8,8 +8,10 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+
+from tests.secrecy import MARK
 
 MAYA = str(Path(sys.executable).with_name("maya"))
 """The installed command."""
@@ -38,6 +40,7 @@ class Process:
         assert self._popen.stdout is not None
         said: list[str] = []
         for line in self._popen.stdout:
+            assert MARK not in line
             said.append(line)
             if text in line:
                 return line.strip()
@@ -50,14 +53,29 @@ class Process:
     def end(self, within: float = 30.0) -> tuple[int, str]:
         """Return exit code and the rest of what it says; it may take so long [s]."""
         rest, _ = self._popen.communicate(timeout=within)
+        assert MARK not in rest
         return self._popen.returncode, rest
 
     def kill(self) -> None:
-        """End it whatever it does; a process that is stopped included."""
+        """End it whatever it does, even if it is stopped; neither its command line nor what it printed has a secret."""
+        shown = "" if self._popen.returncode is not None else Path(f"/proc/{self.number}/cmdline").read_text()
         self._popen.kill()
         self._popen.wait()
         assert self._popen.stdout is not None
-        self._popen.stdout.close()
+        if not self._popen.stdout.closed:
+            shown += _held(self._popen.stdout.fileno())
+            self._popen.stdout.close()
+        assert MARK not in shown
+
+
+def _held(pipe: int) -> str:
+    """Return what a pipe holds now; a process that was left behind may keep it open."""
+    data = b""
+    os.set_blocking(pipe, False)
+    with suppress(BlockingIOError):
+        while more := os.read(pipe, 65536):
+            data += more
+    return data.decode(errors="replace")
 
 
 @contextmanager

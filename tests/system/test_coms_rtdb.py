@@ -15,6 +15,7 @@ import pytest
 
 from maya_un.errors import InvalidMessage, Unreachable
 from maya_un.loops import run
+from tests.secrecy import secret
 from tests.system.processes import Process
 from tests.system.rtdb.server import RealtimeDatabase, realtime_database
 from tests.system.test_coms import asked, url_in
@@ -26,8 +27,8 @@ pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 
 RULES = (Path(__file__).parents[2] / "contrib/firebase/database.rules.json").read_text()
 ROBOT = "robots/MAYA"
-PASSWORD = "the-robots-own-password"
-API_KEY = "the-key-of-the-project"
+PASSWORD = secret("password of the robot")
+API_KEY = secret("key-of-the-project")
 
 STEPS: tuple[dict[str, Any], ...] = (
     {"command": "home", "id": "first"},

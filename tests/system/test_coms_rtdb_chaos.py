@@ -19,6 +19,7 @@ from tests.campaign import Campaign
 from tests.system.processes import Wire
 from tests.system.rtdb.server import RealtimeDatabase, realtime_database
 from tests.system.test_coms_chaos import ENDINGS, STEP, World
+from tests.system.test_coms_rtdb import API_KEY, PASSWORD
 from tests.system.test_guard import mark, served
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(3600)]
@@ -79,13 +80,13 @@ def test_no_command_is_lost_and_none_runs_twice(campaign: Campaign, tmp_path: Pa
     with served(seed=5) as (twin, address), realtime_database(RULES) as database:
         with Wire(address) as wire:
             mark(twin, wire)
-        database.store.users["maya@example.org"] = "right"
+        database.store.users["maya@example.org"] = PASSWORD
         database.set("accounts/maya", {"robot": "MAYA"})
         environment = {
             "FIREBASE_AUTH_EMULATOR_HOST": f"127.0.0.1:{database.port}",
             "MAYA_COMS_USER": "maya@example.org",
-            "MAYA_COMS_PASSWORD": "right",
-            "MAYA_COMS_API_KEY": "key",
+            "MAYA_COMS_PASSWORD": PASSWORD,
+            "MAYA_COMS_API_KEY": API_KEY,
         }
         there = World(twin, address, Server(database), tmp_path, "http", environment)
         lab = Supervisor(database)

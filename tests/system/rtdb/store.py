@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from tests.secrecy import MARK, secret
 from tests.system.rtdb.rules import Rules
 from tests.system.rtdb.tree import Change, Path, Query, Tree, applied, at, exported
 
@@ -55,7 +56,7 @@ class Store:
     """One database. `rules` None: everybody may do everything. `secret` is its database secret."""
 
     rules: Rules | None = None
-    secret: str = field(default_factory=lambda: f"secret-{secrets.token_hex(8)}")
+    secret: str = field(default_factory=lambda: secret(secrets.token_hex(8)))
     users: dict[str, str] = field(default_factory=dict)
     tree: Tree = None
     listeners: list[Listener] = field(default_factory=list)
@@ -110,7 +111,7 @@ class Store:
         """Return a new ID token of a user."""
         begun = int(time.time())
         payload = {"sub": uid, "user_id": uid, "iat": begun, "exp": begun + int(lasts), "jti": secrets.token_hex(8)}
-        return ".".join((_part({"alg": "none", "typ": "JWT"}), _part({**payload, **claims}), ""))
+        return ".".join((_part({"alg": "none", "typ": "JWT"}), _part({**payload, **claims}), MARK))
 
     def revoke_all(self) -> None:
         """Make every token that somebody uses invalid now, as when its hour is over."""
