@@ -1,14 +1,16 @@
 """A program that carries out steps on a bus, to be killed: `python step_worker.py FILE`.
 
 Lines on its input: a command of /step_command, or `end` to let the task under way succeed. On its output: `ready`,
-`begun COMMAND` when a task begins, `result JSON` for what is told on /step_result.
+`begun COMMAND` when a task begins, `result JSON` for what is told on /step_result, `problem TEXT` for what is logged.
 """
 
 from __future__ import annotations
 
 import asyncio
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from maya_un.graph.bus import Bus
 from maya_un.graph.outcome import success
@@ -26,6 +28,8 @@ def say(line: str) -> None:
 
 async def main(path: Path) -> None:
     """Carry out steps until the input ends."""
+    handler: Callable[[object, dict[str, Any]], None] = lambda _, context: say(f"problem {context['message']}")
+    asyncio.get_running_loop().set_exception_handler(handler)
     bus = Bus()
     robot, cloud, bridge = bus.node("primitive_server"), bus.node("ros_coms"), bus.node("firebase_bridge")
     told_to_end = asyncio.Queue[None]()

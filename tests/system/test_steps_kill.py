@@ -14,6 +14,7 @@ import pytest
 
 from maya_un.graph.step_text import INTERRUPTED
 from tests.campaign import Campaign
+from tests.system.disks import Disk, Quota, TinyDisk, disk, kinds
 
 pytestmark = pytest.mark.system
 
@@ -52,6 +53,10 @@ class Bridge:
 
     def result(self) -> dict[str, Any]:
         return json.loads(self.hear("result "))
+
+    @property
+    def pid(self) -> int:
+        return self._popen.pid
 
     def kill(self) -> str:
         """Kill it with -9; return what it still had said."""
@@ -98,6 +103,49 @@ def test_what_was_done_before_the_kill_stays_done(tmp_path: Path) -> None:
         program.command("1")
         assert program.result() == told
         assert "begun" not in program.kill()
+
+
+def ended_on_a_full_disk(program: Bridge, place: Disk) -> None:
+    """Carry out step 1 while there is no room for its result."""
+    program.command("1")
+    program.hear("begun ")
+    place.fill(program.pid)
+    program.say("end")
+    assert "full" in program.hear("problem the result of step 1 ") or isinstance(place, Quota)
+    program.command("2")
+    refused = program.result()  # the first that is told
+    assert (refused["id"], refused["code"]) == ("2", "5007")
+
+
+@pytest.mark.parametrize("kind", kinds())
+def test_a_result_waits_for_room_on_a_full_disk_and_stays_the_same(tmp_path: Path, kind: str) -> None:
+    with disk(kind, tmp_path / "disk") as place:
+        with bridge(place.folder / "steps.db") as program:
+            ended_on_a_full_disk(program, place)
+            place.make_room(program.pid)
+            told = program.result()
+            assert (told["id"], told["success"]) == ("1", True)
+            program.command("1")
+            assert program.result() == told
+        with bridge(place.folder / "steps.db") as program:
+            program.command("1")
+            assert program.result() == told
+            assert "begun" not in program.kill()
+
+
+@pytest.mark.parametrize("kind", kinds())
+def test_killed_on_a_full_disk_a_step_has_one_result_in_the_end(tmp_path: Path, kind: str) -> None:
+    with disk(kind, tmp_path / "disk") as place:
+        with bridge(place.folder / "steps.db") as program:
+            ended_on_a_full_disk(program, place)
+            assert "result" not in program.kill()
+        if isinstance(place, TinyDisk):
+            place.make_room(program.pid)
+        with bridge(place.folder / "steps.db") as program:
+            told = program.result()
+            assert (told["id"], told["code"]) == ("1", INTERRUPTED)
+            program.command("1")
+            assert program.result() == told
 
 
 def test_killed_at_any_instant_a_step_is_begun_at_most_once(campaign: Campaign, tmp_path: Path) -> None:

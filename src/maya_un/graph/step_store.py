@@ -90,6 +90,12 @@ class StepStore:
         added = "INSERT INTO steps (id, digest, started, warnings, begun) VALUES (?, ?, ?, ?, ?)"
         await self._do(lambda connection: connection.execute(added, values))
 
+    async def refuse(self, id_: str, digest: str, result: Result) -> None:
+        """Store a step that never begins, with its result."""
+        values = (id_, digest, result.started, json.dumps(result.warnings), _written(result))
+        added = "INSERT INTO steps (id, digest, started, warnings, result) VALUES (?, ?, ?, ?, ?)"
+        await self._do(lambda connection: connection.execute(added, values))
+
     async def begin(self, id_: str, date: str) -> None:
         """Store that a step begins; this must be on the disk before anything moves."""
         changed = "UPDATE steps SET begun = ? WHERE id = ?"

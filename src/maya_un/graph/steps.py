@@ -166,8 +166,7 @@ class Steps:
     async def _refused(self, step: Step, error: MayaError, date: str) -> Result:
         """Store a refusal: it is a result, so the same command does not run later because its reason has gone."""
         result = Result.refused(step.id, error, date, step.warnings)
-        await self._store.accept(step.id, step.digest, date, step.warnings)
-        await self._store.end(step.id, result)
+        await self._store.refuse(step.id, step.digest, result)
         return result
 
     def _check(self, step: Step) -> None:
@@ -202,7 +201,7 @@ class Steps:
             result = Result(step.id, sentence, code, accepted, self._date(), step.warnings)
             if code not in (None, str(StepNotBegun.code)):
                 self._halts += 1  # the steps that wait now do not begin
-            await self._store_end(result)
+            await self._stored(result)
             return result
 
     async def _ended(self, step: Step, halts: int, *, begins: bool) -> Ending:
@@ -226,14 +225,28 @@ class Steps:
     async def _task(self, step: Step) -> Ended:
         return await self._do({"task": to_message(step.primitive)})
 
-    async def _store_end(self, result: Result) -> None:
-        """Store a result. If the store fails, the step is `INTERRUPTED` for the next run of this program."""
+    async def _stored(self, result: Result) -> None:
+        """Store a result, again and again until the store takes it: nobody gets a result that it does not hold.
+
+        Otherwise the next run of this program would report the step as `INTERRUPTED`, a second result. If this run ends
+        before, that is its only one. Steps that wait meanwhile do not begin.
+        """
         assert result.id is not None
-        try:
-            await self._store.end(result.id, result)
-        except MayaError as error:
-            message = f"the result of step {result.id} was not stored: {error}"
-            asyncio.get_running_loop().call_exception_handler({"message": message, "exception": error})
+        failed = False
+        while True:
+            try:
+                await self._store.end(result.id, result)
+            except MayaError as error:
+                if not failed:
+                    message = f"the result of step {result.id} waits until it can be stored: {error}"
+                    asyncio.get_running_loop().call_exception_handler({"message": message, "exception": error})
+                failed = True
+                self._halts += 1
+            else:
+                return
+            if self._closed:
+                raise asyncio.CancelledError
+            await asyncio.sleep(self._quiet)
 
     async def _interrupted(self, kept: Kept) -> Result:
         """Return the result of a step that is not under way, `INTERRUPTED` if it has none."""
