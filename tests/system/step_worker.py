@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from maya_un.graph.bus import Bus
 from maya_un.graph.outcome import success
@@ -28,8 +26,7 @@ def say(line: str) -> None:
 
 async def main(path: Path) -> None:
     """Carry out steps until the input ends."""
-    handler: Callable[[object, dict[str, Any]], None] = lambda _, context: say(f"problem {context['message']}")
-    asyncio.get_running_loop().set_exception_handler(handler)
+    asyncio.get_running_loop().set_exception_handler(lambda _, context: say(f"problem {context['message']}"))
     bus = Bus()
     robot, cloud, bridge = bus.node("primitive_server"), bus.node("ros_coms"), bus.node("firebase_bridge")
     told_to_end = asyncio.Queue[None]()

@@ -10,11 +10,17 @@ from contextlib import closing, contextmanager
 from http.client import HTTPConnection
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import paho.mqtt.client as mqtt
 import pytest
 from paho.mqtt.enums import CallbackAPIVersion
 
+from maya_un.cli.doctor import house
+from maya_un.cli.doctor.finding import Outcome
+from maya_un.config.load import parse
+from maya_un.errors import SessionTakenOver
+from tests.ros.harness import eventually
 from tests.system.brokers import Broker, broker
 from tests.system.processes import Process, running
 
@@ -85,6 +91,12 @@ def asked(method: str, url: str, path: str) -> dict[str, Any]:
         return {"status": answer.status, **json.loads(answer.read())}
 
 
+def supervisors_of(url: str) -> dict[str, Any]:
+    """Return what the server of `maya coms` tells of its supervisors."""
+    found: dict[str, Any] = asked("GET", url, "/status")["supervisors"]
+    return found
+
+
 def url_in(line: str) -> str:
     return next(word for word in line.split() if "://" in word).rstrip(".:,")
 
@@ -98,6 +110,52 @@ def robot() -> Iterator[str]:
 
 def coms(broker: Broker, rosbridge: str, *more: str) -> Process:
     return Process(" ".join(["coms", "--port 0", f"--url {broker.url}", f"--rosbridge {rosbridge}", *more]))
+
+
+def test_two_robots_with_one_name_do_not_fight_for_its_session(tmp_path: Path) -> None:
+    with broker(tmp_path) as one, robot() as rosbridge:
+        first = coms(one, rosbridge, "--connect")
+        url = url_in(first.until("http://"))
+        eventually(lambda: asked("GET", url, "/status")["state"] == "connected", "connected", 60.0)
+        second = coms(one, rosbridge, "--connect")
+        other = url_in(second.until("http://"))
+        try:
+            eventually(lambda: supervisors_of(url)["code"] == SessionTakenOver.code, "the first gives way", 60.0)
+            with supervisor(one) as lab:
+                lab.until_online()
+                lab.send("1", "home")
+                assert lab.hear("results")["success"] is True
+            assert asked("GET", other, "/status")["state"] == "connected"
+            assert supervisors_of(url)["code"] == SessionTakenOver.code
+            log = (tmp_path / "mosquitto.log").read_text()
+            assert log.count("as maya-coms-MAYA (") == 2, log
+            (found,) = house.coms(parse({"coms": {"server_address": url}}))
+            assert (found.outcome, found.key) == (Outcome.FAIL, "coms_taken")
+        finally:
+            first.kill()
+            second.kill()
+
+
+def test_port_0_of_the_address_takes_a_free_port(tmp_path: Path) -> None:
+    config = tmp_path / "maya.toml"
+    config.write_text('[coms]\nserver_address = "http://localhost:0"\n')
+    up = f"up --port 0 --rosbridge-port 0 --journal memory --speed 100 --coms --config {config}"
+    with running(up) as process:
+        line = process.until("POST /connect")
+        assert urlsplit(url_in(line)).port not in {None, 0, 80}
+
+
+def test_a_password_without_encryption_is_warned_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MAYA_COMS_PASSWORD", "hunter2")
+    link = Process("coms --port 0 --url mqtt://192.0.2.1 --connect")
+    try:
+        assert "without encryption" in link.until("The password goes to mqtt://192.0.2.1")
+        url = url_in(link.until("Listening"))
+        assert asked("GET", url, "/status")["password_in_clear"] is True
+        found = [finding.key for finding in house.coms(parse({"coms": {"server_address": url}}))]
+        assert found == ["coms_clear", "coms_waits"]
+    finally:
+        link.kill()
 
 
 def test_a_supervisor_moves_the_robot_over_mqtt(tmp_path: Path) -> None:

@@ -69,7 +69,7 @@ class Agent:
         self._accepted = asyncio.Event()
         self._commands = asyncio.Event()
         self._reports = asyncio.Event()
-        self._troubles: dict[str, str | None] = {"robot": "connecting", "supervisors": "connecting"}
+        self._troubles: dict[str, MayaError | str | None] = {"robot": "connecting", "supervisors": "connecting"}
 
     async def run(self) -> None:
         """Keep both connections until cancelled."""
@@ -80,14 +80,14 @@ class Agent:
     def status(self) -> dict[str, Any]:
         """Return how both connections are, and what they wait for, as JSON data."""
         sides = {
-            side: {"url": url, "connected": self._troubles[side] is None, "waits_for": self._troubles[side]}
+            side: {"url": url, **_waiting(self._troubles[side])}
             for side, url in (("robot", self._robot.where), ("supervisors", self._transport.where))
         }
         return {"name": self._name, **sides, "steps": {id_: _state(one) for id_, one in self._pending.items()}}
 
     def _failed(self, side: str) -> Callable[[MayaError], None]:
         def failed(error: MayaError) -> None:
-            self._troubles[side] = str(error)
+            self._troubles[side] = error
 
         return failed
 
@@ -230,6 +230,11 @@ class Agent:
             one.report, one.sent = report, False
             self._reports.set()
         self._accepted.set()
+
+
+def _waiting(trouble: MayaError | str | None) -> dict[str, object]:
+    code = trouble.code if isinstance(trouble, MayaError) else None
+    return {"connected": trouble is None, "waits_for": None if trouble is None else str(trouble), "code": code}
 
 
 def _state(one: _Pending) -> str:

@@ -13,8 +13,10 @@ from __future__ import annotations
 import json
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import count
+from typing import Any
+from uuid import uuid4
 
 import aiomqtt
 from paho.mqtt.packettypes import PacketTypes
@@ -23,14 +25,17 @@ from paho.mqtt.subscribeoptions import SubscribeOptions
 
 from maya_un.coms.broker import VERSION, Broker, Client, Refused, topic
 from maya_un.coms.transport import Command, Kind, Report
+from maya_un.errors import SessionTakenOver
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Mqtt:
-    """The supervisors of a broker."""
+    """The supervisors of a broker. `session` tells the robot's presence from that of another one with its name."""
 
     broker: Broker
     default_command: str | None = None
+    session: str = field(default_factory=lambda: uuid4().hex)
+    _was_online: bool = False
 
     @property
     def where(self) -> str:
@@ -39,24 +44,51 @@ class Mqtt:
 
     @asynccontextmanager
     async def connected(self, robot: str) -> AsyncIterator[_Channel]:
-        """Connect and subscribe; raises `SupervisorsNotReached`, `InvalidValue` for a name that no topic can have."""
+        """Connect and subscribe; raises `SupervisorsNotReached`, `InvalidValue` for a name that no topic can have.
+
+        Of two robots with one name the one that was first gives way (`SessionTakenOver`). Not every broker tells why it
+        ended a connection, so a robot looks who is online before it connects again.
+        """
         commands, connection = topic(robot, "commands"), topic(robot, "connection")
+        if self._was_online:
+            await self._require_sole(robot, connection)
         will = aiomqtt.Will(connection, _connection("CONNECTION_BROKEN"), 1, retain=True)
         async with self.broker.connected(f"maya-coms-{robot}", will) as client:
             await client.subscribe(commands, options=_AS_THEY_COME)
-            await client.publish_checked(connection, _connection("ONLINE"), retain=True)
+            await client.publish_checked(connection, _connection("ONLINE", self.session), retain=True)
+            self._was_online = True
             try:
                 yield _Channel(client, robot, self.broker)
             finally:
                 await client.publish(connection, _connection("OFFLINE"), 1, retain=True, timeout=1.0)
+
+    async def _require_sole(self, robot: str, connection: str) -> None:
+        """Raise `SessionTakenOver` if another robot is online under this name."""
+        async with self.broker.connected(f"maya-look-{uuid4().hex}", session=0) as client:
+            with self.broker.reached():
+                for _ in range(2):  # the second answer comes behind what is retained
+                    await client.subscribe(connection)
+                while len(client.messages):
+                    found = _presence(await anext(client.messages))
+                    if found.get("connection") == "ONLINE" and found.get("session", self.session) != self.session:
+                        raise SessionTakenOver(where=self.where, name=robot)
 
 
 _AS_THEY_COME = SubscribeOptions(qos=1, retainHandling=SubscribeOptions.RETAIN_DO_NOT_SEND)
 """Without retained commands: they would come at each connect, and nothing moves because the robot connects."""
 
 
-def _connection(state: str) -> str:
-    return json.dumps({"connection": state})
+def _connection(state: str, session: str | None = None) -> str:
+    return json.dumps({"connection": state} | ({} if session is None else {"session": session}))
+
+
+def _presence(message: aiomqtt.Message) -> dict[str, Any]:
+    """Return what a message on the topic of a robot's connection tells, {} for one that is none."""
+    with suppress(ValueError, RecursionError):
+        found = json.loads(_bytes(message.payload))
+        if isinstance(found, dict):
+            return found
+    return {}
 
 
 class _Channel:

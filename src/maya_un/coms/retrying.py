@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable
 from random import Random
 from typing import Any
 
-from maya_un.errors import MayaError
+from maya_un.errors import MayaError, SessionTakenOver
 
 FIRST_PAUSE = 0.1
 """Pause after the first failure [s]."""
@@ -25,6 +25,9 @@ GOOD = 5.0
 async def keep(use: Callable[[], Awaitable[None]], failed: Callable[[MayaError], None], rng: Random) -> None:
     """Call `use` again and again, and `failed` with each `MayaError` that it raises; ends only by being cancelled.
 
+    After `SessionTakenOver` it does not call `use` again: two programs with one name would take the session from each
+    other for ever, and both would carry out its commands.
+
     The pauses double, and each is drawn from its upper half, so that many clients of a server do not come together.
     """
     loop, pause = asyncio.get_running_loop(), FIRST_PAUSE
@@ -36,6 +39,8 @@ async def keep(use: Callable[[], Awaitable[None]], failed: Callable[[MayaError],
             if being_cancelled():  # the error of closing the connection stands before the cancellation
                 raise asyncio.CancelledError from error
             failed(error)
+            if isinstance(error, SessionTakenOver):  # the other program would lose the session to this one in turn
+                await asyncio.Event().wait()
         if loop.time() - began > GOOD:
             pause = FIRST_PAUSE
         await asyncio.sleep(pause * rng.uniform(0.5, 1.0))

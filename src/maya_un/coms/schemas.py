@@ -86,7 +86,10 @@ SCHEMAS: dict[str, dict[str, Any]] = {
     "connection": _schema(
         "connection",
         "Whether a robot is connected; retained.",
-        {"connection": {"enum": list(CONNECTIONS)}},
+        {
+            "connection": {"enum": list(CONNECTIONS)},
+            "session": {"type": "string", "description": "with ONLINE: differs between two robots of one name"},
+        },
         ["connection"],
     ),
 }

@@ -25,10 +25,14 @@ _EDGE = Edge()
 
 
 class Switch:
-    """Connects an agent and disconnects it; idle at first. `made` makes the agent."""
+    """Connects an agent and disconnects it; idle at first. `made` makes the agent.
 
-    def __init__(self, made: Callable[[], Agent]) -> None:
+    `password_in_clear` tells whether it sends its password unencrypted.
+    """
+
+    def __init__(self, made: Callable[[], Agent], *, password_in_clear: bool = False) -> None:
         self._made = made
+        self._password_in_clear = password_in_clear
         self._agent: Agent | None = None
         self._running: asyncio.Task[None] | None = None
 
@@ -52,7 +56,7 @@ class Switch:
             return {"state": "idle"}
         status = self._agent.status()
         both = status["robot"]["connected"] and status["supervisors"]["connected"]
-        return {"state": "connected" if both else "connecting", **status}
+        return {"state": "connected" if both else "connecting", **status, "password_in_clear": self._password_in_clear}
 
 
 class _Server(uvicorn.Server):

@@ -68,6 +68,13 @@ def from_environment(environment: Mapping[str, str] = os.environ) -> Settings:
     )
 
 
+def password_in_clear(settings: Settings) -> bool:
+    """Tell whether the supervisors' server gets the password unencrypted over a network."""
+    parts = urlsplit(settings.supervisors)
+    near = parts.hostname in {"localhost", "::1"} or (parts.hostname or "").startswith("127.")
+    return bool(settings.password) and parts.scheme in {"mqtt", "http"} and not near
+
+
 def where_of(url: str) -> str:
     """Return a URL without user, password and query; "" for what is no URL."""
     try:

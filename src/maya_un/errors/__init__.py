@@ -5,7 +5,7 @@ MayaError
 │   ├── NotConnected 1010 · ServiceNotRunning 1020 · ServiceNotAnswering 1021
 │   │   TwinNotFound 1022 · ControllerOwned 1030 · ControllerMoves 1032
 │   │   ProgramLost 1040 · RobotNotReached 1050 · SupervisorsNotReached 1051
-│   │   BrokerRefused 1052
+│   │   BrokerRefused 1052 · SessionTakenOver 1053
 │   ├── Unreachable 2101 · PathRefused 2102 · NotHomed 2103 · Busy 2104 · Faulted 2105
 │   │   MarkerMissing 2106 · TrajectoryRefused 2107 · NothingToRecover 2108 · GuardBlocked 2109
 │   │   ProgramRuns 2110 · CannotPause 2111 · NotPaused 2112 · PositionNotKept 2314
@@ -134,6 +134,7 @@ from maya_un.errors.link import (
     RobotNotReached,
     ServiceNotAnswering,
     ServiceNotRunning,
+    SessionTakenOver,
     SupervisorsNotReached,
     TwinNotFound,
     UnexpectedReply,
@@ -265,6 +266,7 @@ __all__ = [
     "ServiceFailed",
     "ServiceNotAnswering",
     "ServiceNotRunning",
+    "SessionTakenOver",
     "SpeedOnRealMachine",
     "StepExpired",
     "StepFailed",

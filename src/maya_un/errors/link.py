@@ -135,3 +135,9 @@ class BrokerRefused(RequestError):
     """A broker does not carry a supervisor's command, by its rules."""
 
     code = 1052
+
+
+class SessionTakenOver(RequestError):
+    """Another robot is connected to the supervisors' broker under the same name."""
+
+    code = 1053

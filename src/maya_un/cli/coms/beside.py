@@ -21,8 +21,8 @@ def coms_beside(rosbridge: str, config: ComsConfig) -> Iterator[None]:
 
     It is connected at once if MAYA_COMS_URL names the supervisors' server.
     """
-    port = urlsplit(config.server_address).port or 80
-    line = ["coms", "--rosbridge", rosbridge, "--name", config.name, "--port", str(port)]
+    port = urlsplit(config.server_address).port
+    line = ["coms", "--rosbridge", rosbridge, "--name", config.name, "--port", str(80 if port is None else port)]
     if os.environ.get("MAYA_COMS_URL"):
         line.append("--connect")
     process = subprocess.Popen([sys.executable, "-m", "maya_un.cli.attended", *line], stdin=subprocess.PIPE)

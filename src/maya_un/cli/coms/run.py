@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import socket
+import sys
 from dataclasses import replace
 
 from maya_un.cli import output
@@ -35,7 +36,12 @@ async def _serve(found: environment.Settings, door: socket.socket, *, connect: b
         robot = Rosbridge(found.rosbridge, found.token, found.namespace)
         return Agent(found.name, robot, transport_of(found), dates.now)
 
-    switch = Switch(agent)
+    clear = environment.password_in_clear(found)
+    if clear:
+        where = environment.where_of(found.supervisors)
+        warning = f"The password goes to {where} without encryption. Everybody on the way can read it: use TLS."
+        print(f"maya: {warning}", file=sys.stderr, flush=True)
+    switch = Switch(agent, password_in_clear=clear)
     if connect:
         switch.connect()
     host, port = door.getsockname()[:2]

@@ -22,7 +22,7 @@ from maya_un.cli.doctor.sockets import Listener
 from maya_un.cli.settings import Settings
 from maya_un.config import Config, default_path
 from maya_un.config.state import state_folder
-from maya_un.errors import MayaError, StorageDamaged
+from maya_un.errors import MayaError, SessionTakenOver, StorageDamaged
 from maya_un.process.journal import copying, faults, file, tail
 
 _LITTLE, _SHORT = 0.2, 2.0
@@ -158,14 +158,21 @@ def coms(config: Config) -> Iterator[Finding]:
     except (httpx.HTTPError, ValueError, KeyError, TypeError):
         yield skipped("supervisors", "coms_none", url=url)
         return
+    if status.get("password_in_clear"):
+        yield warn("supervisors", "coms_clear", where=status["supervisors"]["url"])
     if state == "connected":
         yield ok("supervisors", "coms_connected", where=status["supervisors"]["url"])
     elif state == "idle":
         yield ok("supervisors", "coms_idle", url=url)
     else:
-        sides = (status.get(side, {}) for side in ("robot", "supervisors"))
+        sides = [status.get(side, {}) for side in ("robot", "supervisors")]
         waits = "; ".join(str(side["waits_for"]) for side in sides if side.get("waits_for"))
-        yield warn("supervisors", "coms_waits", reason=waits)
+        taken = any(side.get("code") == SessionTakenOver.code for side in sides)
+        yield (
+            fail("supervisors", "coms_taken", reason=waits)
+            if taken
+            else warn("supervisors", "coms_waits", reason=waits)
+        )
 
 
 def ros() -> Iterator[Finding]:

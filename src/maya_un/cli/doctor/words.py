@@ -31,6 +31,18 @@ _WORDS: dict[str, tuple[str, str, str, str]] = {
         "`maya coms` está conectado al robot y a {where}.",
         "",
     ),
+    "coms_clear": (
+        "`maya coms` sends its password to {where} without encryption: everybody on the way can read it.",
+        "Use mqtts:// or https://.",
+        "`maya coms` envía su contraseña a {where} sin cifrar: cualquiera en el camino puede leerla.",
+        "Use mqtts:// o https://.",
+    ),
+    "coms_taken": (
+        "`maya coms` stays away from its supervisors: {reason}",
+        "Two robots have one name, and the other one gets the commands.",
+        "`maya coms` no vuelve a sus supervisores: {reason}",
+        "Dos robots tienen un mismo nombre, y el otro recibe las órdenes.",
+    ),
     "coms_waits": (
         "`maya coms` waits: {reason}",
         "Commands that arrive meanwhile stay with the supervisors' server.",
