@@ -15,8 +15,8 @@ import paho.mqtt.client as mqtt
 import pytest
 from paho.mqtt.enums import CallbackAPIVersion
 
-from maya_un.errors import SupervisorsNotReached, Unreachable
-from maya_un.graph.step_text import Result, State
+from maya_un.errors import KeyReused, SupervisorsNotReached, Unreachable
+from maya_un.graph.step_text import Result, State, content_of
 from maya_un.supervisor import Supervisor
 from tests.system.brokers import Broker, broker
 from tests.system.observing import Observer, observing
@@ -148,7 +148,10 @@ def test_a_supervisor_needs_neither_numpy_nor_pydantic() -> None:
 
 
 class Crowd:
-    """Stands in for many robots: one plain client that answers every command at once."""
+    """Stands in for many robots: one plain client that answers every command at once.
+
+    Before each result it publishes what a robot answers to another program that uses the same id.
+    """
 
     DATE = "2026-01-31T12:00:00Z"
 
@@ -164,8 +167,10 @@ class Crowd:
 
     def _answer(self, _client: object, _data: object, message: mqtt.MQTTMessage) -> None:
         robot, id_ = message.topic.split("/")[2], json.loads(message.payload)["id"]
-        result = Result(id_, None, None, self.DATE, self.DATE)
-        self._client.publish(f"maya/v1/{robot}/results", result.text, 1)
+        other = content_of({"command": "gripper", "args": {"open": True}})
+        refusal = Result.refused(id_, KeyReused(key=id_), self.DATE, content=other)
+        for result in (refusal, Result(id_, None, None, self.DATE, self.DATE)):
+            self._client.publish(f"maya/v1/{robot}/results", result.text, 1)
 
     def close(self) -> None:
         self._client.disconnect()

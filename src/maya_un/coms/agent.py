@@ -18,7 +18,7 @@ from maya_un.coms.retrying import first_to_end, keep
 from maya_un.coms.robot import Link, Rosbridge
 from maya_un.coms.transport import Channel, Command, Kind, Report, Transport
 from maya_un.errors import InvalidMessage, InvalidRequest, KeyReused, MayaError
-from maya_un.graph.step_text import Result, id_of, read
+from maya_un.graph.step_text import Result, content_of, id_of, read
 
 LONGEST = 65_536
 """Bytes of a command; a longer one is refused unread."""
@@ -37,9 +37,11 @@ class _Pending:
     """A command whose result was not sent: `report` is the robot's latest, `sent` tells whether that was sent on.
 
     `keys` are those of its deliveries in this connection: it may come several times, and each gets the result.
+    `content` is what the journal compares, as JSON text. Both are "" while only the robot knows the command.
     """
 
     text: str
+    content: str
     keys: list[str] = field(default_factory=list)
     report: Report | None = None
     sent: bool = True
@@ -106,29 +108,34 @@ class Agent:
             self._take(await channel.receive())
 
     def _take(self, command: Command) -> None:
-        """Note a command for the robot; refuse one that cannot be read."""
-        id_: str | None = None
+        """Note a command for the robot; refuse one that cannot be read, and other content under a pending id."""
         try:
-            id_, text = self._understood(command)
-            known = self._pending.get(id_)
-            if known is not None and known.text not in {"", text}:
-                raise KeyReused(key=id_)
+            id_, data = self._understood(command)
         except MayaError as error:
-            id_ = id_ or command.id
-            text = Result.refused(id_, error, self._date()).text
-            self._refused[command.key] = Report(id_, Kind.RESULT, text, command.key)
-            self._reports.set()
+            self._refuse(command, command.id, error, {})
             return
-        if known is None or not known.text:  # the robot's journal knows whether the text is the one that it answered
-            self._pending[id_] = _Pending(text, [command.key])
+        known, content = self._pending.get(id_), _compared(data)
+        if known is not None and known.content not in {"", content}:
+            self._refuse(command, id_, KeyReused(key=id_), data)
+        elif known is None or not known.text:  # the robot's journal knows whether it answered this content
+            self._pending[id_] = _Pending(json.dumps(data), content, [command.key])
             self._commands.set()
         else:
             known.keys.append(command.key)
             known.sent = known.report is None
             self._reports.set()
 
-    def _understood(self, command: Command) -> tuple[str, str]:
-        """Return the id of a command, and its text as the robot gets it; raises the `MayaError` that refuses it."""
+    def _refuse(self, command: Command, id_: str | None, error: MayaError, data: dict[str, Any]) -> None:
+        """Answer a command without the robot, so that nobody takes the answer for that of a pending command."""
+        if id_ in self._pending:
+            result = Result.refused(id_, KeyReused(key=id_), self._date(), content=content_of(data))
+        else:
+            result = Result.refused(id_, error, self._date())
+        self._refused[command.key] = Report(id_, Kind.RESULT, result.text, command.key)
+        self._reports.set()
+
+    def _understood(self, command: Command) -> tuple[str, dict[str, Any]]:
+        """Return the id of a command, and its data as the robot gets them; raises the `MayaError` that refuses it."""
         if len(command.text) > LONGEST:
             raise InvalidMessage(name="the step", reason=f"it has more than {LONGEST} bytes")
         try:
@@ -142,7 +149,7 @@ class Agent:
             id_ = data["id"] = command.id
         if "command" not in data and self._transport.default_command is not None:
             data["command"] = self._transport.default_command
-        return id_, json.dumps(data)
+        return id_, data
 
     async def _send_reports(self, channel: Channel) -> None:
         while True:
@@ -222,10 +229,12 @@ class Agent:
         """Note what the robot reports of a step."""
         assert report.id is not None
         one = self._pending.get(report.id)
+        if _of_other_content(report, one):
+            return
         if one is None:
             if report.kind is not Kind.RESULT or self._sent.get(report.id) == report.text:
                 return
-            one = self._pending[report.id] = _Pending("")  # from an earlier run of this program
+            one = self._pending[report.id] = _Pending("", "")  # from an earlier run of this program
         if not one.ended:
             one.report, one.sent = report, False
             self._reports.set()
@@ -235,6 +244,17 @@ class Agent:
 def _waiting(trouble: MayaError | str | None) -> dict[str, object]:
     code = trouble.code if isinstance(trouble, MayaError) else None
     return {"connected": trouble is None, "waits_for": None if trouble is None else str(trouble), "code": code}
+
+
+def _compared(data: dict[str, Any]) -> str:
+    """Return the content of a command as text in which nothing but the same is equal."""
+    return json.dumps(content_of(data), sort_keys=True)
+
+
+def _of_other_content(report: Report, one: _Pending | None) -> bool:
+    """Tell whether a report refuses other content under the id of a command: another program sent that."""
+    content = json.loads(report.text).get("content") if report.kind is Kind.RESULT else None
+    return content is not None and (one is None or json.dumps(content, sort_keys=True) != one.content)
 
 
 def _state(one: _Pending) -> str:

@@ -75,6 +75,10 @@ SCHEMAS: dict[str, dict[str, Any]] = {
             "started": _DATE,
             "finished": _DATE,
             "warnings": {"type": "array", "items": {"type": "string"}},
+            "content": {
+                "type": "object",
+                "description": "with code 4012: the command and the args that were refused; the id has other content",
+            },
         },
         ["id", "success", "error", "code", "started", "finished", "warnings"],
         **{

@@ -15,6 +15,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from math import isfinite
 from typing import Any
 
 from maya_un.errors import InvalidMessage, InvalidRequest, MayaError
@@ -24,6 +25,12 @@ INTERRUPTED = "INTERRUPTED"
 
 LONGEST_ID = 200
 """Characters of an id."""
+
+DEEPEST = 32
+"""Levels of a command, as in a Realtime Database."""
+
+_LONGEST_TEXT = 64
+"""Characters of a text in `content_of`."""
 
 
 ARGUMENTS: dict[str, tuple[str, ...]] = {
@@ -62,7 +69,9 @@ class Progress:
 class Result:
     """How a step ended, or why it was refused: `error` is a sentence and `code` ours, both None after success.
 
-    `id` is None where the command had none that could be read. Dates are ISO 8601 in UTC.
+    `id` is None where the command had none that could be read. Dates are ISO 8601 in UTC. `content` is of a command
+    whose id was used with other content (`content_of`): by it the sender of the first command sees that not the first
+    one is refused.
     """
 
     id: str | None
@@ -71,26 +80,33 @@ class Result:
     started: str
     finished: str
     warnings: tuple[str, ...] = ()
+    content: dict[str, Any] | None = None
 
     @property
     def text(self) -> str:
         """The JSON text."""
-        return json.dumps(
-            {
-                "id": self.id,
-                "success": self.error is None,
-                "error": self.error,
-                "code": self.code,
-                "started": self.started,
-                "finished": self.finished,
-                "warnings": list(self.warnings),
-            }
-        )
+        data = {
+            "id": self.id,
+            "success": self.error is None,
+            "error": self.error,
+            "code": self.code,
+            "started": self.started,
+            "finished": self.finished,
+            "warnings": list(self.warnings),
+        }
+        return json.dumps(data if self.content is None else data | {"content": self.content})
 
     @classmethod
-    def refused(cls, id_: str | None, error: MayaError, date: str, warnings: tuple[str, ...] = ()) -> Result:
+    def refused(
+        cls,
+        id_: str | None,
+        error: MayaError,
+        date: str,
+        warnings: tuple[str, ...] = (),
+        content: dict[str, Any] | None = None,
+    ) -> Result:
         """Return the result of a step of which nothing was done on `date`, for `error`."""
-        return cls(id_, str(error), str(error.code), date, date, warnings)
+        return cls(id_, str(error), str(error.code), date, date, warnings, content)
 
 
 def read(text: str) -> dict[str, Any]:
@@ -101,7 +117,42 @@ def read(text: str) -> dict[str, Any]:
         raise InvalidMessage(name="the step", reason=f"it is not JSON: {error}") from error
     if not isinstance(data, dict):
         raise InvalidMessage(name="the step", reason='it must be an object like {"id": "1", "command": "home"}')
+    if _is_deeper(data, DEEPEST):
+        raise InvalidMessage(name="the step", reason=f"it is nested more than {DEEPEST} levels deep")
     return data
+
+
+def _is_deeper(data: object, levels: int) -> bool:
+    """Tell whether there is anything below so many levels; who reads a command could not write all that it reads."""
+    level = [data]
+    for _ in range(levels + 1):
+        below = [one.values() if isinstance(one, dict) else one for one in level if isinstance(one, dict | list)]
+        level = [child for children in below for child in children]
+    return bool(level)
+
+
+def content_of(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what tells a command from another under the same id: its command and the args that the command needs.
+
+    Values that no arg can have are None or cut, so that it can be sent back.
+    """
+    command, args = data.get("command"), data.get("args")
+    command = command[:_LONGEST_TEXT] if isinstance(command, str) else None
+    args = args if isinstance(args, Mapping) else {}
+    return {"command": command, "args": {name: _plain(args.get(name)) for name in ARGUMENTS.get(command or "", ())}}
+
+
+def _plain(value: object) -> float | bool | str | None:
+    """Return a number as a float, a truth value, the beginning of a text, None for anything else."""
+    if isinstance(value, str):
+        return value[:_LONGEST_TEXT]
+    if isinstance(value, bool):
+        return value
+    try:
+        number = float(value) if isinstance(value, int | float) else None
+    except OverflowError:
+        return None
+    return number if number is not None and isfinite(number) else None
 
 
 def id_of(data: Mapping[str, Any]) -> str | None:

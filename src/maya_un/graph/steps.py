@@ -9,7 +9,7 @@ ends the steps behind it, because a process continues only from where its last s
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Mapping
 from contextlib import asynccontextmanager, suppress
 from dataclasses import replace
 from math import inf
@@ -34,7 +34,7 @@ from maya_un.graph.primitives import to_message
 from maya_un.graph.protocol import Ended, Graph, Message, Outcome, Publisher
 from maya_un.graph.step import Step, step_of
 from maya_un.graph.step_store import Kept, StepStore
-from maya_un.graph.step_text import INTERRUPTED, Progress, Result, State, id_of, read
+from maya_un.graph.step_text import INTERRUPTED, Progress, Result, State, content_of, id_of, read
 from maya_un.graph.table import EVENT, STEP_COMMAND, STEP_RESULT, STEP_STATUS, TASK
 
 MOST_WAITING = 1000
@@ -107,17 +107,28 @@ class Steps:
         """Return the result of a command, or why it is refused; raises no `MayaError`."""
         date, id_ = self._date(), None
         warnings: tuple[str, ...] = ()
+        data: dict[str, Any] = {}
         try:
             data = read(text)
             id_ = id_of(data)
             if id_ is None:
                 id_, warnings = f"maya-{uuid4().hex}", (_NAMELESS,)
-            step = step_of(data, id_)
+            step = await self._step_of(data, id_)
             step = replace(step, warnings=(*warnings, *step.warnings))
             answer = await self._admitted(step, date)
         except MayaError as error:
-            return Result.refused(id_, error, date, warnings)
+            content = content_of(data) if isinstance(error, KeyReused) else None
+            return Result.refused(id_, error, date, warnings, content)
         return answer if isinstance(answer, Result) else await asyncio.shield(answer)
+
+    async def _step_of(self, data: Mapping[str, Any], id_: str) -> Step:
+        """Return the step that a command asks for; one that asks for none under a known id is other content."""
+        try:
+            return step_of(data, id_)
+        except MayaError as error:
+            if await self._store.find(id_) is not None:
+                raise KeyReused(key=id_) from error
+            raise
 
     async def told(self, result: Result) -> None:
         """Store that somebody received a result; if the store fails, the next run sends the result again."""

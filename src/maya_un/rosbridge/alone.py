@@ -68,7 +68,7 @@ async def graph_of(
         for name, door in _doors(stack, bridge, echo, now):
             await _open(held, bus, name, door)
         name = stack.config.coms.name
-        await _open(held, bus, "firebase_bridge", BridgeDoor(store, dates.now, clock=now, speed=speed, name=name))
+        await _open(held, bus, "firebase_bridge", BridgeDoor(store, dates.now, clock=now, name=name))
         yield bus
 
 

@@ -174,7 +174,8 @@ class Supervisor:
             return
         progress, result = progress_of(event.data), result_of(event.data)
         if result is not None:
-            self._end(step, result)
+            if result.content is None or result.content == step.content:  # else another program used this id
+                self._end(step, result)
         elif progress is not None:
             step.reported(progress)
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from maya_un.errors import InvalidRequest, InvalidValue, MayaError, StepFailed, StepInterrupted, UnknownName, by_code
 from maya_un.errors.lookup import as_said
-from maya_un.graph.step_text import ARGUMENTS, INTERRUPTED, Progress, Result, State
+from maya_un.graph.step_text import ARGUMENTS, INTERRUPTED, Progress, Result, State, content_of
 from maya_un.values import FARTHEST, WITHIN
 
 
@@ -72,6 +72,11 @@ class Step:
             self._changed.clear()
             await self._changed.wait()
 
+    @property
+    def content(self) -> dict[str, Any]:
+        """What the robot compares if the id comes again."""
+        return content_of(json.loads(self.text))
+
     async def outcome(self) -> Result:
         """Return the result, that of a failed step too; raises `BrokerRefused` for a step that was never sent."""
         ended = await asyncio.shield(self._ended)
@@ -122,6 +127,7 @@ def result_of(data: Mapping[str, Any]) -> Result | None:
         error = None if data["success"] is True else str(data["error"])
         code = None if error is None else str(data["code"])
         warnings = tuple(str(warning) for warning in data.get("warnings", ()))
-        return Result(str(data["id"]), error, code, str(data["started"]), str(data["finished"]), warnings)
+        dates = str(data["started"]), str(data["finished"])
+        return Result(str(data["id"]), error, code, *dates, warnings, data.get("content"))
     except (KeyError, TypeError):
         return None

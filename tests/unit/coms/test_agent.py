@@ -14,13 +14,14 @@ import pytest
 
 from maya_un.coms.agent import LONGEST, Agent
 from maya_un.coms.robot import Rosbridge
+from maya_un.coms.transport import Report
 from maya_un.errors import InvalidMessage, InvalidRequest, KeyReused
 from maya_un.graph.bus import Bus
 from maya_un.graph.outcome import success
 from maya_un.graph.protocol import Feedback, Graph, Message
 from maya_un.graph.step_store import StepStore
 from maya_un.graph.steps import Steps, bridged
-from maya_un.graph.table import STEP_RESULT, TASK
+from maya_un.graph.table import STEP_COMMAND, STEP_RESULT, TASK
 from maya_un.loops import run
 from maya_un.rosbridge.endpoint import Endpoint
 from maya_un.rosbridge.guest import Guest
@@ -184,6 +185,84 @@ def test_an_id_with_other_content_is_refused_and_the_first_runs_on(tmp_path: Pat
             *_, again = await memory.results(3)
             assert (again.key, json.loads(again.text)["code"]) == ("k3", str(KeyReused.code))
         assert robot.begun == ["home"]
+
+    told(story, tmp_path)
+
+
+def test_an_id_with_another_deadline_is_the_same_command(tmp_path: Path) -> None:
+    async def story(robot: Robot, agent: Agent, memory: Memory) -> None:
+        robot.go.clear()
+        async with robot.bridge(), robot.rosbridge():
+            await memory.put("k1", command("1"))
+            await until(lambda: agent.status()["steps"] == {"1": "executing"})
+            later = {**json.loads(command("1")), "deadline": "2999-01-01T00:00:00Z", "robot": "MAYA"}
+            await memory.put("k2", json.dumps(later).encode())
+            await memory.put("k3", b"{")
+            await memory.results(1)  # of k3: k2 was taken before it
+            robot.go.set()
+            _, *done = await memory.results(3)
+        assert [(one.key, json.loads(one.text)["success"]) for one in done] == [("k1", True), ("k2", True)]
+        assert robot.begun == ["home"]
+
+    told(story, tmp_path)
+
+
+NOWHERE = {"x": float("nan"), "y": 10**400, "z": "0.4" * 10_000}
+
+
+@pytest.mark.parametrize(
+    "other", [command("1", "can_teleop"), command("1", "dance"), command("1", "pick", args=NOWHERE)]
+)
+def test_a_refusal_of_other_content_is_not_the_result_of_the_first(other: bytes, tmp_path: Path) -> None:
+    async def story(robot: Robot, agent: Agent, memory: Memory) -> None:
+        robot.go.clear()
+        async with robot.bridge(), robot.rosbridge():
+            await memory.put("k1", command("1"))
+            await until(lambda: agent.status()["steps"] == {"1": "executing"})
+            refusals = await published_beside(robot, other)
+            assert [one["code"] for one in refusals] == [str(KeyReused.code)]
+            robot.go.set()
+            (done,) = await memory.results(1)
+            assert (done.key, json.loads(done.text)["success"]) == ("k1", True)
+            await memory.put("k2", other)
+            _, refused = await memory.results(2)
+            assert (refused.key, json.loads(refused.text)) == ("k2", refusals[0] | _dates(refused))
+
+    told(story, tmp_path)
+
+
+def _dates(report: Report) -> dict[str, Any]:
+    data = json.loads(report.text)
+    return {"started": data["started"], "finished": data["finished"]}
+
+
+async def published_beside(robot: Robot, text: bytes) -> list[dict[str, Any]]:
+    """Have another program of the robot send a command; return the results that the robot publishes until then."""
+    found: list[dict[str, Any]] = []
+    node = robot.bus.node("other")
+    node.subscribe(
+        STEP_RESULT.name, STEP_RESULT.type, lambda message: found.append(json.loads(message["data"])), queue_size=10
+    )
+    commands = node.advertise(STEP_COMMAND.name, STEP_COMMAND.type, queue_size=10)
+    commands.publish({"data": text.decode()})
+    await until(lambda: bool(found))
+    node.close()
+    return found
+
+
+def test_an_unreadable_command_under_a_pending_id_names_no_other_error(tmp_path: Path) -> None:
+    async def story(robot: Robot, agent: Agent, memory: Memory) -> None:
+        robot.go.clear()
+        async with robot.bridge(), robot.rosbridge():
+            await memory.put("k1", command("k2"))
+            await until(lambda: agent.status()["steps"] == {"k2": "executing"})
+            await memory.put("k2", b"{")  # its id is its key
+            (refused,) = await memory.results(1)
+            data = json.loads(refused.text)
+            assert (data["code"], data["content"]) == (str(KeyReused.code), {"command": None, "args": {}})
+            robot.go.set()
+            _, done = await memory.results(2)
+            assert (done.key, json.loads(done.text)["success"]) == ("k1", True)
 
     told(story, tmp_path)
 

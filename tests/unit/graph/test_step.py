@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from maya_un.errors import InvalidMessage, InvalidRequest, InvalidValue, MayaError, UnknownName
 from maya_un.graph.step import step_of
-from maya_un.graph.step_text import Result, id_of, read
+from maya_un.graph.step_text import Result, content_of, id_of, read
 from maya_un.robot.gripper import Gripper
 from maya_un.robot.home import Home
 from maya_un.robot.pick import Pick
@@ -73,7 +73,12 @@ def test_what_is_missing_or_wrong_is_named(data: dict[str, Any], error: type[May
         step_of(data, "7")
 
 
-@pytest.mark.parametrize("text", ["", "pick", "[1]", '"pick"', "{", "[" * 100_000, "null"])
+DEEP = '{"a": ' * 32 + "%s" + "}" * 32
+
+
+@pytest.mark.parametrize(
+    "text", ["", "pick", "[1]", '"pick"', "{", "[" * 100_000, "null", DEEP % "[0]", DEEP % '{"a": 0}']
+)
 def test_what_is_no_object_is_refused(text: str) -> None:
     with pytest.raises(InvalidMessage):
         read(text)
@@ -83,6 +88,24 @@ def test_what_is_no_object_is_refused(text: str) -> None:
 def test_an_id_is_short_printable_text(id_: object) -> None:
     with pytest.raises(InvalidRequest, match="id"):
         id_of({"id": id_})
+
+
+def test_a_command_may_be_nested_as_deep_as_a_database_allows() -> None:
+    assert "a" in read(DEEP % "0")
+
+
+def test_content_is_what_the_robot_would_do() -> None:
+    args = {"x": 1, "y": 0.5, "z": 0.4}
+    same = {"id": "7", "deadline": "soon", "robot": "MAYA", "command": "pick", "args": {**args, "w": [1]}}
+    assert content_of({"command": "pick", "args": args}) == content_of(same) == {"command": "pick", "args": args}
+
+
+@given(ANYTHING)
+def test_content_is_short_and_can_be_sent_to_every_database(data: dict[str, Any]) -> None:
+    content = content_of(data)
+    text = json.dumps(content, allow_nan=False)
+    assert content_of(json.loads(text)) == content
+    assert len(text) < 3000
 
 
 def test_no_id_is_none() -> None:

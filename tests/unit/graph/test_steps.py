@@ -129,6 +129,10 @@ async def test_an_id_with_other_content_is_refused(tmp_path: Path) -> None:
         first = await steps.answer(command("1"))
         refused = await steps.answer(command("1", "gripper", open=True))
         assert (refused.id, refused.code) == ("1", str(KeyReused.code))
+        assert refused.content == {"command": "gripper", "args": {"open": True}}
+        wrong = await steps.answer(command("1", "dance"))
+        assert (wrong.id, wrong.code) == ("1", str(KeyReused.code))
+        assert wrong.content == {"command": "dance", "args": {}}
         await steps.told(refused)
         assert await steps.take_up() == [first], "who was told of the refusal was not told of the result"
     assert len(robot.begun) == 1

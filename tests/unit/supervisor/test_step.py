@@ -99,6 +99,10 @@ def test_what_a_robot_publishes_is_read_back() -> None:
     report = Progress("1", State.EXECUTING, "2026-01-31T12:00:00Z")
     assert progress_of(json.loads(report.text)) == report
     assert result_of({"id": "1", "success": True}) is None
+    date = "2026-01-31T12:00:00Z"
+    other = Result("1", "other content", "4012", date, date, (), {"command": "home", "args": {}})
+    assert result_of(json.loads(other.text)) == other
+    jsonschema.validate(json.loads(other.text), SCHEMAS["results"])
     assert progress_of({"id": "1", "state": "resting", "date": ""}) is None
 
 
