@@ -1,40 +1,53 @@
-"""Supervisors whose Firestore tells where a robot's Realtime Database is: firestore://PROJECT.
+"""Supervisors by Firestore: firestore://PROJECT.
 
-The document robots/NAME is read once at each connect: `database_url`, and `default_command` if a step without a command
-means one. Steps go by the Realtime Database. It is read over Firestore's REST, because its library would bring gRPC.
-FIRESTORE_EMULATOR_HOST moves the address, as in Google's own libraries.
+    /robots/ROBOT                  {"database_url"?, "default_command"?}; read once at each connect
+    /robots/ROBOT/commands/KEY     {"command", "args", "id"?, "robot"?, "deadline"?}; a supervisor adds it
+    /robots/ROBOT/progress/KEY     {"id", "state", "date"}: the step is accepted or begins; removed with its command
+    /robots/ROBOT/results/KEY      the result; written and the command removed in one commit
+    /robots/ROBOT/state/presence   {"state": "ONLINE" or "OFFLINE", "at": the server's time}, every 10 s
+
+If the robot's document names a Realtime Database, steps go by that, and of Firestore nothing else is used. A command's
+id is its KEY if it has none. REST has no stream of changes, so the commands are asked for every `INTERVAL`. A result
+is written only while its command is there: Firestore checks that in the same commit.
 """
 
 from __future__ import annotations
 
-import os
-from collections.abc import AsyncIterator, Mapping
-from contextlib import asynccontextmanager
-from typing import Any
-from urllib.parse import quote, urlsplit
-
-import httpx
+import asyncio
+import json
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager, suppress
+from functools import partial
+from urllib.parse import urlsplit
 
 from maya_un.coms.agent import LONGEST
-from maya_un.coms.database import data_of
-from maya_un.coms.firebase_auth import NoToken, TokenSource, message_of
-from maya_un.coms.rtdb import Rtdb, robot_path
+from maya_un.coms.documents import Documents
+from maya_un.coms.firebase_auth import TokenSource
+from maya_un.coms.rtdb import FAREWELL, HEARTBEAT, MOST_AT_ONCE, Rtdb, as_id, beside, robot_path
 from maya_un.coms.settings import where_of
-from maya_un.coms.transport import Channel
-from maya_un.errors import SupervisorsNotReached
+from maya_un.coms.transport import Channel, Command, Kind, Report
+from maya_un.errors import InvalidRequest, MayaError, SupervisorsNotReached
+from maya_un.graph.step_text import id_of
 
-_PATIENCE = 10.0
-"""For the answer to a request [s]."""
+INTERVAL = 2.0
+"""Commands are asked for so often while there are none [s]; each time costs one read, 43 200 a day."""
 
 
 class Firestore:
-    """The Firestore of a project at firestore://PROJECT; `default_command` is known after the first connect."""
+    """The Firestore of a project at firestore://PROJECT; `default_command` is known after the first connect.
 
-    def __init__(self, url: str, tokens: TokenSource) -> None:
+    `interval` and `heartbeat` are in seconds.
+    """
+
+    def __init__(
+        self, url: str, tokens: TokenSource, *, interval: float = INTERVAL, heartbeat: float = HEARTBEAT
+    ) -> None:
         self.default_command: str | None = None
         self._project = urlsplit(url).hostname or ""
         self._where = where_of(url)
         self._tokens = tokens
+        self._interval = interval
+        self._heartbeat = heartbeat
 
     @property
     def where(self) -> str:
@@ -43,48 +56,138 @@ class Firestore:
 
     @asynccontextmanager
     async def connected(self, robot: str) -> AsyncIterator[Channel]:
-        """Connect to the database that the document of the robot names; raises as `Rtdb.connected` does."""
-        robot_path(robot)
-        document = await self._document(robot)
-        url = document.get("database_url")
-        if not isinstance(url, str) or urlsplit(url).scheme not in {"http", "https"}:
-            raise self._error(f"the document robots/{robot} has no database_url like https://NAME.firebaseio.com")
-        database = Rtdb(url, self._tokens)
-        async with database.connected(robot) as channel:
-            found = document.get("default_command")
-            self.default_command = found if isinstance(found, str) else database.default_command
-            yield channel
+        """Connect to the database that the document of the robot names, or to Firestore if it names none.
 
-    async def _document(self, robot: str) -> dict[str, object]:
-        """Return the fields of a robot's document."""
-        emulator = os.environ.get("FIRESTORE_EMULATOR_HOST")
-        base = f"http://{emulator}" if emulator else "https://firestore.googleapis.com"
-        path = f"/v1/projects/{quote(self._project)}/databases/(default)/documents/robots/{quote(robot, safe='')}"
+        Raises as `Rtdb.connected` does.
+        """
+        path = robot_path(robot)
+        documents = Documents(self._project, self._where, self._tokens)
         try:
-            async with httpx.AsyncClient(timeout=_PATIENCE) as http:
-                answer = await self._answer(http, base + path)
-                if answer.status_code in {401, 403} and self._tokens.refused():
-                    answer = await self._answer(http, base + path)
-        except (httpx.HTTPError, NoToken) as error:
-            raise self._error(str(error) or type(error).__name__) from None
-        if not answer.is_success:
-            raise self._error(f"it answers {answer.status_code}: {message_of(answer.content)}")
+            identity = await _identity(documents, path)
+            found = identity.get("default_command")
+            self.default_command = found if isinstance(found, str) else None
+            url = identity.get("database_url")
+            if url is None:
+                async with self._by_documents(documents, path) as channel:
+                    yield channel
+                return
+            if not isinstance(url, str) or urlsplit(url).scheme not in {"http", "https"}:
+                raise documents.error(f"the database_url of robots/{robot} is not like https://NAME.firebaseio.com")
+            database = Rtdb(url, self._tokens)
+            async with database.connected(robot) as other:
+                self.default_command = self.default_command or database.default_command
+                yield other
+        finally:
+            await documents.close()
+
+    @asynccontextmanager
+    async def _by_documents(self, documents: Documents, path: tuple[str, ...]) -> AsyncIterator[Channel]:
+        channel = _Channel(documents, path, self._interval)
         try:
-            return fields_of(data_of(answer.content[: LONGEST + 1]))
-        except (AttributeError, TypeError, ValueError) as error:
-            raise self._error(f"the document robots/{robot} cannot be read") from error
-
-    async def _answer(self, http: httpx.AsyncClient, url: str) -> httpx.Response:
-        token = await self._tokens.token(http)
-        return await http.get(url, headers={"Authorization": f"Bearer {token}"} if token else {})
-
-    def _error(self, reason: str) -> SupervisorsNotReached:
-        for secret in self._tokens.secrets:
-            reason = reason.replace(secret, "***")
-        return SupervisorsNotReached(where=self._where, reason=reason)
+            await _set_presence(documents, path, "ONLINE")
+            async with beside(channel.fail, partial(_beat, documents, path, self._heartbeat)):
+                yield channel
+            await _leave(documents, path)
+        except asyncio.CancelledError:
+            await _leave(documents, path)
+            raise
 
 
-def fields_of(document: Mapping[str, Any]) -> dict[str, object]:
-    """Return the texts among the fields of a document: {"fields": {NAME: {"stringValue": …}}}."""
-    found: Mapping[str, Mapping[str, object]] = document.get("fields", {})
-    return {name: value["stringValue"] for name, value in found.items() if "stringValue" in value}
+class _Channel:
+    """A connection to Firestore: the open commands as it told them last, and what is written about them."""
+
+    def __init__(self, documents: Documents, path: tuple[str, ...], interval: float) -> None:
+        self._documents = documents
+        self._path = path
+        self._interval = interval
+        self._waiting: list[str] = []
+        self._ids: dict[str, str | None] = {}  # of the commands that are delivered and not answered, by key
+        self._error: MayaError | None = None
+
+    def fail(self, error: MayaError) -> None:
+        """End the connection at the next question for commands."""
+        self._error = self._error or error
+
+    async def receive(self) -> Command:
+        """Return the next command in the order of their creation."""
+        while True:
+            if self._error is not None:
+                raise self._error
+            if not self._waiting:
+                await self._look()
+            if not self._waiting:
+                await asyncio.sleep(self._interval)
+                continue
+            command = await self._delivered(self._waiting.pop(0))
+            if command is not None:
+                return command
+
+    async def send(self, report: Report) -> None:
+        """Write a report, and remove the command of a result. A command that is no longer open was answered before."""
+        key = report.key if report.key in self._ids else self._key_of(report.id)
+        if key is None:
+            return
+        data, progress = json.loads(report.text), (*self._path, "progress", key)
+        if report.kind is not Kind.RESULT:
+            await self._documents.commit(self._documents.put(progress, data))
+            return
+        await self._documents.commit(
+            self._documents.remove((*self._path, "commands", key), there=True),
+            self._documents.remove(progress),
+            self._documents.put((*self._path, "results", key), data),
+        )
+        self._ids.pop(key, None)
+
+    async def _look(self) -> None:
+        """Note which commands there are."""
+        before = set(self._ids)
+        keys = await self._documents.keys((*self._path, "commands"), MOST_AT_ONCE)
+        for key in before - set(keys):
+            self._ids.pop(key, None)  # somebody removed it
+        self._waiting = [key for key in keys if key not in self._ids]
+
+    async def _delivered(self, key: str) -> Command | None:
+        """Return a command and note that it is delivered; None if it is no longer there."""
+        try:
+            data = await self._documents.read((*self._path, "commands", key))
+        except (AttributeError, RecursionError, TypeError, ValueError):  # too long, or no document
+            self._ids[key] = as_id(key)
+            return Command(key, b" " * (LONGEST + 1), as_id(key))
+        if data is None:
+            return None
+        self._ids[key] = as_id(key)
+        with suppress(InvalidRequest):
+            self._ids[key] = id_of(data) or as_id(key)
+        return Command(key, json.dumps(data, sort_keys=True).encode(), as_id(key))
+
+    def _key_of(self, id_: str | None) -> str | None:
+        """Return the key of the open command with an id, None if there is none."""
+        return next((key for key, found in self._ids.items() if id_ is not None and found == id_), None)
+
+
+async def _identity(documents: Documents, path: tuple[str, ...]) -> dict[str, object]:
+    """Return the document of a robot; raises `SupervisorsNotReached` if there is none."""
+    try:
+        found = await documents.read(path)
+    except (AttributeError, RecursionError, TypeError, ValueError) as error:
+        raise documents.error(f"the document {'/'.join(path)} cannot be read") from error
+    if found is None:
+        raise documents.error(f"there is no document {'/'.join(path)}: a person must write it, it may be empty")
+    return found
+
+
+async def _set_presence(documents: Documents, path: tuple[str, ...], state: str) -> None:
+    await documents.commit(documents.put((*path, "state", "presence"), {"state": state}, time="at"))
+
+
+async def _beat(documents: Documents, path: tuple[str, ...], period: float) -> None:
+    while True:
+        await asyncio.sleep(period)
+        await _set_presence(documents, path, "ONLINE")
+
+
+async def _leave(documents: Documents, path: tuple[str, ...]) -> None:
+    """Write that the robot is offline, if that can be done soon."""
+    with suppress(TimeoutError, SupervisorsNotReached):
+        async with asyncio.timeout(FAREWELL):
+            await _set_presence(documents, path, "OFFLINE")

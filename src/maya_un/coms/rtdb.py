@@ -33,7 +33,7 @@ from maya_un.coms.transport import Command, Kind, Report
 from maya_un.errors import InvalidRequest, InvalidValue, MayaError, SupervisorsNotReached
 from maya_un.graph.step_text import id_of
 
-_HEARTBEAT = 10.0
+HEARTBEAT = 10.0
 """Presence is written so often [s]."""
 
 _SILENCE = 45.0
@@ -42,13 +42,13 @@ _SILENCE = 45.0
 _PATIENCE = 10.0
 """For the answer to a request [s]."""
 
-_FAREWELL = 1.0
+FAREWELL = 1.0
 """Longest wait for the last word to the database [s]."""
 
 _LONGEST_EVENT = 1 << 20
 """Bytes of an event; the commands of a longer one are read one by one."""
 
-_MOST_AT_ONCE = 1000
+MOST_AT_ONCE = 1000
 """Commands that are delivered and not answered: as many as the robot lets wait."""
 
 _FORBIDDEN = frozenset(".$#[]/")
@@ -74,7 +74,7 @@ class Rtdb:
         url: str,
         credentials: TokenSource | None = None,
         *,
-        heartbeat: float = _HEARTBEAT,
+        heartbeat: float = HEARTBEAT,
         silence: float = _SILENCE,
     ) -> None:
         self.default_command: str | None = None
@@ -102,9 +102,9 @@ class Rtdb:
                 await channel.apply_next(heard)
                 await _set_presence(database, path, "ONLINE")
                 beat = partial(_beat, database, path, self._heartbeat)
-                async with _beside(channel, beat, partial(channel.listen, heard)):
+                async with beside(channel.fail, beat, partial(channel.listen, heard)):
                     yield channel
-                    await _leave(database, path)
+                await _leave(database, path)
         except asyncio.CancelledError:
             await _leave(database, path)
             raise
@@ -233,7 +233,7 @@ class _Channel:
 
     def _next(self) -> str | None:
         """Return the key of the next command to deliver, None if none may be delivered now."""
-        return next(iter(self._waiting), None) if len(self._ids) < _MOST_AT_ONCE else None
+        return next(iter(self._waiting), None) if len(self._ids) < MOST_AT_ONCE else None
 
     async def _delivered(self, key: str) -> Command | None:
         """Return a command and note that it is delivered; None if it is no longer open."""
@@ -243,7 +243,7 @@ class _Channel:
         if self._waiting.pop(key, None) is None or one.text is None:
             return None
         self._ids[key] = one.id
-        return Command(key, one.text, _as_id(key))
+        return Command(key, one.text, as_id(key))
 
     def _key_of(self, id_: str | None) -> str | None:
         """Return the key of the open command with an id, None if there is none."""
@@ -292,19 +292,19 @@ async def _beat(database: Database, path: tuple[str, ...], period: float) -> Non
 async def _leave(database: Database, path: tuple[str, ...]) -> None:
     """Write that the robot is offline, if that can be done soon."""
     with suppress(TimeoutError, SupervisorsNotReached):
-        async with asyncio.timeout(_FAREWELL):
+        async with asyncio.timeout(FAREWELL):
             await _set_presence(database, path, "OFFLINE")
 
 
 @asynccontextmanager
-async def _beside(channel: _Channel, *work: Callable[[], Awaitable[None]]) -> AsyncIterator[None]:
-    """Do work while the block runs; the first error ends the channel."""
+async def beside(fail: Callable[[MayaError], None], *work: Callable[[], Awaitable[None]]) -> AsyncIterator[None]:
+    """Do work while the block runs; `fail` ends the channel at the first error."""
 
     async def guarded(one: Callable[[], Awaitable[None]]) -> None:
         try:
             await one()
         except MayaError as error:
-            channel.fail(error)
+            fail(error)
 
     tasks = [asyncio.create_task(guarded(one)) for one in work]
     try:
@@ -344,7 +344,7 @@ def _read(key: str, text: bytes) -> _Waiting:
     try:
         value = data_of(text)
     except ValueError:
-        return _Waiting(_as_id(key), text)
+        return _Waiting(as_id(key), text)
     return _Waiting() if value is None else _Waiting(_id(key, value), _text(value))
 
 
@@ -352,11 +352,11 @@ def _id(key: str, value: object) -> str | None:
     """Return the id of a command."""
     with suppress(InvalidRequest, ValueError):
         data = data_of(value.encode()) if isinstance(value, str) else value
-        return (id_of(data) if isinstance(data, dict) else None) or _as_id(key)
+        return (id_of(data) if isinstance(data, dict) else None) or as_id(key)
     return None
 
 
-def _as_id(key: str) -> str | None:
+def as_id(key: str) -> str | None:
     """Return a key as an id, None for one that cannot be one."""
     with suppress(InvalidRequest):
         return id_of({"id": key})

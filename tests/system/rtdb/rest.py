@@ -145,18 +145,6 @@ class Rest:
             }
         )
 
-    async def document(self, request: Request) -> Response:
-        """Answer the reading of a document of Firestore, from /firestore in the tree; only texts are fields."""
-        try:
-            self.store.caller(_bearer(request.headers.get("authorization", "")))
-        except BadTokenError as error:
-            return JSONResponse({"error": {"code": 401, "message": str(error), "status": "UNAUTHENTICATED"}}, 401)
-        found = at(self.store.tree, ("firestore", *request.path_params["path"].split("/")))
-        if found is None:
-            return JSONResponse({"error": {"code": 404, "message": "Document not found.", "status": "NOT_FOUND"}}, 404)
-        fields = {name: {"stringValue": value} for name, value in found.items()}
-        return JSONResponse({"name": request.url.path.removeprefix("/v1/"), "fields": fields})
-
     async def look_up(self, request: Request) -> Response:
         """Answer accounts:lookup."""
         caller = self.store.caller((await request.json())["idToken"])
@@ -213,10 +201,10 @@ def _uid(email: str) -> str:
 
 def _token(request: Request) -> str:
     asked = request.query_params
-    return asked.get("auth") or asked.get("access_token") or _bearer(request.headers.get("authorization", ""))
+    return asked.get("auth") or asked.get("access_token") or bearer(request.headers.get("authorization", ""))
 
 
-def _bearer(header: str) -> str:
+def bearer(header: str) -> str:
     return header.removeprefix("Bearer ") if header.startswith("Bearer ") else ""
 
 

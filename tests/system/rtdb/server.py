@@ -16,6 +16,7 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
+from tests.system.rtdb.documents import Documents
 from tests.system.rtdb.rest import Rest
 from tests.system.rtdb.rules import Rules
 from tests.system.rtdb.store import Caller, Store
@@ -48,6 +49,7 @@ class RealtimeDatabase:
     def __init__(self, rules: str | None = None, keep_alive: float = 30.0) -> None:
         self.store = Store(None if rules is None else Rules.read(rules))
         self.rest = Rest(self.store, keep_alive)
+        self.documents = Documents(self.store)
         self.faults: list[Fault] = []
         self.delay = 0.0
         self.never = asyncio.Event()
@@ -77,6 +79,14 @@ class RealtimeDatabase:
     def set(self, path: str, value: Any) -> None:
         """Replace the data at a path."""
         self._called(lambda: self.store.write(parts(path), [(parts(path), value)], _OWNER, merge=False))
+
+    def set_document(self, path: str, fields: dict[str, Any] | None) -> None:
+        """Replace a document of Firestore, given as JSON data, or remove it."""
+        self._called(lambda: self.documents.set(path, fields))
+
+    def document(self, path: str) -> Any:
+        """Return a document of Firestore as JSON data, None if there is none."""
+        return self._called(lambda: self.documents.data(path))
 
     def set_if_there(self, path: str, value: Any) -> None:
         """Replace the data at a path, if there is any."""
@@ -224,7 +234,12 @@ def _application(database: RealtimeDatabase) -> Starlette:
             Route("/identitytoolkit.googleapis.com/v1/accounts:signInWithPassword", rest.sign_in, methods=["POST"]),
             Route("/identitytoolkit.googleapis.com/v1/accounts:lookup", rest.look_up, methods=["POST"]),
             Route("/securetoken.googleapis.com/v1/token", rest.refresh, methods=["POST"]),
-            Route("/v1/projects/demo/databases/(default)/documents/{path:path}", rest.document),
+            Route("/v1/projects/demo/databases/(default)/documents:{call}", database.documents.call, methods=["POST"]),
+            Route(
+                "/v1/projects/demo/databases/(default)/documents/{path:path}",
+                database.documents.answer,
+                methods=_METHODS,
+            ),
             Route("/{path:path}.json", rest.answer, methods=_METHODS),
         ]
     )

@@ -87,7 +87,7 @@ async def lost(channel: Channel) -> str:
 class Answers:
     """Answers every command as an agent does, over connections that are made again; `seen` lists the deliveries."""
 
-    def __init__(self, transport: Rtdb) -> None:
+    def __init__(self, transport: Transport) -> None:
         self.seen: list[str] = []
         self.errors: list[str] = []
         self._transport = transport
@@ -623,48 +623,3 @@ def test_the_rules_of_the_documentation(who: str, path: str, value: Any, may: bo
     except DeniedError:
         allowed = False
     assert allowed == may
-
-
-def test_firestore_names_the_database_and_the_default_command(
-    guarded: RealtimeDatabase, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("FIREBASE_AUTH_EMULATOR_HOST", f"127.0.0.1:{guarded.port}")
-    monkeypatch.setenv("FIRESTORE_EMULATOR_HOST", f"127.0.0.1:{guarded.port}")
-    guarded.set("firestore/robots/MAYA", {"database_url": guarded.url, "default_command": "approach"})
-    settings = Settings(supervisors="firestore://demo", user="maya@example.org", password="right", api_key="key")
-    transport = transport_of(settings)
-    assert transport.where == "firestore://demo"
-
-    async def story(channel: Channel) -> None:
-        put(guarded, "a", home("a"))
-        await channel.send(result(await channel.receive()))
-
-    told(story, transport)
-    assert transport.default_command == "approach"
-    assert guarded.get(f"{ROBOT}/results/a/success") is True
-
-
-@pytest.mark.parametrize(
-    ("document", "reason"),
-    [
-        (None, "404: Document not found"),
-        ({"default_command": "home"}, "no database_url"),
-        ({"database_url": "ftp://x"}, "no database_url"),
-    ],
-)
-def test_a_document_without_a_database_is_named(
-    document: Any, reason: str, database: RealtimeDatabase, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("FIRESTORE_EMULATOR_HOST", f"127.0.0.1:{database.port}")
-    database.set("firestore/robots/MAYA", document)
-    with pytest.raises(SupervisorsNotReached, match=reason):
-        told(_nothing, transport_of(Settings(supervisors="firestore://demo")))
-
-
-def test_a_token_that_firestore_refuses_is_shown_nowhere(
-    database: RealtimeDatabase, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("FIRESTORE_EMULATOR_HOST", f"127.0.0.1:{database.port}")
-    with pytest.raises(SupervisorsNotReached, match="401: Could not parse") as found:
-        told(_nothing, transport_of(Settings(supervisors="firestore://demo", password="secret-1")))
-    assert "secret-1" not in f"{found.value} {found.value!r}"

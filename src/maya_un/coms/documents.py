@@ -1,0 +1,176 @@
+"""Documents of Firestore over REST: read one, list the keys of a collection, write several at once.
+
+Firestore's own library would bring gRPC. REST has no stream of changes, so who waits for a document asks again.
+FIRESTORE_EMULATOR_HOST moves the address, as in Google's own libraries.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import AsyncIterator, Mapping
+from contextlib import asynccontextmanager
+from typing import Any
+from urllib.parse import quote
+
+import httpx
+
+from maya_un.coms.database import data_of
+from maya_un.coms.firebase_auth import NoToken, TokenSource, message_of
+from maya_un.errors import SupervisorsNotReached
+
+LONGEST = 1 << 20
+"""Bytes of an answer that are read; Firestore itself keeps no longer document."""
+
+_PATIENCE = 10.0
+"""For the answer to a request [s]."""
+
+_NOT_FOUND = 404
+_REFUSED = (401, 403)
+
+Path = tuple[str, ...]
+
+
+class Documents:
+    """The documents of a project; `where` is its address as people may read it."""
+
+    def __init__(self, project: str, where: str, tokens: TokenSource) -> None:
+        emulator = os.environ.get("FIRESTORE_EMULATOR_HOST")
+        host = f"http://{emulator}" if emulator else "https://firestore.googleapis.com"
+        self._root = f"projects/{project}/databases/(default)/documents"
+        self._base = f"{host}/v1/{quote(self._root)}"
+        self.where = where
+        self._tokens = tokens
+        self._http = httpx.AsyncClient(timeout=_PATIENCE)
+
+    async def close(self) -> None:
+        """Close every connection."""
+        await self._http.aclose()
+
+    async def read(self, path: Path) -> dict[str, Any] | None:
+        """Return a document as data, None if there is none; raises `ValueError` for one that is too long."""
+        async with self._answer("GET", "/" + "/".join(quote(part, safe="") for part in path)) as answer:
+            if answer.status_code == _NOT_FOUND:
+                return None
+            document = await self._read(answer)
+        return {name: _data(value) for name, value in document.get("fields", {}).items()}
+
+    async def keys(self, path: Path, most: int) -> list[str]:
+        """Return the keys of at most so many documents of a collection, in the order of their creation."""
+        query = {"from": [{"collectionId": path[-1]}], "select": {"fields": [{"fieldPath": "__name__"}]}, "limit": most}
+        parent = "/".join(quote(part, safe="") for part in path[:-1])
+        async with self._answer("POST", f"/{parent}:runQuery", {"structuredQuery": query}) as answer:
+            try:
+                found = [one["document"] for one in await self._read(answer) if "document" in one]
+                dated = [(_date(one["createTime"]), one["name"].rpartition("/")[2]) for one in found]
+            except (KeyError, TypeError, ValueError) as error:
+                raise self.error("its answer cannot be read") from error
+        return [key for _, key in sorted(dated)]
+
+    async def commit(self, *writes: dict[str, Any]) -> bool:
+        """Write all or nothing; return False if a document that must be there is not."""
+        async with self._answer("POST", ":commit", {"writes": writes}) as answer:
+            await _beginning(answer)  # a connection whose answer is read to its end serves the next request
+            return answer.status_code != _NOT_FOUND
+
+    def put(self, path: Path, data: Mapping[str, Any], time: str | None = None) -> dict[str, Any]:
+        """Return the write of a document; the field `time` gets the time of the server."""
+        document = {"name": self._name(path), "fields": {name: _value(value) for name, value in data.items()}}
+        if time is None:
+            return {"update": document}
+        return {"update": document, "updateTransforms": [{"fieldPath": time, "setToServerValue": "REQUEST_TIME"}]}
+
+    def remove(self, path: Path, *, there: bool = False) -> dict[str, Any]:
+        """Return the removal of a document, which must be `there`."""
+        return {"delete": self._name(path)} | ({"currentDocument": {"exists": True}} if there else {})
+
+    def error(self, reason: str) -> SupervisorsNotReached:
+        """Return the error for a reason, without what it may hold of the credentials."""
+        for secret in self._tokens.secrets:
+            reason = reason.replace(secret, "***")
+        return SupervisorsNotReached(where=self.where, reason=reason)
+
+    def _name(self, path: Path) -> str:
+        return "/".join((self._root, *path))
+
+    @asynccontextmanager
+    async def _answer(self, method: str, path: str, body: object = None) -> AsyncIterator[httpx.Response]:
+        """Send a request and yield its answer, also that nothing is there; raises `SupervisorsNotReached`."""
+        answer = None
+        try:
+            answer = await self._sent(method, path, body)
+            if answer.status_code in _REFUSED and self._tokens.refused():
+                await answer.aclose()
+                answer = await self._sent(method, path, body)
+            if not answer.is_success and answer.status_code != _NOT_FOUND:
+                raise self.error(f"it answers {answer.status_code}: {message_of(await _beginning(answer))}")
+            yield answer
+        except (httpx.HTTPError, NoToken) as error:
+            reason = "it does not answer in time" if isinstance(error, httpx.TimeoutException) else str(error)
+            raise self.error(reason or type(error).__name__) from None
+        finally:
+            if answer is not None:
+                await answer.aclose()
+
+    async def _sent(self, method: str, path: str, body: object) -> httpx.Response:
+        token = await self._tokens.token(self._http)
+        content = None if body is None else json.dumps(body)
+        headers = {"Content-Type": "application/json"} | ({"Authorization": f"Bearer {token}"} if token else {})
+        request = self._http.build_request(method, self._base + path, content=content, headers=headers)
+        return await self._http.send(request, stream=True)
+
+    async def _read(self, answer: httpx.Response) -> Any:
+        """Return an answer as data; raises `ValueError` for one that is none or too long."""
+        if answer.status_code == _NOT_FOUND:
+            raise self.error(f"it answers {answer.status_code}: {message_of(await _beginning(answer))}")
+        text = await _beginning(answer)
+        if len(text) > LONGEST:
+            raise ValueError("too long")
+        return data_of(text)
+
+
+async def _beginning(answer: httpx.Response) -> bytes:
+    """Return a body, of a longer one the first bytes, one more than are allowed."""
+    found = bytearray()
+    async for chunk in answer.aiter_bytes():
+        found += chunk[: LONGEST + 1 - len(found)]
+        if len(found) > LONGEST:
+            break
+    return bytes(found)
+
+
+def _date(text: str) -> tuple[str, str]:
+    """Return a date of Firestore as it can be ordered: it has 0 to 9 digits behind the second."""
+    seconds, _, rest = text.removesuffix("Z").partition(".")
+    return seconds, rest.ljust(9, "0")
+
+
+def _data(value: Mapping[str, Any]) -> Any:
+    """Return a value of Firestore as JSON data; dates, bytes and references are texts."""
+    match next(iter(value.items()), ("nullValue", None)):
+        case "nullValue", _:
+            return None
+        case "integerValue", number:
+            return int(number)
+        case "doubleValue", number:
+            return float(number)
+        case "arrayValue", array:
+            return [_data(one) for one in array.get("values", [])]
+        case "mapValue", below:
+            return {name: _data(one) for name, one in below.get("fields", {}).items()}
+        case _, plain:
+            return plain
+
+
+_KINDS = {bool: "booleanValue", float: "doubleValue", str: "stringValue", type(None): "nullValue"}
+
+
+def _value(data: Any) -> dict[str, Any]:
+    """Return JSON data as a value of Firestore."""
+    if isinstance(data, dict):
+        return {"mapValue": {"fields": {name: _value(one) for name, one in data.items()}}}
+    if isinstance(data, list):
+        return {"arrayValue": {"values": [_value(one) for one in data]}}
+    if isinstance(data, int) and not isinstance(data, bool):
+        return {"integerValue": str(data)}
+    return {_KINDS[type(data)]: data}
