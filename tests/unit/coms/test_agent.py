@@ -8,20 +8,21 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager, suppress
 from pathlib import Path
 from random import Random
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
 from maya_un.coms.agent import LONGEST, Agent
+from maya_un.coms.retrying import LONGEST_PAUSE
 from maya_un.coms.robot import Rosbridge
-from maya_un.coms.transport import Report
-from maya_un.errors import InvalidMessage, InvalidRequest, KeyReused
+from maya_un.coms.transport import Kind, Report
+from maya_un.errors import InvalidMessage, InvalidRequest, KeyReused, RobotNotReached
 from maya_un.graph.bus import Bus
 from maya_un.graph.outcome import success
 from maya_un.graph.protocol import Feedback, Graph, Message
 from maya_un.graph.step_store import StepStore
 from maya_un.graph.steps import Steps, bridged
-from maya_un.graph.table import STEP_COMMAND, STEP_RESULT, TASK
+from maya_un.graph.table import STEP_COMMAND, STEP_RESULT, STEP_STATUS, TASK
 from maya_un.loops import run
 from maya_un.rosbridge.endpoint import Endpoint
 from maya_un.rosbridge.guest import Guest
@@ -29,7 +30,7 @@ from maya_un.server import dates
 from maya_un.server.doors import bound_socket
 from tests.rosbridging import DATE
 from tests.unit.coms.memory import Memory
-from tests.virtual_time import turn
+from tests.virtual_time import elapse, turn
 
 
 class Robot:
@@ -300,6 +301,91 @@ def test_it_waits_for_the_bridge_and_says_so(tmp_path: Path) -> None:
         assert robot.begun == ["home"]
 
     told(story, tmp_path)
+
+
+class Direct:
+    """A way to the robot that works in virtual time: what rosbridge does, without its sockets."""
+
+    def __init__(self, robot: Robot) -> None:
+        self.where = "direct"
+        self.away = False
+        self._node = robot.bus.node("rosbridge")
+        self._came: asyncio.Queue[Report | None] = asyncio.Queue()
+
+    def cut(self) -> None:
+        """End the connection; the next attempts fail until `away` is False again."""
+        self.away = True
+        self._came.put_nowait(None)
+
+    @asynccontextmanager
+    async def connected(self) -> AsyncIterator[Direct]:
+        if self.away:
+            raise RobotNotReached(url=self.where, reason="it is away")
+        self._came = asyncio.Queue()
+        readers = [
+            self._node.subscribe(row.name, row.type, self._hear(row is STEP_RESULT))
+            for row in (STEP_RESULT, STEP_STATUS)
+        ]
+        self._commands = self._node.advertise(STEP_COMMAND.name, STEP_COMMAND.type)
+        yield self
+        for one in (*readers, self._commands):
+            one.close()
+
+    def _hear(self, result: bool) -> Callable[[Message], None]:
+        def hear(message: Message) -> None:
+            data = json.loads(message["data"])
+            kind = Kind.RESULT if result else Kind(data["state"])
+            self._came.put_nowait(Report(data["id"], kind, message["data"]))
+
+        return hear
+
+    async def send(self, text: str) -> None:
+        self._commands.publish({"data": text})
+
+    async def receive(self) -> Report:
+        report = await self._came.get()
+        if report is None:
+            raise RobotNotReached(url=self.where, reason="it went away")
+        return report
+
+
+@pytest.mark.parametrize("side", ["robot", "supervisors", "both"])
+async def test_commands_survive_ten_minutes_without_a_side(side: str, tmp_path: Path) -> None:
+    store = await StepStore.open(tmp_path / "steps.db")
+    robot, memory = Robot(store), Memory()
+    direct = Direct(robot)
+    agent = Agent("MAYA", cast(Rosbridge, direct), memory, dates.now, Random(1))
+    running = asyncio.create_task(agent.run())
+    loop = asyncio.get_running_loop()
+    async with robot.bridge():
+        robot.go.clear()
+        await memory.put("k1", command("1"))
+        await memory.put("k2", command("2"))
+        while robot.begun != ["home"]:
+            await elapse(0.1)
+        if side != "supervisors":
+            direct.cut()
+        if side != "robot":
+            await memory.set_away(True)
+        await elapse(0.1)
+        robot.go.set()
+        for id_ in "345":
+            await memory.put(f"k{id_}", command(id_))
+        await elapse(600.0)
+        assert robot.begun == ["home", "home"]  # those that it had accepted
+        assert len(memory.commands) >= 3
+        back = loop.time()
+        direct.away = False
+        await memory.set_away(False)
+        results = await memory.results(5)
+        assert loop.time() - back <= 2.0 * LONGEST_PAUSE
+    running.cancel()
+    await asyncio.gather(running, return_exceptions=True)
+    await store.close()
+    assert sorted(result.id or "" for result in results) == list("12345")
+    assert all(json.loads(result.text)["success"] for result in results)
+    assert robot.begun == ["home"] * 5
+    assert memory.commands == {}
 
 
 @pytest.mark.parametrize("name", ["home", "can_teleop"])
