@@ -273,7 +273,7 @@ def test_no_command_is_lost_and_none_runs_twice(campaign: Campaign, tmp_path: Pa
     rng = campaign.rng()
     sent = 0
     with world(tmp_path) as (there, lab):
-        for _ in range(campaign.size(ci=12, long=300)):
+        for _ in range(campaign.size(ci=20, long=300)):
             while len(lab.unanswered) < 3:
                 sent += 1
                 lab.send(str(sent), there.point(sent))

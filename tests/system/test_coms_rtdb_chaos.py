@@ -91,7 +91,7 @@ def test_no_command_is_lost_and_none_runs_twice(campaign: Campaign, tmp_path: Pa
         there = World(twin, address, Server(database), tmp_path, "http", environment)
         lab = Supervisor(database)
         try:
-            for _ in range(campaign.size(ci=12, long=300)):
+            for _ in range(campaign.size(ci=20, long=300)):
                 while lab.unanswered < 3:
                     sent += 1
                     lab.send(f"k{sent:04}", there.point(sent))
