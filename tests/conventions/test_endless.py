@@ -23,9 +23,9 @@ def wait():
 def held():
     yield
     wait()
-@pytest.mark.timeout(0.2)
+@pytest.mark.timeout(1.0)
 def test_first(): wait()
-@pytest.mark.timeout(0.2)
+@pytest.mark.timeout(1.0)
 def test_second(held): raise ValueError
 def test_third(): pass
 """
