@@ -32,6 +32,11 @@ def test_every_mode_every_event_and_every_wish_has_words() -> None:
     assert {f"wish_{wish.value}" for wish in Wish} <= WORDS.keys()
 
 
+def test_stop_queue_tells_that_waiting_jobs_are_cancelled() -> None:
+    assert "cancel all jobs in the robot's queue, running and waiting" in word("stop_queue_hint", "en")
+    assert "cancelar todos los trabajos de la cola del robot, en curso y en espera" in word("stop_queue_hint", "es")
+
+
 def test_what_another_version_says_is_shown_readably() -> None:
     assert phrase("event_gone_fishing", "es") == "gone fishing"
     assert word("busy", "fr") == word("busy", "en")

@@ -59,6 +59,22 @@ def test_program_deallocates_arrays_before_it_first_dimensions_them() -> None:
     assert bench.say("LA") == "first[5]\r\nother[2]\r\n:"
 
 
+@pytest.mark.parametrize("every", ["DA *[0]", "DA *[]"])
+def test_da_takes_both_forms_of_every_array(every: str) -> None:
+    """G, DA: `*[0]`; public programs write `*[]` as well."""
+    bench = Bench()
+    bench.do("DM first[3],other[2];v=1")
+    bench.do(every)
+    assert bench.say("LA") == ":"
+    assert bench.say("MG v") == " 1.0000\r\n:"
+
+
+@pytest.mark.parametrize("command", ["SP 1,2,3,4", "PR 1,2,3,4", "KP 1,2,3,4"])
+def test_fields_of_axes_that_are_not_there_are_refused(command: str) -> None:
+    """G, TC: 4, operand error; a machine of three axes has three fields."""
+    assert Bench(axes=3).code(command) == ErrorCode.OPERAND_ERROR
+
+
 @pytest.mark.parametrize(
     ("command", "text"),
     [

@@ -56,6 +56,13 @@ def test_a_paused_queue_says_why_and_how_it_goes_on(serve: Serve, capsys: pytest
     assert "en pausa" in printed(["queue", "--lang", "es"], capsys)
 
 
+def test_queue_that_nobody_known_paused_names_nobody(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+    view = {**VIEW, "mode": "paused", "reason": "stop", "by": "", "since": "2026-03-01T10:00:00+00:00"}
+    serve(**{"/v1/queue": view})
+    assert "(somebody stopped the robot)" in printed(["queue"], capsys)
+    assert "(alguien detuvo el robot)" in printed(["queue", "--lang", "es"], capsys)
+
+
 @pytest.mark.parametrize(
     ("counts", "said"),
     [

@@ -67,6 +67,9 @@ def page(name: str) -> str:
     if not name:
         return OVERVIEW
     found = CATALOGUE.get(name.upper()) or CATALOGUE.get(name)
+    if found is None and name.startswith("_"):  # an operand, with its axis or without: _LFA, _TP
+        mnemonic = name[1:3].upper()
+        found = CATALOGUE.get(f"_{mnemonic}m") or CATALOGUE.get(mnemonic)
     if found is None:
         return f"{name} is no command of the DMC-41x3. `:help` tells about the terminal."
     facts = [*_facts(found)]

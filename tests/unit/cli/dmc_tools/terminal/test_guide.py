@@ -30,6 +30,18 @@ def test_a_page_tells_where_a_name_may_stand(name: str, fact: str) -> None:
     assert fact in guide.page(name)
 
 
+@pytest.mark.parametrize(
+    ("name", "fact"), [("_LFA", "1 while the forward switch is free"), ("_lr", "reverse switch"), ("_TPB", "TP  ")]
+)
+def test_operands_are_explained_with_their_axis_and_without(name: str, fact: str) -> None:
+    assert fact in guide.page(name)
+
+
+def test_an_operand_that_is_none_has_no_page() -> None:
+    assert "_QX is no command" in guide.page("_QX")
+    assert "_ is no command" in guide.page("_")
+
+
 def test_commands_that_are_no_operands_are_not_called_so() -> None:
     names = {entry.name for entry in guide.operands()}
     assert {"TP", "BG", "XQ", "BN"} <= names
