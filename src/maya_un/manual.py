@@ -33,7 +33,7 @@ TENSION_LIMIT = 5.0
 def default_path() -> Path:
     """Return the place of the configuration: $MAYA_CONFIG, else maya/config.toml in the user's folder.
 
-    In a ROS namespace it is the file of the Maya there, unless $MAYA_CONFIG names one.
+    In a ROS namespace it is the file of the Maya in that namespace, unless $MAYA_CONFIG names one.
     """
     named = os.environ.get("MAYA_CONFIG")
     if named:

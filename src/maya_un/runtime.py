@@ -33,7 +33,7 @@ class Running(NamedTuple):
 def folder() -> Path:
     """Return the folder of runtime files: $MAYA_RUNTIME_DIR, else $XDG_RUNTIME_DIR/maya, else /tmp/maya-<uid>.
 
-    In a ROS namespace it is the part of that folder for the Maya there.
+    In a ROS namespace it is the subfolder for the Maya in that namespace.
     """
     named = os.environ.get("MAYA_RUNTIME_DIR")
     if named:

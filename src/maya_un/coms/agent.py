@@ -37,7 +37,8 @@ class _Pending:
     """A command whose result was not sent: `report` is the robot's latest, `sent` tells whether that was sent on.
 
     `keys` are those of its deliveries in this connection: it may come several times, and each gets the result.
-    `content` is what the journal compares, as JSON text. Both are "" while only the robot knows the command.
+    `content` is the part that the journal compares, as JSON text. `text` and `content` are "" while only the robot
+    knows the command.
     """
 
     text: str
@@ -80,7 +81,7 @@ class Agent:
             group.create_task(keep(self._serve_supervisors, self._failed("supervisors"), self._rng))
 
     def status(self) -> dict[str, Any]:
-        """Return how both connections are, and what they wait for, as JSON data."""
+        """Return the state of both connections, and what they wait for, as JSON data."""
         sides = {
             side: {"url": url, **_waiting(self._troubles[side])}
             for side, url in (("robot", self._robot.where), ("supervisors", self._transport.where))
@@ -108,7 +109,7 @@ class Agent:
             self._take(await channel.receive())
 
     def _take(self, command: Command) -> None:
-        """Note a command for the robot; refuse one that cannot be read, and other content under a pending id."""
+        """Note a command for the robot; refuse an unreadable one, or one with the id of another pending one."""
         try:
             id_, data = self._understood(command)
         except MayaError as error:
@@ -126,7 +127,7 @@ class Agent:
             self._reports.set()
 
     def _refuse(self, command: Command, id_: str | None, error: MayaError, data: dict[str, Any]) -> None:
-        """Answer a command without the robot, so that nobody takes the answer for that of a pending command."""
+        """Refuse a command without the robot; the refusal must not pass for the result of a pending command."""
         if id_ in self._pending:
             result = Result.refused(id_, KeyReused(key=id_), self._date(), content=content_of(data))
         else:
@@ -247,12 +248,12 @@ def _waiting(trouble: MayaError | str | None) -> dict[str, object]:
 
 
 def _compared(data: dict[str, Any]) -> str:
-    """Return the content of a command as text in which nothing but the same is equal."""
+    """Return the content of a command as text, so that contents can be compared."""
     return json.dumps(content_of(data), sort_keys=True)
 
 
 def _of_other_content(report: Report, one: _Pending | None) -> bool:
-    """Tell whether a report refuses other content under the id of a command: another program sent that."""
+    """Tell whether a report refuses a command of another program that used the id of this command."""
     content = json.loads(report.text).get("content") if report.kind is Kind.RESULT else None
     return content is not None and (one is None or json.dumps(content, sort_keys=True) != one.content)
 

@@ -128,7 +128,7 @@ class Database:
         raise SupervisorsNotReached(where=self.where, reason=self._plain(reason))
 
     async def _start_of(self, answer: httpx.Response) -> bytes:
-        """Return what an answer begins with. A connection whose answer is read to its end serves the next request."""
+        """Return the first bytes of an answer. If the whole answer is read, its connection serves the next request."""
         body = bytearray()
         async for chunk in self._chunks(answer):
             body += chunk[:_MOST_READ]

@@ -1,7 +1,7 @@
 """Documents of Firestore over REST: read one, list the keys of a collection, write several at once.
 
-Firestore's own library would bring gRPC. REST has no stream of changes, so who waits for a document asks again.
-FIRESTORE_EMULATOR_HOST moves the address, as in Google's own libraries.
+Firestore's own library would bring gRPC. REST reports no changes, so a caller asks again until a document
+exists. FIRESTORE_EMULATOR_HOST changes the address, as in Google's own libraries.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class Documents:
     async def commit(self, *writes: dict[str, Any]) -> bool:
         """Write all or nothing; return False if a document that must be there is not."""
         async with self._answer("POST", ":commit", {"writes": writes}) as answer:
-            await _beginning(answer)  # a connection whose answer is read to its end serves the next request
+            await _beginning(answer)  # a connection serves the next request after its answer is read to the end
             return answer.status_code != _NOT_FOUND
 
     def put(self, path: Path, data: Mapping[str, Any], time: str | None = None) -> dict[str, Any]:
@@ -81,11 +81,11 @@ class Documents:
         return {"update": document, "updateTransforms": [{"fieldPath": time, "setToServerValue": "REQUEST_TIME"}]}
 
     def remove(self, path: Path, *, there: bool = False) -> dict[str, Any]:
-        """Return the removal of a document, which must be `there`."""
+        """Return the removal of a document; with `there`, the commit fails if the document does not exist."""
         return {"delete": self._name(path)} | ({"currentDocument": {"exists": True}} if there else {})
 
     def error(self, reason: str) -> SupervisorsNotReached:
-        """Return the error for a reason, without what it may hold of the credentials."""
+        """Return the error for a reason; credentials in the reason are hidden."""
         for secret in self._tokens.secrets:
             reason = reason.replace(secret, "***")
         return SupervisorsNotReached(where=self.where, reason=reason)
@@ -95,7 +95,7 @@ class Documents:
 
     @asynccontextmanager
     async def _answer(self, method: str, path: str, body: object = None) -> AsyncIterator[httpx.Response]:
-        """Send a request and yield its answer, also that nothing is there; raises `SupervisorsNotReached`."""
+        """Send a request and yield its answer, also 404 (not found); raises `SupervisorsNotReached` otherwise."""
         answer = None
         try:
             answer = await self._sent(method, path, body)
@@ -120,7 +120,7 @@ class Documents:
         return await self._http.send(request, stream=True)
 
     async def _read(self, answer: httpx.Response) -> Any:
-        """Return an answer as data; raises `ValueError` for one that is none or too long."""
+        """Return an answer as data; raises `ValueError` for one that is too long or not JSON."""
         if answer.status_code == _NOT_FOUND:
             raise self.error(f"it answers {answer.status_code}: {message_of(await _beginning(answer))}")
         text = await _beginning(answer)
@@ -130,7 +130,7 @@ class Documents:
 
 
 async def _beginning(answer: httpx.Response) -> bytes:
-    """Return a body, of a longer one the first bytes, one more than are allowed."""
+    """Return a body; of a body longer than `LONGEST`, return one byte more than that."""
     found = bytearray()
     async for chunk in answer.aiter_bytes():
         found += chunk[: LONGEST + 1 - len(found)]
@@ -140,7 +140,7 @@ async def _beginning(answer: httpx.Response) -> bytes:
 
 
 def _date(text: str) -> tuple[str, str]:
-    """Return a date of Firestore as it can be ordered: it has 0 to 9 digits behind the second."""
+    """Return a date of Firestore as a key for sorting: it has 0 to 9 digits after the seconds."""
     seconds, _, rest = text.removesuffix("Z").partition(".")
     return seconds, rest.ljust(9, "0")
 

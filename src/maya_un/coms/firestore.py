@@ -6,9 +6,9 @@
     /robots/ROBOT/results/KEY      the result; written and the command removed in one commit
     /robots/ROBOT/state/presence   {"state": "ONLINE" or "OFFLINE", "at": the server's time}, every 10 s
 
-If the robot's document names a Realtime Database, steps go by that, and of Firestore nothing else is used. A command's
-id is its KEY if it has none. REST has no stream of changes, so the commands are asked for every `INTERVAL`. A result
-is written only while its command is there: Firestore checks that in the same commit.
+If the robot's document names a Realtime Database, that carries the steps, and nothing else of Firestore is used. A
+command without an id has its KEY as id. REST reports no changes, so this module asks for commands every `INTERVAL`. A
+result is written only if its command still exists: Firestore checks that in the same commit.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from maya_un.errors import InvalidRequest, MayaError, SupervisorsNotReached
 from maya_un.graph.step_text import id_of
 
 INTERVAL = 2.0
-"""Commands are asked for so often while there are none [s]; each time costs one read, 43 200 a day."""
+"""Pause between two queries for commands while there are none [s]; a query costs a read, so a day 43 200 reads."""
 
 
 class Firestore:
@@ -94,7 +94,7 @@ class Firestore:
 
 
 class _Channel:
-    """A connection to Firestore: the open commands as it told them last, and what is written about them."""
+    """A connection to Firestore: it delivers the open commands and writes reports of them."""
 
     def __init__(self, documents: Documents, path: tuple[str, ...], interval: float) -> None:
         self._documents = documents
@@ -105,11 +105,11 @@ class _Channel:
         self._error: MayaError | None = None
 
     def fail(self, error: MayaError) -> None:
-        """End the connection at the next question for commands."""
+        """End the connection before the next query for commands."""
         self._error = self._error or error
 
     async def receive(self) -> Command:
-        """Return the next command in the order of their creation."""
+        """Wait for the next command, in the order of creation, and return it."""
         while True:
             if self._error is not None:
                 raise self._error
@@ -123,7 +123,7 @@ class _Channel:
                 return command
 
     async def send(self, report: Report) -> None:
-        """Write a report, and remove the command of a result. A command that is no longer open was answered before."""
+        """Write a report; with a result, remove its command. Do nothing for a command that is no longer open."""
         key = report.key if report.key in self._ids else self._key_of(report.id)
         if key is None:
             return
@@ -139,7 +139,7 @@ class _Channel:
         self._ids.pop(key, None)
 
     async def _look(self) -> None:
-        """Note which commands there are."""
+        """Read the keys of the open commands."""
         before = set(self._ids)
         keys = await self._documents.keys((*self._path, "commands"), MOST_AT_ONCE)
         for key in before - set(keys):
@@ -172,7 +172,7 @@ async def _identity(documents: Documents, path: tuple[str, ...]) -> dict[str, ob
     except (AttributeError, RecursionError, TypeError, ValueError) as error:
         raise documents.error(f"the document {'/'.join(path)} cannot be read") from error
     if found is None:
-        raise documents.error(f"there is no document {'/'.join(path)}: a person must write it, it may be empty")
+        raise documents.error(f"there is no document {'/'.join(path)}: write it, it may be empty")
     return found
 
 

@@ -30,7 +30,7 @@ from maya_un.errors import SessionTakenOver
 
 @dataclass(slots=True)
 class Mqtt:
-    """The supervisors of a broker. `session` tells the robot's presence from that of another one with its name."""
+    """The supervisors of a broker. `session` differs between two robots with the same name."""
 
     broker: Broker
     default_command: str | None = None
@@ -46,8 +46,8 @@ class Mqtt:
     async def connected(self, robot: str) -> AsyncIterator[_Channel]:
         """Connect and subscribe; raises `SupervisorsNotReached`, `InvalidValue` for a name that no topic can have.
 
-        Of two robots with one name the one that was first gives way (`SessionTakenOver`). Not every broker tells why it
-        ended a connection, so a robot looks who is online before it connects again.
+        If a second robot connects under this name, the first one raises `SessionTakenOver` when it connects again. Not
+        every broker says why it closed a connection, so a robot checks who is online before it connects again.
         """
         commands, connection = topic(robot, "commands"), topic(robot, "connection")
         if self._was_online:
@@ -66,7 +66,7 @@ class Mqtt:
         """Raise `SessionTakenOver` if another robot is online under this name."""
         async with self.broker.connected(f"maya-look-{uuid4().hex}", session=0) as client:
             with self.broker.reached():
-                for _ in range(2):  # the second answer comes behind what is retained
+                for _ in range(2):  # the answer to the second comes after the retained message
                     await client.subscribe(connection)
                 while len(client.messages):
                     found = _presence(await anext(client.messages))
@@ -83,7 +83,7 @@ def _connection(state: str, session: str | None = None) -> str:
 
 
 def _presence(message: aiomqtt.Message) -> dict[str, Any]:
-    """Return what a message on the topic of a robot's connection tells, {} for one that is none."""
+    """Return the data of a message about a robot's connection, {} if it is not a JSON object."""
     with suppress(ValueError, RecursionError):
         found = json.loads(_bytes(message.payload))
         if isinstance(found, dict):

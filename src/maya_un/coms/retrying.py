@@ -25,8 +25,8 @@ GOOD = 5.0
 async def keep(use: Callable[[], Awaitable[None]], failed: Callable[[MayaError], None], rng: Random) -> None:
     """Call `use` again and again, and `failed` with each `MayaError` that it raises; ends only by being cancelled.
 
-    After `SessionTakenOver` it does not call `use` again: two programs with one name would take the session from each
-    other for ever, and both would carry out its commands.
+    After `SessionTakenOver` it does not call `use` again: two programs with the same name would take the session from
+    each other for ever, and both would carry out commands.
 
     The pauses double, and each is drawn from its upper half, so that many clients of a server do not come together.
     """

@@ -77,7 +77,7 @@ SCHEMAS: dict[str, dict[str, Any]] = {
             "warnings": {"type": "array", "items": {"type": "string"}},
             "content": {
                 "type": "object",
-                "description": "with code 4012: the command and the args that were refused; the id has other content",
+                "description": "with code 4012: the command and the args that were refused; another one has this id",
             },
         },
         ["id", "success", "error", "code", "started", "finished", "warnings"],
@@ -92,7 +92,7 @@ SCHEMAS: dict[str, dict[str, Any]] = {
         "Whether a robot is connected; retained.",
         {
             "connection": {"enum": list(CONNECTIONS)},
-            "session": {"type": "string", "description": "with ONLINE: differs between two robots of one name"},
+            "session": {"type": "string", "description": "with ONLINE: differs between two robots with the same name"},
         },
         ["connection"],
     ),

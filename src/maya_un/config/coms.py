@@ -18,7 +18,7 @@ class ComsConfig(Section):
 
     name: RobotName = Field(
         default_factory=robot_name,
-        description="the robot's name among those of its supervisors; by default the ROS namespace in capitals",
+        description="the robot's name for its supervisors; by default MAYA, or the ROS namespace in capitals",
     )
     server_address: Annotated[
         str, Field(pattern=r"^https?://[^\s/]+$", description="where `maya coms` is (the manual's COMS_SERVER_ADDRESS)")

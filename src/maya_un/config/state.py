@@ -14,7 +14,7 @@ from maya_un.namespace import own
 def state_folder() -> Path:
     """Return the folder of state: $MAYA_STATE_DIR, else $XDG_STATE_HOME/maya, else ~/.local/state/maya.
 
-    In a ROS namespace it is the part of that folder for the Maya there.
+    In a ROS namespace it is the subfolder for the Maya in that namespace.
     """
     named = os.environ.get("MAYA_STATE_DIR")
     if named:

@@ -163,7 +163,7 @@ class Ownership:
     async def sign(self, driver: Driver) -> bool:
         """Write our name and connection into the controller if it is ours; return whether it was.
 
-        If it was, the next owner closes our connection, and commands that we send too late never arrive.
+        After that, the next owner can close our connection, so that commands that we send too late never arrive.
         """
         (handle,) = await _numbers(driver, "_IA3")
         letter = LETTERS[handle]

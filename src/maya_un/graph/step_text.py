@@ -27,7 +27,7 @@ LONGEST_ID = 200
 """Characters of an id."""
 
 DEEPEST = 32
-"""Levels of a command, as in a Realtime Database."""
+"""Levels of nesting in a command: as many as a Realtime Database allows."""
 
 _LONGEST_TEXT = 64
 """Characters of a text in `content_of`."""
@@ -69,9 +69,9 @@ class Progress:
 class Result:
     """How a step ended, or why it was refused: `error` is a sentence and `code` ours, both None after success.
 
-    `id` is None where the command had none that could be read. Dates are ISO 8601 in UTC. `content` is of a command
-    whose id was used with other content (`content_of`): by it the sender of the first command sees that not the first
-    one is refused.
+    `id` is None where the command had none that could be read. Dates are ISO 8601 in UTC. `content` is set
+    if another command has the same id (`content_of`): it shows the sender of the first command that another command was
+    refused.
     """
 
     id: str | None
@@ -123,7 +123,7 @@ def read(text: str) -> dict[str, Any]:
 
 
 def _is_deeper(data: object, levels: int) -> bool:
-    """Tell whether there is anything below so many levels; who reads a command could not write all that it reads."""
+    """Tell whether data have more than so many levels; Python can read deeper JSON than it can write."""
     level = [data]
     for _ in range(levels + 1):
         below = [one.values() if isinstance(one, dict) else one for one in level if isinstance(one, dict | list)]
@@ -132,9 +132,9 @@ def _is_deeper(data: object, levels: int) -> bool:
 
 
 def content_of(data: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what tells a command from another under the same id: its command and the args that the command needs.
+    """Return the part that distinguishes two commands with the same id: the command and the args that it needs.
 
-    Values that no arg can have are None or cut, so that it can be sent back.
+    Invalid values are replaced by None, and long texts are cut, so that the content is short enough to send back.
     """
     command, args = data.get("command"), data.get("args")
     command = command[:_LONGEST_TEXT] if isinstance(command, str) else None
@@ -143,7 +143,7 @@ def content_of(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _plain(value: object) -> float | bool | str | None:
-    """Return a number as a float, a truth value, the beginning of a text, None for anything else."""
+    """Return a number as a float, a boolean as it is, the beginning of a text, None for anything else."""
     if isinstance(value, str):
         return value[:_LONGEST_TEXT]
     if isinstance(value, bool):

@@ -122,7 +122,7 @@ class Steps:
         return answer if isinstance(answer, Result) else await asyncio.shield(answer)
 
     async def _step_of(self, data: Mapping[str, Any], id_: str) -> Step:
-        """Return the step that a command asks for; one that asks for none under a known id is other content."""
+        """Return the step of a command. If the command is invalid and its id is known, raise `KeyReused`."""
         try:
             return step_of(data, id_)
         except MayaError as error:
@@ -237,10 +237,10 @@ class Steps:
         return await self._do({"task": to_message(step.primitive)})
 
     async def _stored(self, result: Result) -> None:
-        """Store a result, again and again until the store takes it: nobody gets a result that it does not hold.
+        """Store a result, and try again until that succeeds. Only a stored result is sent.
 
         Otherwise the next run of this program would report the step as `INTERRUPTED`, a second result. If this run ends
-        before, that is its only one. Steps that wait meanwhile do not begin.
+        first, INTERRUPTED is the only result. Steps that wait meanwhile do not begin.
         """
         assert result.id is not None
         failed = False

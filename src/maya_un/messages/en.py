@@ -38,7 +38,7 @@ SENTENCES: dict[int, str] = {
     1050: "The robot's rosbridge at {url} does not answer: {reason}. Start the robot with `maya up --rosbridge`, or set IP to where it is; this program tries again.",
     1051: "The supervisors' server {where} does not answer: {reason}. Check that it runs, and its address, user and password.",
     1052: "The broker {where} refuses the command: {reason}. Ask the person who keeps its rules (ACL) for access to this robot.",
-    1053: "Another robot is connected to {where} as {name}, so this one stays away from there. Give each robot its own name (coms.name, NAME), then start this program again.",
+    1053: "Another robot is connected to {where} under the name {name}, so this robot does not connect again. Give each robot its own name (coms.name, NAME), then start this program again.",
     2101: "{target} cannot be reached: {reason}. Nearest reachable: {nearest}.",
     2102: "The way to {target} leaves the workspace: {reason}. Go there by a point in between.",
     2103: "The robot is not homed, so its position is not known. Say `maya home` first.",

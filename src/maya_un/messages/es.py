@@ -39,7 +39,7 @@ SENTENCES: dict[int, str] = {
     1050: "El rosbridge del robot en {url} no responde: {reason}. Arranque el robot con `maya up --rosbridge`, o ponga en IP dónde está; este programa lo intentará otra vez.",
     1051: "El servidor de los supervisores {where} no responde: {reason}. Compruebe que funciona, y su dirección, usuario y contraseña.",
     1052: "El broker {where} rechaza la orden: {reason}. Pida acceso a este robot a quien lleva sus reglas (ACL).",
-    1053: "Otro robot está conectado a {where} como {name}, y este no vuelve allí. Dé a cada robot su propio nombre (coms.name, NAME) y arranque este programa otra vez.",
+    1053: "Otro robot está conectado a {where} con el nombre {name}, así que este robot no se vuelve a conectar. Dé a cada robot su propio nombre (coms.name, NAME) y arranque este programa otra vez.",
     2101: "{target} no se puede alcanzar: {reason}. Lo más cercano alcanzable: {nearest}.",
     2102: "El camino a {target} sale del espacio de trabajo: {reason}. Vaya por un punto intermedio.",
     2103: "El robot no ha hecho el homing y no conoce su posición. Diga primero `maya home`.",

@@ -1,7 +1,7 @@
-"""Tell ros_coms, the link to supervisors, where the rosbridge of its graph is. It is no node itself.
+"""Tell ros_coms, the link to supervisors, where the rosbridge of its namespace is. ros_coms is not a node.
 
-$IP names another rosbridge than that of its namespace. In a namespace its own HTTP server takes any free port, unless
-$PORT names one.
+$IP sets the address of another rosbridge. In a namespace, the HTTP server of ros_coms takes any free port, unless $PORT
+names one.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from maya_un.ros.names import whole
 from maya_un.ros.nodes.rosbridge import URL
 
 _LOOK = 0.2
-"""How often the parameter is looked at [s]."""
+"""Period of reading the parameter [s]."""
 
 
 def settle_environment() -> None:
-    """Put what `maya coms` needs into the environment, as soon as rosbridge serves; raises `MasterGone`."""
+    """Wait for rosbridge, then set the variables that `maya coms` reads; raises `MasterGone`."""
     if namespace():
         os.environ.setdefault("PORT", "0")
     if not os.environ.get("IP"):
@@ -30,7 +30,7 @@ def settle_environment() -> None:
 
 
 def _rosbridge() -> str:
-    """Return the address of the rosbridge of this namespace, as soon as that serves; raises `MasterGone`."""
+    """Wait for the rosbridge of this namespace and return its address; raises `MasterGone`."""
     require_master()
     pause = Event()
     while True:

@@ -31,7 +31,7 @@ from maya_un.ros.topics import LINGER, RosPublisher, RosSubscription
 class RosGraph:
     """The graph that this process's node takes part in (`graph.protocol.Graph`), in the running loop.
 
-    The node must have been made (`rospy.init_node`). Names are those of one Maya (`ros.names`). `speed` is how fast the
+    The node must have been made (`rospy.init_node`). Names are the manual's (`ros.names`). `speed` is how fast the
     loop's clock runs. Nothing here waits in the loop for the master: topics, services and actions are registered a
     moment later, in order (`registered`).
     """

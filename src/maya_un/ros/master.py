@@ -109,7 +109,7 @@ def _kind(service: str, uri: str) -> str | None:
 
 
 class RosDirectory:
-    """The names in the graph, those below this node's namespace (`graph.protocol.Directory`). Raises `MasterGone`.
+    """The names in this node's namespace (`graph.protocol.Directory`). Raises `MasterGone`.
 
     `settled` waits until the master knows what this node has begun, for so long at most [s].
     """
@@ -171,7 +171,7 @@ class RosDirectory:
 
 
 class RosParameters:
-    """The parameters below this node's namespace (`graph.protocol.Parameters`). Raises `MasterGone`."""
+    """The parameters in this node's namespace (`graph.protocol.Parameters`). Raises `MasterGone`."""
 
     async def get(self, name: str, default: Any = None) -> Any:
         """Return the value at `name`, a dict for a name that others begin with."""

@@ -174,7 +174,7 @@ class Supervisor:
             return
         progress, result = progress_of(event.data), result_of(event.data)
         if result is not None:
-            if result.content is None or result.content == step.content:  # else another program used this id
+            if result.content is None or result.content == step.content:  # else it refuses another program's command
                 self._end(step, result)
         elif progress is not None:
             step.reported(progress)

@@ -74,7 +74,7 @@ class Step:
 
     @property
     def content(self) -> dict[str, Any]:
-        """What the robot compares if the id comes again."""
+        """The part of the command that the robot compares if the same id comes again."""
         return content_of(json.loads(self.text))
 
     async def outcome(self) -> Result:

@@ -1,4 +1,4 @@
-"""ros_coms: the link to supervisors, which is `maya coms`; roslaunch's own arguments are not for it."""
+"""ros_coms: start `maya coms`, the link to supervisors, without the arguments that roslaunch adds."""
 
 from __future__ import annotations
 

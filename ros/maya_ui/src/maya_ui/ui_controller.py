@@ -1,6 +1,6 @@
 """A robot over rospy: the topics, services and actions of the graph that the dashboard speaks, and nothing else.
 
-Names are relative, so the dashboard belongs to the Maya of its namespace; without one they are the manual's.
+Names are relative, so the dashboard shows the Maya of its namespace; without a namespace they are the manual's.
 """
 
 from __future__ import annotations

@@ -39,7 +39,7 @@ async def _serve(found: environment.Settings, door: socket.socket, *, connect: b
     clear = environment.password_in_clear(found)
     if clear:
         where = environment.where_of(found.supervisors)
-        warning = f"The password goes to {where} without encryption. Everybody on the way can read it: use TLS."
+        warning = f"The password goes to {where} without encryption. Anyone on the network can read it: use mqtts://."
         print(f"maya: {warning}", file=sys.stderr, flush=True)
     switch = Switch(agent, password_in_clear=clear)
     if connect:

@@ -32,16 +32,16 @@ _WORDS: dict[str, tuple[str, str, str, str]] = {
         "",
     ),
     "coms_clear": (
-        "`maya coms` sends its password to {where} without encryption: everybody on the way can read it.",
+        "`maya coms` sends its password to {where} without encryption: anyone on the network can read it.",
         "Use mqtts:// or https://.",
-        "`maya coms` envía su contraseña a {where} sin cifrar: cualquiera en el camino puede leerla.",
+        "`maya coms` envía su contraseña a {where} sin cifrar: cualquiera en la red puede leerla.",
         "Use mqtts:// o https://.",
     ),
     "coms_taken": (
-        "`maya coms` stays away from its supervisors: {reason}",
-        "Two robots have one name, and the other one gets the commands.",
-        "`maya coms` no vuelve a sus supervisores: {reason}",
-        "Dos robots tienen un mismo nombre, y el otro recibe las órdenes.",
+        "`maya coms` does not connect to its supervisors again: {reason}",
+        "Two robots have the same name, and the other one gets the commands.",
+        "`maya coms` no se vuelve a conectar con sus supervisores: {reason}",
+        "Dos robots tienen el mismo nombre, y el otro recibe las órdenes.",
     ),
     "coms_waits": (
         "`maya coms` waits: {reason}",

@@ -1,8 +1,8 @@
 """Node rosbridge: the endpoint of `maya up --rosbridge`, over the real graph; any topic, service and action of it.
 
-In a namespace it serves what lies below that, under the manual's names. Parameters, private or under /maya: port (9090,
+In a namespace it serves only the names there, under the manual's names. Parameters, private or under /maya: port (9090,
 in a namespace any free one; 0 for any), origins (pages that may command besides those of this machine). It writes its
-address into the parameter ~url. It listens on the loopback only, and its clock is that of the wall, however fast the
+address into the parameter `URL`. It listens on the loopback only, and its clock is that of the wall, however fast the
 twin's runs.
 """
 
@@ -20,7 +20,7 @@ from maya_un.server.doors import bound_socket
 from maya_un.server.edge import Edge, host_of, origin_of
 
 URL = "/rosbridge/url"
-"""The parameter with the address; a launch begins with ""."""
+"""The parameter with the address of rosbridge; the launch file sets it to "" first."""
 
 
 def main() -> int:

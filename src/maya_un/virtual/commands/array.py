@@ -56,7 +56,7 @@ def _dimension(context: Context, text: str) -> Answer:
 def _deallocate(context: Context, text: str) -> Answer:
     """DA: forget variables or arrays (`a[0]`, `a[]`) by name, or all (`*`, `*[0]`, `*[]`); `?` tells what room is left.
 
-    An array that does not exist is no error: M2FS's program deallocates its arrays before it first dimensions them.
+    An array that does not exist is no error: the program of M2FS deallocates its arrays before it dimensions them.
     Nothing is forgotten if a variable does not exist, or if an array is being recorded to.
     """
     unit = context.unit
