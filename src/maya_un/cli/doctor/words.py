@@ -38,10 +38,10 @@ _WORDS: dict[str, tuple[str, str, str, str]] = {
         "Use mqtts:// o https://.",
     ),
     "coms_taken": (
-        "`maya coms` does not connect to its supervisors again: {reason}",
-        "Two robots have the same name, and the other one gets the commands.",
-        "`maya coms` no se vuelve a conectar con sus supervisores: {reason}",
-        "Dos robots tienen el mismo nombre, y el otro recibe las órdenes.",
+        "`maya coms` is disconnected from its supervisors: {reason}",
+        "Until then the other robot gets the commands.",
+        "`maya coms` está desconectado de sus supervisores: {reason}",
+        "Hasta entonces, el otro robot recibe las órdenes.",
     ),
     "coms_waits": (
         "`maya coms` waits: {reason}",
