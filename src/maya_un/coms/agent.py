@@ -172,7 +172,7 @@ class Agent:
         for key in keys if ended else keys[-1:]:
             await channel.send(replace(report, key=key))
         if ended:
-            one.keys = one.keys[len(keys) :]
+            one.keys = [key for key in one.keys if key not in keys]
         if one.report is not report or (ended and one.keys):
             return  # a newer one, or the command again, came meanwhile
         one.sent = True

@@ -15,7 +15,7 @@ import pytest
 from maya_un.coms.agent import LONGEST, Agent
 from maya_un.coms.retrying import LONGEST_PAUSE
 from maya_un.coms.robot import Rosbridge
-from maya_un.coms.transport import Kind, Report
+from maya_un.coms.transport import Command, Kind, Report
 from maya_un.errors import InvalidMessage, InvalidRequest, KeyReused, RobotNotReached
 from maya_un.graph.bus import Bus
 from maya_un.graph.outcome import success
@@ -80,12 +80,14 @@ class Robot:
 Story = Callable[[Robot, Agent, Memory], Awaitable[None]]
 
 
-def told(story: Story, folder: Path, default_command: str | None = None) -> None:
+def told(
+    story: Story, folder: Path, default_command: str | None = None, kind: Callable[[str | None], Memory] = Memory
+) -> None:
     """Run a story with an agent that is connected by nobody yet."""
 
     async def main() -> None:
         store = await StepStore.open(folder / "steps.db")
-        robot, memory = Robot(store), Memory(default_command)
+        robot, memory = Robot(store), kind(default_command)
         agent = Agent("MAYA", Rosbridge(robot.url), memory, dates.now, Random(1))
         running = asyncio.create_task(agent.run())
         try:
@@ -287,6 +289,52 @@ def test_a_result_survives_the_loss_of_either_side(tmp_path: Path) -> None:
         assert robot.begun == ["home"]
 
     told(story, tmp_path)
+
+
+class Late(Memory):
+    """After a reconnect, delivers commands only while it takes a result of which it knows no command."""
+
+    def __init__(self, default_command: str | None = None) -> None:
+        super().__init__(default_command)
+        self.taking = asyncio.Event()
+        self.taking.set()
+        self.taken = asyncio.Event()
+
+    async def next(self, delivered: set[str]) -> Command:
+        if delivered:
+            self.taken.set()
+        await self.taking.wait()
+        return await super().next(delivered)
+
+    async def take(self, report: Report) -> None:
+        await super().take(report)
+        if report.kind is Kind.RESULT and report.key is None:
+            self.taken.clear()
+            self.taking.set()
+            await self.taken.wait()
+
+
+def test_a_command_that_comes_again_while_its_result_is_sent_is_answered(tmp_path: Path) -> None:
+    async def story(robot: Robot, agent: Agent, memory: Memory) -> None:
+        assert isinstance(memory, Late)
+        robot.go.clear()
+        async with robot.bridge(), robot.rosbridge():
+            await memory.put("k1", command("1"))
+            await until(lambda: agent.status()["steps"] == {"1": "executing"})
+            await memory.set_away(True)
+            await until(lambda: not agent.status()["supervisors"]["connected"])
+            robot.go.set()
+            await until(lambda: agent.status()["steps"] == {"1": "result"})
+            memory.taking.clear()
+            await memory.set_away(False)
+            results = await memory.results(2)
+            await until(lambda: agent.status()["steps"] == {})
+        assert [(one.id, one.key) for one in results] == [("1", None), ("1", "k1")]
+        assert results[0].text == results[1].text
+        assert memory.commands == {}
+        assert robot.begun == ["home"]
+
+    told(story, tmp_path, kind=Late)
 
 
 def test_it_waits_for_the_bridge_and_says_so(tmp_path: Path) -> None:
