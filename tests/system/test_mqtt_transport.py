@@ -19,6 +19,7 @@ from maya_un.coms.agent import Agent
 from maya_un.coms.broker import Broker as Address
 from maya_un.coms.mqtt import Mqtt
 from maya_un.coms.robot import Rosbridge
+from maya_un.errors import SessionTakenOver
 from maya_un.graph.step_store import StepStore
 from maya_un.loops import run
 from maya_un.server import dates
@@ -91,6 +92,25 @@ def test_the_link_ends_while_the_broker_does_not_answer(tmp_path: Path) -> None:
         async with asyncio.timeout(30.0), linked(one, robot) as agent:
             await until(lambda: connected(agent))
             one.signal(signal.SIGSTOP)
+
+    told(story, tmp_path)
+
+
+def test_a_broker_that_forgot_the_last_seconds_does_not_keep_a_robot_away(tmp_path: Path) -> None:
+    async def story(one: Broker, robot: Robot) -> None:
+        stored = one.folder / "mosquitto.db"
+        earlier = Mqtt(Address(one.url))
+        async with earlier.connected("MAYA"):
+            await until(lambda: stored.exists() and earlier.session.encode() in stored.read_bytes())
+            before = stored.read_bytes()
+        async with linked(one, robot) as agent:
+            await until(lambda: connected(agent))
+            one.kill()
+            await until(lambda: not agent.status()["supervisors"]["connected"])
+            stored.write_bytes(before)  # there, this robot's last run is still online
+            one.start()
+            await until(lambda: connected(agent) or agent.status()["supervisors"]["code"] == SessionTakenOver.code)
+            assert connected(agent)
 
     told(story, tmp_path)
 

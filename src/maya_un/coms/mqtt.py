@@ -15,6 +15,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
 from itertools import count
+from time import time_ns
 from typing import Any
 from uuid import uuid4
 
@@ -30,11 +31,11 @@ from maya_un.errors import SessionTakenOver
 
 @dataclass(slots=True)
 class Mqtt:
-    """The supervisors of a broker. `session` differs between two robots with the same name."""
+    """The supervisors of a broker. `session` differs between robots with one name and grows with time."""
 
     broker: Broker
     default_command: str | None = None
-    session: str = field(default_factory=lambda: uuid4().hex)
+    session: str = field(default_factory=lambda: f"{time_ns():020} {uuid4().hex}")
     _was_online: bool = False
 
     @property
@@ -47,7 +48,8 @@ class Mqtt:
         """Connect and subscribe; raises `SupervisorsNotReached`, `InvalidValue` for a name that no topic can have.
 
         If a second robot connects under this name, the first one raises `SessionTakenOver` when it connects again. Not
-        every broker says why it closed a connection, so a robot checks who is online before it connects again.
+        every broker says why it closed a connection, so a robot checks who is online before it connects again. An
+        earlier session does not count: after a crash the broker may still report that of this robot's last run.
         """
         commands, connection = topic(robot, "commands"), topic(robot, "connection")
         if self._was_online:
@@ -63,14 +65,14 @@ class Mqtt:
                 await client.publish(connection, _connection("OFFLINE"), 1, retain=True, timeout=1.0)
 
     async def _require_sole(self, robot: str, connection: str) -> None:
-        """Raise `SessionTakenOver` if another robot is online under this name."""
+        """Raise `SessionTakenOver` if a later robot is online under this name."""
         async with self.broker.connected(f"maya-look-{uuid4().hex}", session=0) as client:
             with self.broker.reached():
                 for _ in range(2):  # the answer to the second comes after the retained message
                     await client.subscribe(connection)
                 while len(client.messages):
                     found = _presence(await anext(client.messages))
-                    if found.get("connection") == "ONLINE" and found.get("session", self.session) != self.session:
+                    if found.get("connection") == "ONLINE" and str(found.get("session", "")) > self.session:
                         raise SessionTakenOver(where=self.where, name=robot)
 
 
