@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +19,7 @@ from tests.ros.driven import Driver, Feed, Goal, Message
 from tests.ros.floors import DONE, near, primitive, read_event
 from tests.ros.harness import Ros
 from tests.ros.programs import Program
-from tests.ros.workspace import Workspace
+from tests.ros.workspace import Workspace, python
 from tests.system.brokers import Broker, broker
 from tests.system.test_coms import asked, supervisor
 
@@ -201,3 +203,17 @@ def test_each_has_files_of_its_own(pair: Pair) -> None:
         assert (state / name).exists()
         assert (state / "ns-maya2" / name).exists()
     assert (run / "service.json").read_text() != (run / "ns-maya2" / "service.json").read_text()
+
+
+@pytest.mark.parametrize(("words", "name"), [([], "MAYA"), (["__ns:=maya2"], "MAYA2")])
+def test_ros_coms_has_the_name_of_the_namespace_of_its_arguments(words: list[str], name: str) -> None:
+    code = """
+from maya_un.ros.coms import settle_environment
+settle_environment()
+from maya_un.coms.settings import from_environment
+print(from_environment().name)
+"""
+    kept = {key: value for key, value in os.environ.items() if key not in {"NAME", "PORT", "ROS_NAMESPACE"}}
+    environment = {**kept, "IP": "ws://127.0.0.1:1"}
+    done = subprocess.run([python(), "-c", code, *words], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == name

@@ -71,7 +71,7 @@ class Firestore:
                 async with self._by_documents(documents, path) as channel:
                     yield channel
                 return
-            if not isinstance(url, str) or urlsplit(url).scheme not in {"http", "https"}:
+            if not isinstance(url, str) or urlsplit(where_of(url)).scheme not in {"http", "https"}:
                 raise documents.error(f"the database_url of robots/{robot} is not like https://NAME.firebaseio.com")
             database = Rtdb(url, self._tokens)
             async with database.connected(robot) as other:

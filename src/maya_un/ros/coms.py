@@ -14,7 +14,7 @@ import rosgraph
 from maya_un.namespace import namespace
 from maya_un.ros.beginning import require_master
 from maya_un.ros.master import told
-from maya_un.ros.names import whole
+from maya_un.ros.names import settle_namespace, whole
 from maya_un.ros.nodes.rosbridge import URL
 
 _LOOK = 0.2
@@ -23,6 +23,7 @@ _LOOK = 0.2
 
 def settle_environment() -> None:
     """Wait for rosbridge, then set the variables that `maya coms` reads; raises `MasterGone`."""
+    settle_namespace()
     if namespace():
         os.environ.setdefault("PORT", "0")
     if not os.environ.get("IP"):

@@ -260,6 +260,7 @@ async def _nothing(_: Channel) -> None:
         (None, "there is no document robots/MAYA"),
         ({"database_url": "ftp://x"}, "not like"),
         ({"database_url": 3}, "not like"),
+        ({"database_url": "https://[demo.firebaseio.com"}, "not like"),
     ],
 )
 def test_a_robot_without_a_valid_document_is_named(document: Any, reason: str, database: RealtimeDatabase) -> None:
