@@ -15,7 +15,6 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
 from itertools import count
-from time import time_ns
 from typing import Any
 from uuid import uuid4
 
@@ -27,6 +26,7 @@ from paho.mqtt.subscribeoptions import SubscribeOptions
 from maya_un.coms.broker import VERSION, Broker, Client, Refused, topic
 from maya_un.coms.transport import Command, Kind, Report
 from maya_un.errors import SessionTakenOver
+from maya_un.server import dates
 
 
 @dataclass(slots=True)
@@ -35,7 +35,7 @@ class Mqtt:
 
     broker: Broker
     default_command: str | None = None
-    session: str = field(default_factory=lambda: f"{time_ns():020} {uuid4().hex}")
+    session: str = field(default_factory=lambda: f"{dates.epoch():020.6f} {uuid4().hex}")
     _was_online: bool = False
 
     @property
