@@ -10,7 +10,7 @@ from __future__ import annotations
 import asyncio
 import json
 import os
-from typing import Any, Protocol
+from typing import Protocol
 
 import httpx
 
@@ -98,7 +98,7 @@ class User:
             wanted = {"grant_type": "refresh_token", "refresh_token": self._refresh_token}
             answer = await http.post(_url(_TOKENS, "token"), params={"key": self._api_key}, data=wanted)
             if answer.is_success:
-                self._note(answer.json(), "id_token", "refresh_token", "expires_in")
+                self._note(answer, "id_token", "refresh_token", "expires_in")
                 return
             self._refresh_token = ""  # the user's password may have changed: sign in
         wanted = {"email": self._email, "password": self._password, "returnSecureToken": "true"}
@@ -106,13 +106,14 @@ class User:
         answer = await http.post(url, params={"key": self._api_key}, json=wanted)
         if not answer.is_success:
             raise NoToken(f"the user {self._email} cannot sign in: {message_of(answer.content)}")
-        self._note(answer.json(), "idToken", "refreshToken", "expiresIn")
+        self._note(answer, "idToken", "refreshToken", "expiresIn")
 
-    def _note(self, answer: dict[str, Any], id_token: str, refresh_token: str, lasts: str) -> None:
+    def _note(self, answer: httpx.Response, id_token: str, refresh_token: str, lasts: str) -> None:
         try:
-            self._id_token, self._refresh_token = str(answer[id_token]), str(answer[refresh_token])
-            self._ends = asyncio.get_running_loop().time() + float(answer[lasts])
-        except (KeyError, TypeError, ValueError) as error:
+            data = answer.json()
+            self._id_token, self._refresh_token = str(data[id_token]), str(data[refresh_token])
+            self._ends = asyncio.get_running_loop().time() + float(data[lasts])
+        except (KeyError, RecursionError, TypeError, ValueError) as error:
             raise NoToken("the server of users answers what is no token") from error
 
 

@@ -507,6 +507,23 @@ def test_a_token_is_refreshed_before_it_ends_and_a_refused_refresh_signs_in(
     run(main())
 
 
+def test_a_page_instead_of_a_token_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def serve_page(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        await reader.readuntil(b"}")  # all of the request: its body is an object
+        writer.write(b"HTTP/1.1 200 OK\r\nContent-Length: 6\r\n\r\n<html>")
+        await writer.drain()
+        writer.close()
+
+    async def main() -> None:
+        async with await asyncio.start_server(serve_page, "127.0.0.1", 0) as portal:
+            monkeypatch.setenv("FIREBASE_AUTH_EMULATOR_HOST", "127.0.0.1:{1}".format(*portal.sockets[0].getsockname()))
+            async with httpx.AsyncClient() as http:
+                with pytest.raises(NoToken, match="no token"):
+                    await User("maya@example.org", "right", "key of the project").token(http)
+
+    run(main())
+
+
 def test_rules_that_end_the_right_to_read_end_the_connection(guarded: RealtimeDatabase, signed_in: Rtdb) -> None:
     async def story(channel: Channel) -> None:
         guarded.set_rules('{"rules": {".read": false}}')
