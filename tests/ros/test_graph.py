@@ -22,11 +22,11 @@ pytestmark = pytest.mark.system
 class Peer:
     """The node made of our graph."""
 
-    def __init__(self, ros: Ros, driver: Driver, name: str = "peer") -> None:
+    def __init__(self, ros: Ros, driver: Driver, name: str = "peer", *names: str) -> None:
         path = f"{ROOT}:{ros.environment.get('PYTHONPATH', '')}"
         self.driver = driver
         self.program = ros.start(
-            str(python()), "-m", "tests.ros.peer", f"__name:={name}", environment={"PYTHONPATH": path}
+            str(python()), "-m", "tests.ros.peer", f"__name:={name}", *names, environment={"PYTHONPATH": path}
         )
         self.program.until("ready")
         self.said = driver.subscribe("/peer/said", "std_msgs/String")
@@ -257,12 +257,13 @@ def _ends_in_time(program: Program) -> None:
 def test_a_node_that_is_told_to_end_comes_to_rest_before_it_leaves(
     kind: signal.Signals, ros: Ros, driver: Driver
 ) -> None:
-    peer = Peer(ros, driver, f"ended_by_{kind.name.lower()}")
-    goal = move(driver, Wish.LASTS)
+    name = f"ended_by_{kind.name.lower()}"
+    peer = Peer(ros, driver, name, f"/peer/move:=/{name}/move")  # others serve /peer/move as well
+    goal = driver.do(f"/{name}/move", MOVE, {"a": float(Wish.LASTS)})
     goal.feedback.until()
     peer.program.send(kind)
     _ends_in_time(peer.program)
-    assert f"/ended_by_{kind.name.lower()}" not in ros.nodes()
+    assert f"/{name}" not in ros.nodes()
 
 
 def test_a_node_ends_by_rosnode_kill_and_for_another_of_its_name(ros: Ros, driver: Driver) -> None:
