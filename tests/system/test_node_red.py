@@ -166,7 +166,7 @@ def test_node_red_connects_uploads_a_process_and_sees_its_results(tmp_path: Path
                 red.require_example_done()
                 assert cube(door)[:2] == pytest.approx([1.0, 0.6], abs=2e-4)
                 red.require_failure_ends()
-                assert len(observer.results()) == 4
+                observer.until(lambda _: len(observer.results()) == 4)
         finally:
             link.kill()
         assert {id_: dates for id_, dates in observer.executions().items() if len(dates) != 1} == {}
