@@ -99,13 +99,20 @@ def job_of(name: str, carries: list[Carry]) -> Job:
 
 
 class Ledger:
-    """What really happened, line by line; a line that was written outlives whatever kills the process."""
+    """What really happened, line by line.
+
+    A line that was written whole outlives whatever kills the process. A kill can tear the line being written where
+    it crosses a page of memory; nothing that follows from such a line was done, and the next life drops it.
+    """
 
     def __init__(self, folder: Path, progress: int | None = None) -> None:
         path = folder / "ledger.jsonl"
         self._file = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o600)
         self._progress = progress
-        self.lines: list[dict[str, Any]] = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+        written = path.read_bytes()
+        whole = written[: written.rfind(b"\n") + 1]
+        os.ftruncate(self._file, len(whole))
+        self.lines: list[dict[str, Any]] = [json.loads(line) for line in whole.splitlines()]
         self.twin: Twin | None = None
 
     def write(self, what: str, **facts: object) -> None:

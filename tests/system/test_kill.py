@@ -135,3 +135,11 @@ def test_whenever_it_is_killed_every_part_is_carried_once(campaign: Campaign, tm
         if killed:
             lives(folder, seed, None)
         judge(folder, seed)
+
+
+def test_a_line_that_a_kill_tore_is_dropped(tmp_path: Path) -> None:
+    written = tmp_path / "ledger.jsonl"
+    written.write_bytes(b'{"what": "up", "at": [0.5, 1.5, 1.5]}\n{"what": "clo')
+    assert [line["what"] for line in Ledger(tmp_path).lines] == ["up"]
+    Ledger(tmp_path).write("homed")
+    assert [line["what"] for line in Ledger(tmp_path).lines] == ["up", "homed"]
