@@ -72,7 +72,7 @@ def test_firebases_library_has_the_robot_carry_a_part() -> None:
             link.kill()
         assert stands_on_the_tray(robot.cube)
         assert database.get(f"{ROBOT}/presence/state") == "OFFLINE"
-        assert database.get(ROBOT).keys() == {"document", "presence"}
+        assert database.get(ROBOT).keys() == {"document", "presence", "session"}
     assert said["presence"] == "ONLINE"
     results = said["results"]
     assert [one["result"].get("code") for one in results] == [

@@ -100,7 +100,7 @@ def test_a_broker_that_forgot_the_last_seconds_does_not_keep_a_robot_away(tmp_pa
     async def story(one: Broker, robot: Robot) -> None:
         stored = one.folder / "mosquitto.db"
         earlier = Mqtt(Address(one.url))
-        async with earlier.connected("MAYA"):
+        async with earlier.connected("MAYA", "journal"):
             await until(lambda: stored.exists() and earlier.session.encode() in stored.read_bytes())
             before = stored.read_bytes()
         async with linked(one, robot) as agent:

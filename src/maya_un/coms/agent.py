@@ -17,8 +17,8 @@ from typing import Any
 from maya_un.coms.retrying import first_to_end, keep
 from maya_un.coms.robot import Link, Rosbridge
 from maya_un.coms.transport import Channel, Command, Kind, Report, Transport
-from maya_un.errors import InvalidMessage, InvalidRequest, KeyReused, MayaError
-from maya_un.graph.step_text import Result, content_of, id_of, read
+from maya_un.errors import InvalidMessage, InvalidRequest, KeyReused, MayaError, SessionTakenOver, WrongRobot
+from maya_un.graph.step_text import Identity, Result, content_of, id_of, read
 
 LONGEST = 65_536
 """Bytes of a command; a longer one is refused unread."""
@@ -72,6 +72,9 @@ class Agent:
         self._accepted = asyncio.Event()
         self._commands = asyncio.Event()
         self._reports = asyncio.Event()
+        self._journal = ""
+        self._met = asyncio.Event()
+        self._replaced = asyncio.Event()
         self._troubles: dict[str, MayaError | str | None] = {"robot": "connecting", "supervisors": "connecting"}
 
     async def run(self) -> None:
@@ -91,18 +94,27 @@ class Agent:
     def _failed(self, side: str) -> Callable[[MayaError], None]:
         def failed(error: MayaError) -> None:
             self._troubles[side] = error
+            if isinstance(error, SessionTakenOver):  # the other robot gets what this one has not accepted
+                self._forget(lambda one: one.report is None)
 
         return failed
 
+    def _forget(self, those: Callable[[_Pending], bool]) -> None:
+        self._pending = {id_: one for id_, one in self._pending.items() if not those(one)}
+
     async def _serve_supervisors(self) -> None:
-        async with self._transport.connected(self._name) as channel:
+        if self._transport.needs_journal and not self._met.is_set():
+            self._troubles["supervisors"] = "the robot"
+            await self._met.wait()
+        self._replaced.clear()
+        async with self._transport.connected(self._name, self._journal) as channel:
             self._troubles["supervisors"] = None
             self._refused.clear()  # those commands come again, under other keys
             for one in self._pending.values():
                 one.keys.clear()
                 one.sent = one.report is None
             self._reports.set()
-            await first_to_end(self._take_commands(channel), self._send_reports(channel))
+            await first_to_end(self._take_commands(channel), self._send_reports(channel), self._replaced.wait())
 
     async def _take_commands(self, channel: Channel) -> None:
         while True:
@@ -148,6 +160,8 @@ class Agent:
             if command.id is None:
                 raise InvalidRequest(key="id", reason="it is missing; without one a command could run twice")
             id_ = data["id"] = command.id
+        if data.get("robot") is None:
+            data["robot"] = self._name  # the robot itself refuses it if it is another one
         if "command" not in data and self._transport.default_command is not None:
             data["command"] = self._transport.default_command
         return id_, data
@@ -188,25 +202,27 @@ class Agent:
 
     async def _serve_robot(self) -> None:
         async with self._robot.connected() as link:
-            self._troubles["robot"] = None
+            self._troubles["robot"] = "firebase_bridge, which does not say on /step_robot which robot this is"
+            here = asyncio.Event()
             for one in self._pending.values():
                 if not one.ended:
                     one.report = None  # its result may have been lost with the connection
-            await first_to_end(self._hear_robot(link), self._send_commands(link))
+            await first_to_end(self._hear_robot(link, here), self._send_commands(link, here))
 
-    async def _send_commands(self, link: Link) -> None:
+    async def _send_commands(self, link: Link, here: asyncio.Event) -> None:
+        await here.wait()
         while True:
             self._commands.clear()
-            waiting = [one for one in self._pending.values() if one.report is None]
-            for one in waiting:
-                await self._hand_over(link, one)
+            waiting = [id_ for id_, one in self._pending.items() if one.report is None]
+            for id_ in waiting:
+                await self._hand_over(link, id_)
             if not waiting:
                 await self._commands.wait()
 
-    async def _hand_over(self, link: Link, one: _Pending) -> None:
-        """Send a command to the robot until the robot has accepted or answered it."""
+    async def _hand_over(self, link: Link, id_: str) -> None:
+        """Send a command to the robot until the robot has accepted or answered it, or it is no longer this robot's."""
         patience = _PATIENCE
-        while one.report is None:
+        while (one := self._pending.get(id_)) is not None and one.report is None:
             await link.send(one.text)
             try:
                 async with asyncio.timeout(patience):
@@ -218,13 +234,33 @@ class Agent:
                 patience = min(2.0 * patience, _LONGEST_PATIENCE)
         self._troubles["robot"] = None
 
-    async def _hear_robot(self, link: Link) -> None:
+    async def _hear_robot(self, link: Link, here: asyncio.Event) -> None:
         while True:
             heard = await link.receive()
             if isinstance(heard, str):
                 self._troubles["robot"] = heard
-                continue
-            self._note(heard)
+            elif isinstance(heard, Report):
+                self._note(heard)
+            else:
+                self._meet(heard)
+                if not here.is_set():
+                    await link.prepare()
+                    self._troubles["robot"] = None
+                    here.set()
+
+    def _meet(self, robot: Identity) -> None:
+        """Note which robot is there; raises `WrongRobot` for one with another name.
+
+        A new journal does not know the steps of the last one. Their commands come again, and the transport decides
+        about them.
+        """
+        if robot.name != self._name:
+            raise WrongRobot(url=self._robot.where, found=robot.name, name=self._name)
+        if self._journal not in {"", robot.journal}:
+            self._forget(lambda one: not one.ended)
+            self._replaced.set()
+        self._journal = robot.journal
+        self._met.set()
 
     def _note(self, report: Report) -> None:
         """Note what the robot reports of a step."""

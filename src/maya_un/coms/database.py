@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator, Collection, Mapping
 from contextlib import asynccontextmanager
 from typing import Any, NoReturn
 from urllib.parse import parse_qs, quote, urljoin, urlsplit
@@ -17,8 +17,11 @@ from maya_un.errors import SupervisorsNotReached
 
 _MOST_REDIRECTS = 5
 _UNAUTHORISED = 401
+_CHANGED = 412
 _MOST_READ = 10_000
 """Bytes that are read of an answer to a write, or of an error."""
+
+_TAGGED = {"X-Firebase-ETag": "true"}
 
 logging.getLogger("httpx").setLevel(logging.WARNING)  # below that it writes addresses, which hold the token
 
@@ -45,18 +48,26 @@ class Database:
 
     async def read(self, path: tuple[str, ...], most: int, **query: str) -> bytes:
         """Return the JSON text at a path; of a longer one, the first `most` + 1 bytes."""
-        found = bytearray()
         async with self._answer("GET", path, query) as answer:
-            async for chunk in self._chunks(answer):
-                found += chunk[: most + 1 - len(found)]
-                if len(found) > most:
-                    break
-        return bytes(found)
+            return await self._start_of(answer, most + 1)
 
     async def write(self, method: str, path: tuple[str, ...], value: object) -> None:
         """Write a value at a path (PUT), or several below it at once (PATCH)."""
         async with self._answer(method, path, {"print": "silent"}, json.dumps(value)) as answer:
             await self._start_of(answer)
+
+    async def read_tagged(self, path: tuple[str, ...], most: int) -> tuple[bytes, str | None]:
+        """Return the JSON text at a path, as `read` does, and the tag of this state."""
+        async with self._answer("GET", path, {}, headers=_TAGGED) as answer:
+            return await self._start_of(answer, most + 1), answer.headers.get("etag")
+
+    async def write_if(self, path: tuple[str, ...], value: object, tag: str) -> tuple[bool, str | None]:
+        """Write a value at a path if its state still has this tag; return whether, and its new tag."""
+        headers = {**_TAGGED, "if-match": tag}
+        async with self._answer("PUT", path, {}, json.dumps(value), headers=headers, accepted={_CHANGED}) as answer:
+            await self._start_of(answer)
+            written = answer.status_code != _CHANGED
+            return written, answer.headers.get("etag") if written else None
 
     @asynccontextmanager
     async def stream(self, path: tuple[str, ...]) -> AsyncIterator[AsyncIterator[bytes]]:
@@ -80,25 +91,39 @@ class Database:
         content: str | None = None,
         *,
         stream: bool = False,
+        headers: Mapping[str, str] | None = None,
+        accepted: Collection[int] = (),
     ) -> AsyncIterator[httpx.Response]:
-        """Send a request and yield its answer; raises `SupervisorsNotReached` for one that is no success."""
+        """Send a request and yield its answer; raises `SupervisorsNotReached` for one that is no success.
+
+        `accepted` are the other states of HTTP that the caller wants to see.
+        """
+        if headers is None:
+            headers = {"Accept": "text/event-stream"} if stream else {}
         url = f"{self._base}/{'/'.join(quote(part, safe='') for part in path)}.json"
-        answer = await self._sent(method, url, query, content, stream=stream)
+        answer = await self._sent(method, url, query, content, headers, stream=stream)
         if answer.status_code == _UNAUTHORISED and self._credentials.refused():
             await answer.aclose()
-            answer = await self._sent(method, url, query, content, stream=stream)
+            answer = await self._sent(method, url, query, content, headers, stream=stream)
         try:
-            if not answer.is_success:
+            if not answer.is_success and answer.status_code not in accepted:
                 await self._refuse(answer)
             yield answer
         finally:
             await answer.aclose()
 
     async def _sent(
-        self, method: str, url: str, query: Mapping[str, str], content: str | None, *, stream: bool
+        self,
+        method: str,
+        url: str,
+        query: Mapping[str, str],
+        content: str | None,
+        headers: Mapping[str, str],
+        *,
+        stream: bool,
     ) -> httpx.Response:
         """Send a request and follow redirects, each with the credentials."""
-        headers = {"Accept": "text/event-stream"} if stream else {"Content-Type": "application/json"}
+        headers = {"Content-Type": "application/json", **headers}
         timeout = self._stream_timeout if stream else self._http.timeout
         try:
             token = await self._credentials.token(self._http)
@@ -127,12 +152,12 @@ class Database:
         reason = f"it answers {answer.status_code}: {message_of(await self._start_of(answer))}"
         raise SupervisorsNotReached(where=self.where, reason=self._plain(reason))
 
-    async def _start_of(self, answer: httpx.Response) -> bytes:
+    async def _start_of(self, answer: httpx.Response, most: int = _MOST_READ) -> bytes:
         """Return the first bytes of an answer. If the whole answer is read, its connection serves the next request."""
         body = bytearray()
         async for chunk in self._chunks(answer):
-            body += chunk[:_MOST_READ]
-            if len(body) >= _MOST_READ:
+            body += chunk[: most - len(body)]
+            if len(body) >= most:
                 break
         return bytes(body)
 

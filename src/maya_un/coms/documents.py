@@ -26,6 +26,8 @@ _PATIENCE = 10.0
 """For the answer to a request [s]."""
 
 _NOT_FOUND = 404
+_INVALID = 400
+_PERHAPS_CHANGED = (_INVALID, 409)
 _REFUSED = (401, 403)
 
 Path = tuple[str, ...]
@@ -49,11 +51,17 @@ class Documents:
 
     async def read(self, path: Path) -> dict[str, Any] | None:
         """Return a document as data, None if there is none; raises `ValueError` for one that is too long."""
+        return (await self.read_dated(path))[0]
+
+    async def read_dated(self, path: Path) -> tuple[dict[str, Any] | None, str]:
+        """Return a document as `read` does, and the date of its last change, "" if there is none."""
         async with self._answer("GET", "/" + "/".join(quote(part, safe="") for part in path)) as answer:
             if answer.status_code == _NOT_FOUND:
-                return None
+                await _beginning(answer)  # a connection serves the next request after its answer is read to the end
+                return None, ""
             document = await self._read(answer)
-        return {name: _data(value) for name, value in document.get("fields", {}).items()}
+        fields = {name: _data(value) for name, value in document.get("fields", {}).items()}
+        return fields, str(document.get("updateTime", ""))
 
     async def keys(self, path: Path, most: int) -> list[str]:
         """Return the keys of at most so many documents of a collection, in the order of their creation."""
@@ -70,8 +78,26 @@ class Documents:
     async def commit(self, *writes: dict[str, Any]) -> bool:
         """Write all or nothing; return False if a document that must be there is not."""
         async with self._answer("POST", ":commit", {"writes": writes}) as answer:
-            await _beginning(answer)  # a connection serves the next request after its answer is read to the end
+            await _beginning(answer)
             return answer.status_code != _NOT_FOUND
+
+    async def swap(self, path: Path, data: Mapping[str, Any], date: str) -> str | None:
+        """Write a document if its last change has still this date ("": if there is none).
+
+        Return the new date, None if somebody else changed it.
+        """
+        before: dict[str, Any] = {"updateTime": date} if date else {"exists": False}
+        writes = [self.put(path, data) | {"currentDocument": before}]
+        async with self._answer("POST", ":commit", {"writes": writes}, accepted=_PERHAPS_CHANGED) as answer:
+            text = await _beginning(answer)
+        if answer.is_success:
+            try:
+                return str(data_of(text)["writeResults"][0]["updateTime"])
+            except (KeyError, IndexError, TypeError, ValueError) as error:
+                raise self.error("its answer cannot be read") from error
+        if answer.status_code == _INVALID and b"FAILED_PRECONDITION" not in text:
+            raise self.error(f"it answers {answer.status_code}: {message_of(text)}")
+        return None
 
     def put(self, path: Path, data: Mapping[str, Any], time: str | None = None) -> dict[str, Any]:
         """Return the write of a document; the field `time` gets the time of the server."""
@@ -94,15 +120,20 @@ class Documents:
         return "/".join((self._root, *path))
 
     @asynccontextmanager
-    async def _answer(self, method: str, path: str, body: object = None) -> AsyncIterator[httpx.Response]:
-        """Send a request and yield its answer, also 404 (not found); raises `SupervisorsNotReached` otherwise."""
+    async def _answer(
+        self, method: str, path: str, body: object = None, accepted: tuple[int, ...] = ()
+    ) -> AsyncIterator[httpx.Response]:
+        """Send a request and yield its answer, also 404 (not found) and those of `accepted`.
+
+        Raises `SupervisorsNotReached` otherwise.
+        """
         answer = None
         try:
             answer = await self._sent(method, path, body)
             if answer.status_code in _REFUSED and self._tokens.refused():
                 await answer.aclose()
                 answer = await self._sent(method, path, body)
-            if not answer.is_success and answer.status_code != _NOT_FOUND:
+            if not answer.is_success and answer.status_code not in (_NOT_FOUND, *accepted):
                 raise self.error(f"it answers {answer.status_code}: {message_of(await _beginning(answer))}")
             yield answer
         except (httpx.HTTPError, NoToken) as error:

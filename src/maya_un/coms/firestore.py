@@ -5,6 +5,7 @@
     /robots/ROBOT/progress/KEY     {"id", "state", "date"}: the step is accepted or begins; removed with its command
     /robots/ROBOT/results/KEY      the result; written and the command removed in one commit
     /robots/ROBOT/state/presence   {"state": "ONLINE" or "OFFLINE", "at": the server's time}, every 10 s
+    /robots/ROBOT/state/session    which robot of this name is served, and which commands were taken: see session.py
 
 If the robot's document names a Realtime Database, that carries the steps, and nothing else of Firestore is used. A
 command without an id has its KEY as id. REST reports no changes, so this module asks for commands every `INTERVAL`. A
@@ -15,18 +16,20 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager, suppress
 from functools import partial
+from typing import Any
 from urllib.parse import urlsplit
 
 from maya_un.coms.agent import LONGEST
 from maya_un.coms.documents import Documents
 from maya_un.coms.firebase_auth import TokenSource
-from maya_un.coms.rtdb import FAREWELL, HEARTBEAT, MOST_AT_ONCE, Rtdb, as_id, beside, robot_path
+from maya_un.coms.rtdb import HEARTBEAT, MOST_AT_ONCE, Rtdb, as_id, beat_with, beside, leaving, robot_path
+from maya_un.coms.session import Claims, Session
 from maya_un.coms.settings import where_of
 from maya_un.coms.transport import Channel, Command, Kind, Report
-from maya_un.errors import InvalidRequest, MayaError, SupervisorsNotReached
+from maya_un.errors import InvalidRequest, MayaError
 from maya_un.graph.step_text import id_of
 
 INTERVAL = 2.0
@@ -43,11 +46,13 @@ class Firestore:
         self, url: str, tokens: TokenSource, *, interval: float = INTERVAL, heartbeat: float = HEARTBEAT
     ) -> None:
         self.default_command: str | None = None
+        self.needs_journal = True
         self._project = urlsplit(url).hostname or ""
         self._where = where_of(url)
         self._tokens = tokens
         self._interval = interval
         self._heartbeat = heartbeat
+        self._session = Session(self._where)
 
     @property
     def where(self) -> str:
@@ -55,7 +60,7 @@ class Firestore:
         return self._where
 
     @asynccontextmanager
-    async def connected(self, robot: str) -> AsyncIterator[Channel]:
+    async def connected(self, robot: str, journal: str) -> AsyncIterator[Channel]:
         """Connect to the database that the document of the robot names, or to Firestore if it names none.
 
         Raises as `Rtdb.connected` does.
@@ -68,40 +73,65 @@ class Firestore:
             self.default_command = found if isinstance(found, str) else None
             url = identity.get("database_url")
             if url is None:
-                async with self._by_documents(documents, path) as channel:
+                async with self._by_documents(documents, robot, journal) as channel:
                     yield channel
                 return
             if not isinstance(url, str) or urlsplit(where_of(url)).scheme not in {"http", "https"}:
                 raise documents.error(f"the database_url of robots/{robot} is not like https://NAME.firebaseio.com")
-            database = Rtdb(url, self._tokens)
-            async with database.connected(robot) as other:
+            database = Rtdb(url, self._tokens, session=self._session)
+            async with database.connected(robot, journal) as other:
                 self.default_command = self.default_command or database.default_command
                 yield other
         finally:
             await documents.close()
 
     @asynccontextmanager
-    async def _by_documents(self, documents: Documents, path: tuple[str, ...]) -> AsyncIterator[Channel]:
-        channel = _Channel(documents, path, self._interval)
-        try:
-            await _set_presence(documents, path, "ONLINE")
-            async with beside(channel.fail, partial(_beat, documents, path, self._heartbeat)):
+    async def _by_documents(self, documents: Documents, robot: str, journal: str) -> AsyncIterator[Channel]:
+        path = robot_path(robot)
+        set_presence = partial(_set_presence, documents, path)
+        claims = await self._session.begin(_Entry(documents, path), robot, journal)
+        async with leaving(claims, set_presence):
+            channel = _Channel(documents, path, self._interval, claims)
+            await set_presence("ONLINE")
+            async with beside(channel.fail, partial(beat_with, claims, set_presence, self._heartbeat)):
                 yield channel
-            await _leave(documents, path)
-        except asyncio.CancelledError:
-            await _leave(documents, path)
-            raise
+
+
+class _Entry:
+    """The entry of the session in Firestore."""
+
+    def __init__(self, documents: Documents, path: tuple[str, ...]) -> None:
+        self._documents = documents
+        self._path = (*path, "state", "session")
+        self._date: str | None = None
+
+    async def read(self) -> Any:
+        """Return it, and note the date of its last change."""
+        try:
+            found, self._date = await self._documents.read_dated(self._path)
+        except (AttributeError, RecursionError, TypeError, ValueError) as error:
+            raise self._documents.error(f"the document {'/'.join(self._path)} cannot be read") from error
+        return found
+
+    async def swap(self, data: Mapping[str, Any]) -> bool:
+        """Write it if its last change still has the date."""
+        if self._date is None:
+            return False
+        self._date = await self._documents.swap(self._path, data, self._date)
+        return self._date is not None
 
 
 class _Channel:
     """A connection to Firestore: it delivers the open commands and writes reports of them."""
 
-    def __init__(self, documents: Documents, path: tuple[str, ...], interval: float) -> None:
+    def __init__(self, documents: Documents, path: tuple[str, ...], interval: float, claims: Claims) -> None:
         self._documents = documents
         self._path = path
+        self._claims = claims
         self._interval = interval
         self._waiting: list[str] = []
         self._ids: dict[str, str | None] = {}  # of the commands that are delivered and not answered, by key
+        self._is_complete = False  # the last query returned every open command
         self._error: MayaError | None = None
 
     def fail(self, error: MayaError) -> None:
@@ -118,9 +148,14 @@ class _Channel:
             if not self._waiting:
                 await asyncio.sleep(self._interval)
                 continue
+            if self._waiting[0] not in self._claims:
+                await self._claims.claim(self._waiting, {*self._waiting, *self._ids} if self._is_complete else None)
             command = await self._delivered(self._waiting.pop(0))
-            if command is not None:
+            if command is None:
+                continue
+            if not self._claims.is_elsewhere(command.key):
                 return command
+            await self.send(self._claims.refusal(command, self._ids[command.key]))
 
     async def send(self, report: Report) -> None:
         """Write a report; with a result, remove its command. Do nothing for a command that is no longer open."""
@@ -144,6 +179,7 @@ class _Channel:
         keys = await self._documents.keys((*self._path, "commands"), MOST_AT_ONCE)
         for key in before - set(keys):
             self._ids.pop(key, None)  # somebody removed it
+        self._is_complete = len(keys) < MOST_AT_ONCE
         self._waiting = [key for key in keys if key not in self._ids]
 
     async def _delivered(self, key: str) -> Command | None:
@@ -178,16 +214,3 @@ async def _identity(documents: Documents, path: tuple[str, ...]) -> dict[str, ob
 
 async def _set_presence(documents: Documents, path: tuple[str, ...], state: str) -> None:
     await documents.commit(documents.put((*path, "state", "presence"), {"state": state}, time="at"))
-
-
-async def _beat(documents: Documents, path: tuple[str, ...], period: float) -> None:
-    while True:
-        await asyncio.sleep(period)
-        await _set_presence(documents, path, "ONLINE")
-
-
-async def _leave(documents: Documents, path: tuple[str, ...]) -> None:
-    """Write that the robot is offline, if that can be done soon."""
-    with suppress(TimeoutError, SupervisorsNotReached):
-        async with asyncio.timeout(FAREWELL):
-            await _set_presence(documents, path, "OFFLINE")

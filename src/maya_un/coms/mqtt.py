@@ -36,6 +36,7 @@ class Mqtt:
     broker: Broker
     default_command: str | None = None
     session: str = field(default_factory=lambda: f"{dates.epoch():020.6f} {uuid4().hex}")
+    needs_journal: bool = False
     _was_online: bool = False
 
     @property
@@ -44,13 +45,14 @@ class Mqtt:
         return self.broker.where
 
     @asynccontextmanager
-    async def connected(self, robot: str) -> AsyncIterator[_Channel]:
+    async def connected(self, robot: str, journal: str) -> AsyncIterator[_Channel]:
         """Connect and subscribe; raises `SupervisorsNotReached`, `InvalidValue` for a name that no topic can have.
 
         If a second robot connects under this name, the first one raises `SessionTakenOver` when it connects again. Not
         every broker says why it closed a connection, so a robot checks who is online before it connects again. An
         earlier session does not count: after a crash the broker may still report that of this robot's last run.
         """
+        del journal
         commands, connection = topic(robot, "commands"), topic(robot, "connection")
         if self._was_online:
             await self._require_sole(robot, connection)

@@ -1,4 +1,4 @@
-"""The robot's side: /step_command, /step_status and /step_result by any rosbridge."""
+"""The robot's side: /step_robot, /step_command, /step_status and /step_result by any rosbridge."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from websockets.exceptions import WebSocketException
 from maya_un.coms.settings import where_of
 from maya_un.coms.transport import Kind, Report
 from maya_un.errors import RobotNotReached
-from maya_un.graph.table import STEP_COMMAND, STEP_RESULT, STEP_STATUS
+from maya_un.graph.step_text import Identity
+from maya_un.graph.table import STEP_COMMAND, STEP_RESULT, STEP_ROBOT, STEP_STATUS
 
 LONGEST = 1 << 20
 """Bytes of a message from rosbridge."""
@@ -24,12 +25,19 @@ _PING = 5.0
 
 
 class Link:
-    """A connection to a rosbridge. The methods raise `RobotNotReached` when it has ended."""
+    """A connection to a rosbridge. The methods raise `RobotNotReached` when it has ended.
+
+    It asks which robot is there. Reports of the robot come after `prepare` only.
+    """
 
     def __init__(self, socket: ClientConnection, url: str, prefix: str) -> None:
         self._socket = socket
         self._url = url
         self._prefix = prefix
+
+    async def ask(self) -> None:
+        """Ask which robot is there; `receive` returns its identity, and that of one that replaces it."""
+        await self._say("subscribe", STEP_ROBOT.name, type=STEP_ROBOT.type, queue_length=0)
 
     async def prepare(self) -> None:
         """Advertise commands and subscribe to what comes back."""
@@ -41,8 +49,8 @@ class Link:
         """Publish a command."""
         await self._say("publish", STEP_COMMAND.name, msg={"data": text})
 
-    async def receive(self) -> Report | str:
-        """Return the next report, or the text of a refusal by the rosbridge itself."""
+    async def receive(self) -> Report | Identity | str:
+        """Return the next report, which robot is there, or the text of a refusal by the rosbridge itself."""
         while True:
             try:
                 message = json.loads(await self._socket.recv())
@@ -89,21 +97,23 @@ class Rosbridge:
             raise RobotNotReached(url=self.where, reason=str(error).replace(self.url, self.where)) from None
         async with socket:
             link = Link(socket, self.where, self.namespace.rstrip("/"))
-            await link.prepare()
+            await link.ask()
             yield link
 
 
-def _read(message: dict[str, Any], prefix: str) -> Report | str | None:
-    """Return what a message of rosbridge tells, None if it tells nothing of steps."""
+def _read(message: dict[str, Any], prefix: str) -> Report | Identity | str | None:
+    """Return what a message of rosbridge tells, None if it tells nothing of steps or the robot."""
     if message.get("op") == "status":
         return str(message.get("msg", "")) if message.get("level") == "error" else None
     try:
         text = str(message["msg"]["data"])
         data = json.loads(text)
+        topic = message.get("topic")
+        if topic == prefix + STEP_ROBOT.name:
+            return Identity(str(data["name"]), str(data["journal"]))
         id_ = data["id"]
         if not isinstance(id_, str):
             return None
-        topic = message.get("topic")
         if topic == prefix + STEP_RESULT.name:
             return Report(id_, Kind.RESULT, text)
         return Report(id_, Kind(data["state"]), text) if topic == prefix + STEP_STATUS.name else None

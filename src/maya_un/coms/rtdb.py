@@ -4,23 +4,24 @@
     /robots/ROBOT/progress/KEY   {"id", "state", "date"}: the step is accepted or begins; removed with its command
     /robots/ROBOT/results/KEY    the result; written and the command removed in one write, so nobody sees half of it
     /robots/ROBOT/presence       {"state": "ONLINE" or "OFFLINE", "at": the server's time}, every 10 s
+    /robots/ROBOT/session        which robot of this name is served, and which commands were taken: see session.py
     /robots/ROBOT/document       {"default_command"?}: what a step without a command means
 
 A command's id is its KEY if it has none. The database keeps a command until its result is there, and sends all open
 ones after each connect. So a result is written only while its command is open: what was answered before a connection
-broke is not answered again. ETags are not needed to claim a command: the robot's journal runs an id once, and what two
-agents of a robot write is the same result. The database drops null and empty values: a result without `error` has none.
+broke is not answered again. A command is delivered after it is claimed with an ETag in the session, so that of two
+robots with one name only one gets it. The database drops null and empty values: a result without `error` has none.
 """
 
 from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from contextlib import aclosing, asynccontextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
-from itertools import chain
+from itertools import chain, islice
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
@@ -28,9 +29,10 @@ from maya_un.coms.agent import LONGEST
 from maya_un.coms.database import Database, data_of
 from maya_un.coms.event_stream import Event, events
 from maya_un.coms.firebase_auth import FixedToken, TokenSource
+from maya_un.coms.session import Claims, Session
 from maya_un.coms.settings import where_of
 from maya_un.coms.transport import Command, Kind, Report
-from maya_un.errors import InvalidRequest, InvalidValue, MayaError, SupervisorsNotReached
+from maya_un.errors import InvalidRequest, InvalidValue, MayaError, SessionTakenOver, SupervisorsNotReached
 from maya_un.graph.step_text import id_of
 
 HEARTBEAT = 10.0
@@ -66,7 +68,8 @@ def robot_path(robot: str) -> tuple[str, ...]:
 class Rtdb:
     """A database at an http:// or https:// URL; raises `InvalidValue` for one that holds credentials or needs TLS.
 
-    `default_command` is known after the first connect. `heartbeat` and `silence` are in seconds.
+    `default_command` is known after the first connect. `heartbeat` and `silence` are in seconds. `session` is by
+    default a new one.
     """
 
     def __init__(
@@ -76,13 +79,16 @@ class Rtdb:
         *,
         heartbeat: float = HEARTBEAT,
         silence: float = _SILENCE,
+        session: Session | None = None,
     ) -> None:
         self.default_command: str | None = None
+        self.needs_journal = True
         self._url = url
         self._credentials = credentials or FixedToken("")
         self._heartbeat = heartbeat
         self._silence = silence
         _check(url, self.where, self._credentials)
+        self._session = session or Session(self.where)
 
     @property
     def where(self) -> str:
@@ -90,26 +96,49 @@ class Rtdb:
         return where_of(self._url).rstrip("/")
 
     @asynccontextmanager
-    async def connected(self, robot: str) -> AsyncIterator[_Channel]:
-        """Connect; raises `SupervisorsNotReached`, `InvalidValue` for a name that no key can be."""
+    async def connected(self, robot: str, journal: str) -> AsyncIterator[_Channel]:
+        """Connect; raises `SupervisorsNotReached`, `SessionTakenOver`, `InvalidValue` for a name that no key can be."""
         path = robot_path(robot)
         database = Database(self._url, self._credentials, _PATIENCE, self._silence)
         try:
             self.default_command = await _default_command(database, path)
-            stream = database.stream((*path, "commands"))
-            async with stream as chunks, aclosing(events(chunks, _LONGEST_EVENT)) as heard:
-                channel = _Channel(database, path)
-                await channel.apply_next(heard)
-                await _set_presence(database, path, "ONLINE")
-                beat = partial(_beat, database, path, self._heartbeat)
-                async with beside(channel.fail, beat, partial(channel.listen, heard)):
-                    yield channel
-                await _leave(database, path)
-        except asyncio.CancelledError:
-            await _leave(database, path)
-            raise
+            claims = await self._session.begin(_Entry(database, path), robot, journal)
+            async with leaving(claims, partial(_set_presence, database, path)):
+                stream = database.stream((*path, "commands"))
+                async with stream as chunks, aclosing(events(chunks, _LONGEST_EVENT)) as heard:
+                    channel = _Channel(database, path, claims)
+                    await channel.apply_next(heard)
+                    await _set_presence(database, path, "ONLINE")
+                    beat = partial(beat_with, claims, partial(_set_presence, database, path), self._heartbeat)
+                    async with beside(channel.fail, beat, partial(channel.listen, heard)):
+                        yield channel
         finally:
             await database.close()
+
+
+class _Entry:
+    """The entry of the session in a database."""
+
+    def __init__(self, database: Database, path: tuple[str, ...]) -> None:
+        self._database = database
+        self._path = (*path, "session")
+        self._tag: str | None = None
+
+    async def read(self) -> Any:
+        """Return it, and note its ETag."""
+        text, self._tag = await self._database.read_tagged(self._path, _LONGEST_EVENT)
+        try:
+            found = data_of(text)
+        except ValueError:
+            return None
+        return (found | {"claims": _children(found.get("claims"))}) if isinstance(found, dict) else None
+
+    async def swap(self, data: Mapping[str, Any]) -> bool:
+        """Write it if it still has the ETag."""
+        if self._tag is None:
+            return False
+        written, self._tag = await self._database.write_if(self._path, data, self._tag)
+        return written
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,9 +152,10 @@ class _Waiting:
 class _Channel:
     """A connection to a database: the open commands as its stream tells them, and what is written about them."""
 
-    def __init__(self, database: Database, path: tuple[str, ...]) -> None:
+    def __init__(self, database: Database, path: tuple[str, ...], claims: Claims) -> None:
         self._database = database
         self._path = path
+        self._claims = claims
         self._waiting: dict[str, _Waiting] = {}
         self._ids: dict[str, str | None] = {}  # of the commands that are delivered and not answered, by key
         self._changed = asyncio.Event()
@@ -146,9 +176,16 @@ class _Channel:
             if key is None:
                 await self._changed.wait()
                 continue
+            if key not in self._claims:
+                most = MOST_AT_ONCE - len(self._ids)
+                await self._claims.claim(tuple(islice(self._waiting, most)), self._waiting.keys() | self._ids.keys())
+                continue
             command = await self._delivered(key)
-            if command is not None:
+            if command is None:
+                continue
+            if not self._claims.is_elsewhere(key):
                 return command
+            await self.send(self._claims.refusal(command, self._ids[key]))
 
     async def send(self, report: Report) -> None:
         """Write a report, and remove the command of a result. A command that is no longer open was answered before."""
@@ -283,17 +320,33 @@ async def _set_presence(database: Database, path: tuple[str, ...], state: str) -
     await database.write("PUT", (*path, "presence"), presence)
 
 
-async def _beat(database: Database, path: tuple[str, ...], period: float) -> None:
+async def beat_with(claims: Claims, set_presence: Callable[[str], Awaitable[None]], period: float) -> None:
+    """Write every `period` seconds that the robot is online; raises `SessionTakenOver` if another one is."""
     while True:
         await asyncio.sleep(period)
-        await _set_presence(database, path, "ONLINE")
+        await claims.require()
+        await set_presence("ONLINE")
 
 
-async def _leave(database: Database, path: tuple[str, ...]) -> None:
-    """Write that the robot is offline, if that can be done soon."""
-    with suppress(TimeoutError, SupervisorsNotReached):
+@asynccontextmanager
+async def leaving(claims: Claims, set_presence: Callable[[str], Awaitable[None]]) -> AsyncIterator[None]:
+    """At the end of the block write that the robot is offline, if that can be done soon.
+
+    If the connection was lost or another robot has the name now, write nothing.
+    """
+    try:
+        yield
+    except asyncio.CancelledError:
+        await _leave(claims, set_presence)
+        raise
+    await _leave(claims, set_presence)
+
+
+async def _leave(claims: Claims, set_presence: Callable[[str], Awaitable[None]]) -> None:
+    with suppress(TimeoutError, SupervisorsNotReached, SessionTakenOver):
         async with asyncio.timeout(FAREWELL):
-            await _set_presence(database, path, "OFFLINE")
+            await claims.require()
+            await set_presence("OFFLINE")
 
 
 @asynccontextmanager

@@ -66,6 +66,14 @@ class Transport(Protocol):
         """The command that a step without one means, as the robot's document says; None if it says nothing."""
         ...
 
-    def connected(self, robot: str) -> AbstractAsyncContextManager[Channel]:
-        """Connect for the robot of this name; raises `SupervisorsLost` if that fails."""
+    @property
+    def needs_journal(self) -> bool:
+        """Whether it must know the robot's journal to connect, because it claims commands for it."""
+        ...
+
+    def connected(self, robot: str, journal: str) -> AbstractAsyncContextManager[Channel]:
+        """Connect for the robot of this name, whose steps are in this journal; raises `SupervisorsLost` if that fails.
+
+        `SessionTakenOver` if another robot has the name now.
+        """
         ...

@@ -5,7 +5,7 @@ MayaError
 │   ├── NotConnected 1010 · ServiceNotRunning 1020 · ServiceNotAnswering 1021
 │   │   TwinNotFound 1022 · ControllerOwned 1030 · ControllerMoves 1032
 │   │   ProgramLost 1040 · RobotNotReached 1050 · SupervisorsNotReached 1051
-│   │   BrokerRefused 1052 · SessionTakenOver 1053
+│   │   BrokerRefused 1052 · SessionTakenOver 1053 · WrongRobot 1054
 │   ├── Unreachable 2101 · PathRefused 2102 · NotHomed 2103 · Busy 2104 · Faulted 2105
 │   │   MarkerMissing 2106 · TrajectoryRefused 2107 · NothingToRecover 2108 · GuardBlocked 2109
 │   │   ProgramRuns 2110 · CannotPause 2111 · NotPaused 2112 · PositionNotKept 2314
@@ -19,7 +19,7 @@ MayaError
 │   │   NotOverRos 4021 · JobChanged 4022 · TooMuchAsked 4030 · TakesTooLong 4031 · TooLarge 4032
 │   │   StepExpired 4040 · StepOfOtherRobot 4041 · StepNotBegun 4042
 │   │   StepInterrupted 4043 · StepFailed 4044 · InvalidProcess 4045 · ProcessChanged 4046
-│   │   DecisionNeeded 4047 · ProcessAborted 4048
+│   │   DecisionNeeded 4047 · ProcessAborted 4048 · StepTakenElsewhere 4049
 │   ├── NotSignedIn 4101 · NotAllowed 4102 · LeaseHeld 4103 · LeaseNeeded 4104 · LeaseLost 4105
 │   │   TooManyRequests 4106 · CertificateRefused 4110
 │   └── InvalidConfig 5001 · FileUnwritable 5002 · AddressInUse 5003 · AlreadyRunning 5004
@@ -79,6 +79,7 @@ from maya_un.errors.asking import (
     StepInterrupted,
     StepNotBegun,
     StepOfOtherRobot,
+    StepTakenElsewhere,
     StreamLagging,
     TakesTooLong,
     TooLarge,
@@ -139,6 +140,7 @@ from maya_un.errors.link import (
     TwinNotFound,
     UnexpectedReply,
     WrongController,
+    WrongRobot,
 )
 from maya_un.errors.lookup import (
     as_said,
@@ -273,6 +275,7 @@ __all__ = [
     "StepInterrupted",
     "StepNotBegun",
     "StepOfOtherRobot",
+    "StepTakenElsewhere",
     "Stopped",
     "StorageDamaged",
     "StorageFailed",
@@ -299,6 +302,7 @@ __all__ = [
     "WiringContradictsCn",
     "WorkerFailed",
     "WrongController",
+    "WrongRobot",
     "WrongState",
     "as_said",
     "by_code",

@@ -218,6 +218,12 @@ class ProcessAborted(RequestError):
     code = 4048
 
 
+class StepTakenElsewhere(RequestError):
+    """Another robot with the same name took a step, or this one did and lost its journal."""
+
+    code = 4049
+
+
 class NotSignedIn(RequestError):
     """A request came without a token, or with one that is not valid."""
 

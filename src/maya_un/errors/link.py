@@ -138,6 +138,12 @@ class BrokerRefused(RequestError):
 
 
 class SessionTakenOver(RequestError):
-    """Another robot is connected to the supervisors' broker under the same name."""
+    """Another robot is connected to the supervisors' broker or database under the same name."""
 
     code = 1053
+
+
+class WrongRobot(RequestError):
+    """The rosbridge belongs to another robot than the one whose commands the link carries."""
+
+    code = 1054

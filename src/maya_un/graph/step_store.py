@@ -11,6 +11,7 @@ from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TypeVar
+from uuid import uuid4
 
 from maya_un.errors import FileNotOurs, StorageTooNew
 from maya_un.graph.step_text import Result
@@ -29,6 +30,9 @@ CREATE TABLE steps (
     result TEXT, told INTEGER NOT NULL DEFAULT 0
 ) WITHOUT ROWID
 """
+_IDENTITY = "CREATE TABLE IF NOT EXISTS identity (journal TEXT NOT NULL)"
+"""A journal differs from every other; programs that do not know this table leave it alone."""
+
 _TO_VERSION_2 = ("ALTER TABLE steps ADD COLUMN begun TEXT", "UPDATE steps SET begun = started")
 """In version 1 a step was written down when it began."""
 
@@ -54,10 +58,12 @@ class Kept:
 class StepStore:
     """Keeps steps in one file; what a coroutine wrote is on the disk when it returns.
 
-    Every write raises `StorageFailed`, and then nothing of it was kept.
+    Every write raises `StorageFailed`, and then nothing of it was kept. `journal` names this file: no other file has
+    the same name, and a file that is lost takes it along.
     """
 
-    def __init__(self, path: Path, connection: sqlite3.Connection, lock: file.Lock) -> None:
+    def __init__(self, path: Path, connection: sqlite3.Connection, lock: file.Lock, journal: str) -> None:
+        self.journal = journal
         self._path = path
         self._connection = connection
         self._lock = lock
@@ -143,10 +149,11 @@ def _open(path: Path) -> StepStore:
             connection.execute("PRAGMA journal_mode = WAL")
             connection.execute("PRAGMA synchronous = FULL")
             _set_up(connection)
+            journal = _journal(connection)
         except (sqlite3.Error, OSError) as error:
             raise faults.at_opening(error, path) from error
         undo.pop_all()
-        return StepStore(path, connection, lock)
+        return StepStore(path, connection, lock, journal)
 
 
 def _require_ours(connection: sqlite3.Connection, path: Path) -> None:
@@ -172,6 +179,16 @@ def _set_up(connection: sqlite3.Connection) -> None:
     connection.execute(f"PRAGMA application_id = {_APPLICATION}")
     connection.execute(f"PRAGMA user_version = {_VERSION}")
     connection.execute("COMMIT")
+
+
+def _journal(connection: sqlite3.Connection) -> str:
+    """Return the name of this journal; a new one gets its name here."""
+    connection.execute("BEGIN IMMEDIATE")
+    connection.execute(_IDENTITY)
+    connection.execute("INSERT INTO identity SELECT ? WHERE NOT EXISTS (SELECT 1 FROM identity)", (uuid4().hex,))
+    (found,) = connection.execute("SELECT journal FROM identity").fetchone()
+    connection.execute("COMMIT")
+    return str(found)
 
 
 def _kept(row: tuple[str, str, str, str, str | None, int, str | None]) -> Kept:

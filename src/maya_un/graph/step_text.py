@@ -1,8 +1,9 @@
-"""The steps of a remote process as JSON text, their progress and their results.
+"""The steps of a remote process as JSON text, their progress and their results, and which robot does them.
 
     {"id": "7", "command": "pick", "args": {"x": 0.5, "y": 1.1, "z": 0.4}, "robot": "MAYA", "deadline": …}
     {"id": "7", "state": "executing", "date": …}
     {"id": "7", "success": true, "error": null, "code": null, "started": …, "finished": …, "warnings": []}
+    {"name": "MAYA", "journal": "5b0c…"}
 
 The commands are pick, place and approach (args x, y, z in metres), gripper (args open), home and can_teleop (no args).
 Other args are ignored, and the result lists them. `robot` and `deadline` are optional: a step for another robot and a
@@ -49,6 +50,19 @@ class State(StrEnum):
 
     ACCEPTED = "accepted"
     EXECUTING = "executing"
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """A robot: its name for supervisors, and which journal its steps are in."""
+
+    name: str
+    journal: str
+
+    @property
+    def text(self) -> str:
+        """The JSON text."""
+        return json.dumps({"name": self.name, "journal": self.journal})
 
 
 @dataclass(frozen=True, slots=True)

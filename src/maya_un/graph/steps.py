@@ -34,8 +34,8 @@ from maya_un.graph.primitives import to_message
 from maya_un.graph.protocol import Ended, Graph, Message, Outcome, Publisher
 from maya_un.graph.step import Step, step_of
 from maya_un.graph.step_store import Kept, StepStore
-from maya_un.graph.step_text import INTERRUPTED, Progress, Result, State, content_of, id_of, read
-from maya_un.graph.table import EVENT, STEP_COMMAND, STEP_RESULT, STEP_STATUS, TASK
+from maya_un.graph.step_text import INTERRUPTED, Identity, Progress, Result, State, content_of, id_of, read
+from maya_un.graph.table import EVENT, STEP_COMMAND, STEP_RESULT, STEP_ROBOT, STEP_STATUS, TASK
 
 MOST_WAITING = 1000
 """Steps that may wait; further ones are refused."""
@@ -281,7 +281,8 @@ async def bridged(
 ) -> AsyncIterator[Steps]:
     """Carry out the steps of /step_command with /task while the block runs, as far as `permit` allows.
 
-    Results that an earlier run could not send are sent as soon as anybody subscribes. After a stop or a fault of the
+    /step_robot says which robot and which journal these are. Results that an earlier run could not send are sent as
+    soon as anybody subscribes. After a stop or a fault of the
     robot no step begins that waited then. The loop's clock runs at `speed`.
     """
     results = graph.advertise(STEP_RESULT.name, STEP_RESULT.type, queue_size=STEP_RESULT.queue_size)
@@ -318,13 +319,15 @@ async def bridged(
         lambda message: begin(answer(message["data"])),
         queue_size=STEP_COMMAND.queue_size,
     )
+    robot = graph.advertise(STEP_ROBOT.name, STEP_ROBOT.type, latch=STEP_ROBOT.latch, queue_size=STEP_ROBOT.queue_size)
+    robot.publish({"data": Identity(name or "", store.journal).text})
     try:
         yield steps
     finally:
         commands.close()
         await steps.close()
         await _settled(tasks)
-        for held in (events, results, status):
+        for held in (events, results, status, robot):
             held.close()
 
 

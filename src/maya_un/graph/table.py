@@ -195,10 +195,14 @@ STEP_STATUS = Row(
     "/step_status", Form.TOPIC, "std_msgs/String", Floor.BRIDGE, "a step is accepted or begins, as JSON",
     ("firebase_bridge",), ("ros_coms",), manual=False,
 )  # fmt: skip
+STEP_ROBOT = Row(
+    "/step_robot", Form.TOPIC, "std_msgs/String", Floor.BRIDGE, "which robot carries out steps, as JSON",
+    ("firebase_bridge",), ("ros_coms",), latch=True, queue_size=1, manual=False,
+)  # fmt: skip
 
 TABLE = (
     EVENT, POSITION, SENSORS, PRIMITIVE, SEND_TASK, START_QUEUE, STOP_QUEUE, STEP_COMMAND, STEP_RESULT,
-    STEP_STATUS,
+    STEP_STATUS, STEP_ROBOT,
     GRIPPER, MAYA_COMMAND, STOP, RECOVER, HOME, MOVE, FOLLOW, TASK,
     JOINTS, DIAGNOSTICS, MARKERS, COMMAND, SPEED, PAUSE, RESUME, ABORT, QUEUE_STATUS, RESUME_QUEUE, RECOVER_QUEUE,
 )  # fmt: skip

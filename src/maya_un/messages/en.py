@@ -39,6 +39,7 @@ SENTENCES: dict[int, str] = {
     1051: "The supervisors' server {where} does not answer: {reason}. Check that it runs, and its address, user and password.",
     1052: "The broker {where} refuses the command: {reason}. Ask the person who keeps its rules (ACL) for access to this robot.",
     1053: "Another robot is connected to {where} under the name {name}, so this robot does not connect again. Give each robot its own name (coms.name, NAME), then start this program again.",
+    1054: "The rosbridge at {url} belongs to the robot {found!r}, and this program carries the commands of {name}. It sends none there. Give it the address of the rosbridge of {name} (IP, --rosbridge), or give this program and the robot the same name (coms.name, NAME).",
     2101: "{target} cannot be reached: {reason}. Nearest reachable: {nearest}.",
     2102: "The way to {target} leaves the workspace: {reason}. Go there by a point in between.",
     2103: "The robot is not homed, so its position is not known. Say `maya home` first.",
@@ -128,6 +129,7 @@ SENTENCES: dict[int, str] = {
     4046: "{path} holds the state of another process: the process file has changed since. Put the old file back to go on, or begin anew with --again.",
     4047: "Step {step} of {robot} failed ({code}): {error} Look at the robot, then run the process again with --retry {step}, --skip {step} or --abort.",
     4048: "The process was aborted: {done} of {steps} steps were done. Begin anew with --again.",
+    4049: "Another robot with the name {name} took this step before, or this robot took it and has lost its journal since. This robot does not carry it out, and nobody knows how far the step came. Look at the robots. If the step is still needed, send it again under another id.",
     4101: "This needs a valid token: {reason}. Ask an administrator of the robot for one (`maya user token`).",
     4102: "{who} is {role}, and {operation} needs {needed}. Ask somebody who may.",
     4103: "{holder} drives the robot since {since}. Ask for the lease with `maya lease ask`, or wait; `maya stop` works "

@@ -40,6 +40,7 @@ SENTENCES: dict[int, str] = {
     1051: "El servidor de los supervisores {where} no responde: {reason}. Compruebe que funciona, y su dirección, usuario y contraseña.",
     1052: "El broker {where} rechaza la orden: {reason}. Pida acceso a este robot a quien lleva sus reglas (ACL).",
     1053: "Otro robot está conectado a {where} con el nombre {name}, así que este robot no se vuelve a conectar. Dé a cada robot su propio nombre (coms.name, NAME) y arranque este programa otra vez.",
+    1054: "El rosbridge de {url} es del robot {found!r}, y este programa lleva las órdenes de {name}. No envía ninguna allí. Dele la dirección del rosbridge de {name} (IP, --rosbridge), o dé a este programa y al robot el mismo nombre (coms.name, NAME).",
     2101: "{target} no se puede alcanzar: {reason}. Lo más cercano alcanzable: {nearest}.",
     2102: "El camino a {target} sale del espacio de trabajo: {reason}. Vaya por un punto intermedio.",
     2103: "El robot no ha hecho el homing y no conoce su posición. Diga primero `maya home`.",
@@ -128,6 +129,7 @@ SENTENCES: dict[int, str] = {
     4046: "{path} guarda el estado de otro proceso: el archivo del proceso ha cambiado desde entonces. Restaure el archivo anterior para continuar, o empiece de nuevo con --again.",
     4047: "El paso {step} de {robot} falló ({code}): {error} Mire el robot y ejecute el proceso otra vez con --retry {step}, --skip {step} o --abort.",
     4048: "El proceso se abortó: se hicieron {done} de {steps} pasos. Empiece de nuevo con --again.",
+    4049: "Otro robot con el nombre {name} tomó este paso antes, o este robot lo tomó y después perdió su diario. Este robot no lo ejecuta, y nadie sabe hasta dónde llegó el paso. Mire los robots. Si el paso aún hace falta, envíelo otra vez con otro id.",
     4101: "Esto necesita un token válido: {reason}. Pida uno a un administrador del robot (`maya user token`).",
     4102: "{who} es {role}, y {operation} necesita {needed}. Pídalo a quien pueda.",
     4103: "{holder} conduce el robot desde {since}. Pida el mando con `maya lease ask`, o espere; `maya stop` vale para "

@@ -11,13 +11,18 @@ from maya_un.errors import SupervisorsNotReached
 
 
 class Memory:
-    """Keeps commands until their result is sent, and every report. While `away` nothing gets through."""
+    """Keeps commands until their result is sent, every report, and the journal of every connection.
+
+    While `away` nothing gets through.
+    """
 
     def __init__(self, default_command: str | None = None) -> None:
         self.commands: dict[str, bytes] = {}
         self.reports: list[Report] = []
+        self.journals: list[str] = []
         self.away = False
         self.default_command = default_command
+        self.needs_journal = True
         self._changed = asyncio.Condition()
 
     @property
@@ -45,9 +50,10 @@ class Memory:
         return [report for report in self.reports if report.kind is Kind.RESULT]
 
     @asynccontextmanager
-    async def connected(self, robot: str) -> AsyncIterator[_Channel]:
+    async def connected(self, robot: str, journal: str) -> AsyncIterator[_Channel]:
         """Connect for a robot."""
         del robot
+        self.journals.append(journal)
         self.require_there()
         yield _Channel(self)
 

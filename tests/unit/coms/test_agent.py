@@ -16,13 +16,22 @@ from maya_un.coms.agent import LONGEST, Agent
 from maya_un.coms.retrying import LONGEST_PAUSE
 from maya_un.coms.robot import Rosbridge
 from maya_un.coms.transport import Command, Kind, Report
-from maya_un.errors import InvalidMessage, InvalidRequest, KeyReused, RobotNotReached
+from maya_un.errors import (
+    InvalidMessage,
+    InvalidRequest,
+    KeyReused,
+    RobotNotReached,
+    SessionTakenOver,
+    StepOfOtherRobot,
+    WrongRobot,
+)
 from maya_un.graph.bus import Bus
 from maya_un.graph.outcome import success
 from maya_un.graph.protocol import Feedback, Graph, Message
 from maya_un.graph.step_store import StepStore
+from maya_un.graph.step_text import Identity
 from maya_un.graph.steps import Steps, bridged
-from maya_un.graph.table import STEP_COMMAND, STEP_RESULT, STEP_STATUS, TASK
+from maya_un.graph.table import STEP_COMMAND, STEP_RESULT, STEP_ROBOT, STEP_STATUS, TASK
 from maya_un.loops import run
 from maya_un.rosbridge.endpoint import Endpoint
 from maya_un.rosbridge.guest import Guest
@@ -35,6 +44,8 @@ from tests.virtual_time import elapse, turn
 
 class Robot:
     """A robot behind a rosbridge whose port stays the same; `begun` lists the commands that ran."""
+
+    name = "MAYA"
 
     def __init__(self, store: StepStore) -> None:
         self.begun: list[str] = []
@@ -59,7 +70,7 @@ class Robot:
     @asynccontextmanager
     async def bridge(self) -> AsyncIterator[Steps]:
         """Be the node firebase_bridge."""
-        async with bridged(self.bus.node("firebase_bridge"), self.store, dates.now, name="MAYA") as steps:
+        async with bridged(self.bus.node("firebase_bridge"), self.store, dates.now, name=self.name) as steps:
             yield steps
 
     @asynccontextmanager
@@ -358,7 +369,7 @@ class Direct:
         self.where = "direct"
         self.away = False
         self._node = robot.bus.node("rosbridge")
-        self._came: asyncio.Queue[Report | None] = asyncio.Queue()
+        self._came: asyncio.Queue[Report | Identity | None] = asyncio.Queue()
 
     def cut(self) -> None:
         """End the connection; the next attempts fail until `away` is False again."""
@@ -374,6 +385,7 @@ class Direct:
             self._node.subscribe(row.name, row.type, self._hear(row is STEP_RESULT))
             for row in (STEP_RESULT, STEP_STATUS)
         ]
+        readers.append(self._node.subscribe(STEP_ROBOT.name, STEP_ROBOT.type, self._meet))
         self._commands = self._node.advertise(STEP_COMMAND.name, STEP_COMMAND.type)
         yield self
         for one in (*readers, self._commands):
@@ -387,10 +399,16 @@ class Direct:
 
         return hear
 
+    def _meet(self, message: Message) -> None:
+        self._came.put_nowait(Identity(**json.loads(message["data"])))
+
+    async def prepare(self) -> None:
+        """It hears everything already."""
+
     async def send(self, text: str) -> None:
         self._commands.publish({"data": text})
 
-    async def receive(self) -> Report:
+    async def receive(self) -> Report | Identity:
         report = await self._came.get()
         if report is None:
             raise RobotNotReached(url=self.where, reason="it went away")
@@ -455,3 +473,103 @@ def test_a_result_from_before_a_crash_does_not_refuse_its_command(name: str, tmp
         assert robot.begun == ["home"]
 
     told(story, tmp_path)
+
+
+def test_no_command_reaches_a_robot_with_another_name(tmp_path: Path) -> None:
+    async def story(robot: Robot, agent: Agent, memory: Memory) -> None:
+        async with robot.bridge(), robot.rosbridge():
+            await until(lambda: agent.status()["robot"]["connected"])
+        robot.name = "MAYA2"
+        await memory.put("k1", command("1"))
+        heard: list[Message] = []
+        robot.bus.node("other").subscribe(STEP_COMMAND.name, STEP_COMMAND.type, heard.append)
+        async with robot.bridge(), robot.rosbridge():
+            await until(lambda: agent.status()["robot"]["code"] == WrongRobot.code)
+            assert not agent.status()["robot"]["connected"]
+            assert "MAYA2" in agent.status()["robot"]["waits_for"]
+        assert heard == []
+        assert memory.reports == []
+        robot.name = "MAYA"
+        async with robot.bridge(), robot.rosbridge():
+            await memory.results(1)
+        assert robot.begun == ["home"]
+
+    told(story, tmp_path)
+
+
+def test_a_robot_that_becomes_another_one_behind_its_rosbridge_gets_no_command(tmp_path: Path) -> None:
+    async def story(robot: Robot, agent: Agent, memory: Memory) -> None:
+        async with robot.rosbridge():
+            async with robot.bridge():
+                await until(lambda: agent.status()["robot"]["connected"])
+            robot.name = "MAYA2"
+            async with robot.bridge():
+                await until(lambda: agent.status()["robot"]["code"] == WrongRobot.code)
+                await memory.put("k1", command("1"))
+                await until(lambda: bool(agent.status()["steps"]))
+        assert robot.begun == []
+
+    told(story, tmp_path)
+
+
+def test_a_command_carries_the_name_of_its_robot(tmp_path: Path) -> None:
+    async def story(robot: Robot, _: Agent, memory: Memory) -> None:
+        heard: list[Message] = []
+        robot.bus.node("other").subscribe(STEP_COMMAND.name, STEP_COMMAND.type, heard.append)
+        async with robot.bridge(), robot.rosbridge():
+            await memory.put("k1", command("1"))
+            await memory.put("k2", command("2", robot=None))
+            await memory.put("k3", command("3", robot="MAYA2"))
+            codes = {result.id: json.loads(result.text)["code"] for result in await memory.results(3)}
+        assert {json.loads(message["data"])["robot"] for message in heard} == {"MAYA", "MAYA2"}
+        assert codes == {"1": None, "2": None, "3": str(StepOfOtherRobot.code)}
+        assert robot.begun == ["home", "home"]
+
+    told(story, tmp_path)
+
+
+def test_supervisors_wait_until_the_robot_is_known_and_learn_of_a_new_journal(tmp_path: Path) -> None:
+    async def story(robot: Robot, agent: Agent, memory: Memory) -> None:
+        async with robot.rosbridge():
+            await until(lambda: "firebase_bridge" in str(agent.status()["robot"]["waits_for"]))
+            assert memory.journals == []
+            async with robot.bridge():
+                await until(lambda: agent.status()["supervisors"]["connected"])
+            async with robot.bridge():
+                await memory.put("k1", command("1"))
+                await memory.results(1)
+            other = robot.store = await StepStore.open(tmp_path / "other.db")
+            async with robot.bridge():
+                await until(lambda: len(memory.journals) == 2)
+            await other.close()
+        assert memory.journals[1] == other.journal != memory.journals[0]
+
+    told(story, tmp_path)
+
+
+def test_a_robot_that_gives_way_forgets_what_it_has_not_accepted(tmp_path: Path) -> None:
+    class Taken(Memory):
+        """Belongs to another robot after it was away."""
+
+        def require_there(self) -> None:
+            super().require_there()
+            if self.journals[1:]:
+                raise SessionTakenOver(where=self.where, name="MAYA")
+
+    async def story(robot: Robot, agent: Agent, memory: Memory) -> None:
+        async with robot.bridge(), robot.rosbridge():
+            await until(lambda: agent.status()["supervisors"]["connected"])
+        await until(lambda: not agent.status()["robot"]["connected"])
+        await memory.put("k1", command("1"))
+        await until(lambda: agent.status()["steps"] == {"1": "sending"})
+        await memory.set_away(True)
+        await until(lambda: not agent.status()["supervisors"]["connected"])
+        memory.journals.append("another robot's")
+        await memory.set_away(False)
+        await until(lambda: agent.status()["supervisors"]["code"] == SessionTakenOver.code)
+        assert agent.status()["steps"] == {}
+        async with robot.bridge(), robot.rosbridge():
+            await until(lambda: agent.status()["robot"]["connected"])
+        assert robot.begun == []
+
+    told(story, tmp_path, kind=Taken)

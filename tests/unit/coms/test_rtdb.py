@@ -28,6 +28,7 @@ from tests.virtual_time import turn
 RULES = (Path(__file__).parents[3] / "contrib/firebase/database.rules.json").read_text()
 
 ROBOT = "robots/MAYA"
+JOURNAL = "journal of the robot"
 
 Story = Callable[[Channel], Awaitable[None]]
 
@@ -51,7 +52,7 @@ def told(story: Story, transport: Transport, robot: str = "MAYA") -> None:
     """Run a story with a connection."""
 
     async def main() -> None:
-        async with asyncio.timeout(60.0), transport.connected(robot) as channel:
+        async with asyncio.timeout(60.0), transport.connected(robot, JOURNAL) as channel:
             await story(channel)
 
     run(main())
@@ -94,7 +95,7 @@ class Answers:
 
     async def run(self) -> None:
         async def use() -> None:
-            async with self._transport.connected("MAYA") as channel:
+            async with self._transport.connected("MAYA", JOURNAL) as channel:
                 while True:
                     command = await channel.receive()
                     self.seen.append(command.key)
@@ -186,7 +187,7 @@ def test_a_result_and_the_end_of_its_command_are_one_write(database: RealtimeDat
         assert written == ["results/k", "progress/k", "commands/k"]
 
     told(story, Rtdb(database.url))
-    assert database.get(ROBOT).keys() == {"presence", "results"}
+    assert database.get(ROBOT).keys() == {"presence", "results", "session"}
     assert database.get(f"{ROBOT}/results/k/success") is True
 
 

@@ -433,3 +433,13 @@ async def test_a_refusal_is_final_also_when_its_reason_has_gone(later: str, tmp_
     assert len(robot.begun) == 1
     await steps.close()
     await store.close()
+
+
+async def test_a_journal_keeps_its_name_and_no_other_has_it(tmp_path: Path) -> None:
+    names = []
+    for place in (tmp_path / "one.db", tmp_path / "one.db", tmp_path / "two.db"):
+        store = await StepStore.open(place)
+        names.append(store.journal)
+        await store.close()
+    assert names[0] == names[1] != names[2]
+    assert all(names)

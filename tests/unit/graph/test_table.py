@@ -90,7 +90,7 @@ def test_the_constants_of_primitives_are_their_commands() -> None:
 
 def test_topics_are_kept_where_whoever_comes_late_must_know_them() -> None:
     latched = {row.name for row in TABLE if row.latch}
-    assert latched == {"/maya_event", "/maya_position", "/maya_markers", "/queue_status"}
+    assert latched == {"/maya_event", "/maya_position", "/maya_markers", "/queue_status", "/step_robot"}
     assert all(row.queue_size > 0 for row in TABLE)
     assert {row.form for row in TABLE if row.rate} == {Form.TOPIC}
 

@@ -1,0 +1,126 @@
+"""Which robot a database serves under a name, and which commands it took.
+
+    {"id", "host", "claims": {KEY: JOURNAL}}
+
+The entry belongs to the session that began last. Before a session hands a command to its robot, it claims the command:
+it adds the command's key and the journal of its robot to the entry. Every write holds only if nobody else has written
+the entry since. So no session claims a command after another one has begun, and every session sees the claims of all
+before it. It does not hand over what another journal may know. No clock and no heartbeat decides this.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections.abc import Collection, Mapping
+from typing import Any, Protocol
+from uuid import uuid4
+
+from maya_un.coms.transport import Command, Kind, Report
+from maya_un.errors import SessionTakenOver, StepTakenElsewhere
+from maya_un.graph.step_text import Result
+from maya_un.server import dates
+
+
+class Entry(Protocol):
+    """A place in a database that can be changed if nobody else changed it."""
+
+    async def read(self) -> Any:
+        """Return its data, None if there are none."""
+        ...
+
+    async def swap(self, data: Mapping[str, Any]) -> bool:
+        """Write data; return False, and write nothing, if they may have changed since this object saw them last."""
+        ...
+
+
+class Session:
+    """The session of a program at the database at `where`. It outlives the connections of the program."""
+
+    def __init__(self, where: str) -> None:
+        self.id = uuid4().hex
+        self.where = where
+        self._has_begun = False
+
+    async def begin(self, entry: Entry, robot: str, journal: str) -> Claims:
+        """Begin, or go on after a lost connection; raises `SessionTakenOver` if a later session has begun meanwhile.
+
+        The session of an earlier program ends by this. After a crash it may be that of this robot, so nobody waits for
+        it.
+        """
+        claims = Claims(self, entry, robot, journal)
+        while True:
+            holder = await (claims.require() if self._has_begun else claims.read())
+            if holder == self.id or await claims.write():
+                self._has_begun = True
+                return claims
+
+
+class Claims:
+    """The commands that were claimed, as a connection of a session sees them."""
+
+    def __init__(self, session: Session, entry: Entry, robot: str, journal: str) -> None:
+        self._session = session
+        self._entry = entry
+        self._robot = robot
+        self._journal = journal
+        self._claims: dict[str, str] = {}
+        self._is_lost = False
+        self._turn = asyncio.Lock()
+
+    async def claim(self, keys: Collection[str], still_open: Collection[str] | None) -> None:
+        """Claim commands that nobody claimed; forget claims of those that are not open any more, if that is known.
+
+        Raises `SessionTakenOver`.
+        """
+        async with self._turn:
+            while True:
+                kept = {key: owner for key, owner in self._claims.items() if still_open is None or key in still_open}
+                if await self.write(dict.fromkeys(keys, self._journal) | kept):
+                    return
+                self._check(await self.read())
+
+    def __contains__(self, key: str) -> bool:
+        """Tell whether somebody claimed a command."""
+        return key in self._claims
+
+    def is_elsewhere(self, key: str) -> bool:
+        """Tell whether another journal may know a command."""
+        return self._claims.get(key, self._journal) != self._journal
+
+    def refusal(self, command: Command, id_: str | None) -> Report:
+        """Return the result of a command that another journal may know."""
+        result = Result.refused(id_, StepTakenElsewhere(name=self._robot), dates.now())
+        return Report(id_, Kind.RESULT, result.text, command.key)
+
+    async def require(self) -> str | None:
+        """Read the entry, as `read` does; raises `SessionTakenOver` if a later session has begun."""
+        async with self._turn:
+            return self._check(await self.read())
+
+    def _check(self, holder: str | None) -> str | None:
+        self._is_lost = self._is_lost or holder not in {None, self._session.id}
+        if self._is_lost:
+            raise SessionTakenOver(where=self._session.where, name=self._robot)
+        return holder
+
+    async def read(self) -> str | None:
+        """Read the entry; return the id of the session that it belongs to, None if there is none."""
+        found = await self._entry.read()
+        claims = found.get("claims") if isinstance(found, dict) else None
+        self._claims |= {str(key): str(owner) for key, owner in claims.items()} if isinstance(claims, dict) else {}
+        holder = found.get("id") if isinstance(found, dict) else None
+        return holder if isinstance(holder, str) else None
+
+    async def write(self, claims: dict[str, str] | None = None) -> bool:
+        """Write the entry, by default with the claims that it has; return whether nobody else wrote it before.
+
+        Raises `SessionTakenOver` if that is known.
+        """
+        self._check(self._session.id)
+        claims = self._claims if claims is None else claims
+        entry = {"id": self._session.id, "host": socket.gethostname(), "claims": claims}
+        if not await self._entry.swap(entry):
+            return False
+        self._claims = claims
+        return True

@@ -1,0 +1,184 @@
+"""Two robots with one name at one real database: a command goes to one of them, whatever is cut in between."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Awaitable, Callable, Iterator
+from contextlib import AsyncExitStack, suppress
+from random import Random
+from typing import Any
+
+import pytest
+
+from maya_un.coms.firebase_auth import FixedToken
+from maya_un.coms.firestore import Firestore
+from maya_un.coms.rtdb import Rtdb
+from maya_un.coms.transport import Channel, Transport
+from maya_un.errors import SessionTakenOver, StepTakenElsewhere, SupervisorsNotReached
+from maya_un.loops import run
+from tests.system.rtdb.server import Fault, RealtimeDatabase, realtime_database
+from tests.unit.coms.test_rtdb import home, result, until
+
+ROBOT = "robots/MAYA"
+SOON = 0.01
+
+
+class Place:
+    """A database as one of its services."""
+
+    def __init__(self, database: RealtimeDatabase, kind: str) -> None:
+        self.database = database
+        self._is_tree = kind == "rtdb"
+        self.get: Callable[[str], Any] = database.get if self._is_tree else database.document
+        self.set: Callable[[str, Any], None] = database.set if self._is_tree else database.set_document
+        self.session = f"{ROBOT}/session" if self._is_tree else f"{ROBOT}/state/session"
+        self.presence = f"{ROBOT}/presence" if self._is_tree else f"{ROBOT}/state/presence"
+        self.write = ("PUT", "/session") if self._is_tree else ("POST", "state/session")
+        if not self._is_tree:
+            database.set_document(ROBOT, {})
+
+    def transport(self, heartbeat: float = 10.0) -> Transport:
+        """Return a link's way there: a session of its own."""
+        if self._is_tree:
+            return Rtdb(self.database.url, heartbeat=heartbeat)
+        return Firestore("firestore://demo", FixedToken(""), interval=SOON, heartbeat=heartbeat)
+
+    def put(self, key: str) -> None:
+        """Send a command."""
+        self.set(f"{ROBOT}/commands/{key}", home(f"id {key}"))
+
+    def code(self, key: str) -> Any:
+        """Return the code of a command's result."""
+        return self.get(f"{ROBOT}/results/{key}")["code"]
+
+
+@pytest.fixture(params=["rtdb", "firestore"])
+def place(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[Place]:
+    with realtime_database() as database:
+        monkeypatch.setenv("FIRESTORE_EMULATOR_HOST", f"127.0.0.1:{database.port}")
+        yield Place(database, request.param)
+
+
+def told(story: Callable[[], Awaitable[None]]) -> None:
+    async def main() -> None:
+        async with asyncio.timeout(120.0):
+            await story()
+
+    run(main())
+
+
+async def taken(channel: Channel, seen: list[str], *, answers: bool = True) -> None:
+    """Note every command that comes, and answer it."""
+    while True:
+        command = await channel.receive()
+        seen.append(command.key)
+        if answers:
+            await channel.send(result(command))
+
+
+async def served(transport: Transport, journal: str, seen: list[str]) -> None:
+    """Be the link of a robot that connects again until another robot has its name."""
+    while True:
+        with suppress(SupervisorsNotReached):
+            async with transport.connected("MAYA", journal) as channel:
+                await taken(channel, seen, answers=False)
+
+
+def test_a_command_goes_to_one_of_two_robots_whatever_is_cut(place: Place) -> None:
+    rng = Random(7)
+    keys = [f"k{number:03}" for number in range(120)]
+    first, second = list[str](), list[str]()
+
+    async def story() -> None:
+        one = asyncio.create_task(served(place.transport(), "one", first))
+        await until(lambda: place.get(place.session) is not None)
+        two: asyncio.Task[None] | None = None
+        for number, key in enumerate(keys):
+            place.put(key)
+            if rng.random() < 0.1:
+                place.database.faults.append(Fault(*place.write, rng.random() < 0.5, times=1))
+            if number == 60:
+                await until(lambda: len(first) > 30)
+                two = asyncio.create_task(served(place.transport(), "two", second))
+        assert two is not None
+        await asyncio.wait({one})
+        with pytest.raises(SessionTakenOver):
+            one.result()
+        await until(lambda: all(key in first or key in second or place.get(f"{ROBOT}/results/{key}") for key in keys))
+        two.cancel()
+        await asyncio.gather(two, return_exceptions=True)
+
+    told(story)
+    assert not set(first) & set(second), "both robots got a command"
+    assert first
+    assert second
+    refused = [key for key in keys if place.get(f"{ROBOT}/results/{key}") is not None]
+    assert set(refused) >= set(first)
+    assert not set(refused) & set(second)
+    assert {place.code(key) for key in refused} == {str(StepTakenElsewhere.code)}
+
+
+def test_the_next_link_of_the_same_robot_gets_what_the_last_one_took(place: Place) -> None:
+    async def story() -> None:
+        place.put("k")
+        async with place.transport().connected("MAYA", "journal") as crashed:
+            await crashed.receive()
+            async with place.transport().connected("MAYA", "journal") as channel:
+                command = await channel.receive()
+                assert json.loads(command.text) == home("id k")
+                await channel.send(result(command))
+            place.put("later")
+            with pytest.raises(SessionTakenOver):
+                await crashed.receive()
+
+    told(story)
+    assert place.get(f"{ROBOT}/results/later") is None
+
+
+def test_an_idle_robot_notices_at_its_heartbeat_and_does_not_write_that_the_other_is_away(place: Place) -> None:
+    async def story() -> None:
+        async with AsyncExitStack() as held:
+            first = await held.enter_async_context(place.transport(SOON).connected("MAYA", "one"))
+            async with place.transport().connected("MAYA", "two"):
+                with pytest.raises(SessionTakenOver):
+                    await first.receive()
+                await held.aclose()
+                assert place.get(place.presence)["state"] == "ONLINE"
+
+    told(story)
+
+
+def test_claims_are_forgotten_with_their_commands(place: Place) -> None:
+    async def story() -> None:
+        async with place.transport().connected("MAYA", "journal") as channel:
+            for key in ("0", "1", "2", "a"):
+                place.put(key)
+                await channel.send(result(await channel.receive()))
+
+    told(story)
+    assert place.get(place.session)["claims"] == {"a": "journal"}
+
+
+def test_a_session_that_somebody_removes_is_written_again(place: Place) -> None:
+    async def story() -> None:
+        async with place.transport().connected("MAYA", "journal") as channel:
+            place.put("a")
+            await channel.receive()
+            place.set(place.session, None)
+            place.put("b")
+            await channel.receive()
+
+    told(story)
+    assert place.get(place.session)["claims"] == {"a": "journal", "b": "journal"}
+
+
+def test_a_session_that_is_nonsense_is_replaced(place: Place) -> None:
+    place.set(place.session, {"id": [1], "claims": "x"})
+    place.put("a")
+
+    async def story() -> None:
+        async with place.transport().connected("MAYA", "journal") as channel:
+            assert (await channel.receive()).key == "a"
+
+    told(story)
