@@ -6,12 +6,15 @@ own files and its own robot's name. Without a namespace, all names are the manua
 
 from __future__ import annotations
 
+import hashlib
 import os
 import re
 from pathlib import Path
 
 VARIABLE = "ROS_NAMESPACE"
 """The environment variable in which roslaunch gives a program its namespace."""
+
+_LONGEST_NAME = 64
 
 
 def namespace() -> str:
@@ -26,5 +29,23 @@ def own(folder: Path) -> Path:
 
 
 def robot_name() -> str:
-    """Return the default name of the robot: MAYA; in the namespace maya2, MAYA2."""
-    return re.sub("[^A-Z0-9_]", "_", namespace().upper())[:64] or "MAYA"
+    """Return the default name of the robot: MAYA; in the namespace maya2, MAYA2. Two namespaces have two names.
+
+    Small letters become capitals and capitals small letters, / becomes -, another sign its number between two pairs of
+    hyphens. The namespace maya is MAYA-. A long name is cut, and ends in a digest of its namespace.
+    """
+    inner = re.sub("/+", "/", namespace())
+    if not inner:
+        return "MAYA"
+    if inner == "maya":
+        return "MAYA-"
+    name = "".join(_sign(one) for one in inner)
+    if len(name) <= _LONGEST_NAME:
+        return name
+    return f"{name[:40]}--{hashlib.sha256(inner.encode(errors='replace')).hexdigest()[:20]}"
+
+
+def _sign(one: str) -> str:
+    if one == "/":
+        return "-"
+    return one.swapcase() if re.fullmatch("[A-Za-z0-9_]", one) else f"--{ord(one):x}--"

@@ -19,7 +19,8 @@ from paho.mqtt.enums import CallbackAPIVersion
 from maya_un.cli.doctor import house
 from maya_un.cli.doctor.finding import Outcome
 from maya_un.config.load import parse
-from maya_un.errors import SessionTakenOver
+from maya_un.errors import NotHomed, SessionTakenOver, WrongRobot
+from maya_un.supervisor import Supervisor as Supervising
 from tests.ros.harness import eventually
 from tests.system.brokers import Broker, broker
 from tests.system.processes import Process, running
@@ -156,6 +157,68 @@ def test_a_password_without_encryption_is_warned_of(monkeypatch: pytest.MonkeyPa
         assert found == ["coms_clear", "coms_waits"]
     finally:
         link.kill()
+
+
+def test_a_supervisor_is_warned_in_the_same_words(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setenv("MAYA_COMS_PASSWORD", "hunter2")
+    link, fleet = Process("coms --port 0 --url mqtt://192.0.2.1"), Process("fleet list --url mqtt://192.0.2.1")
+    try:
+        warning = link.until("without encryption").removeprefix("maya: ")
+        assert fleet.until("without encryption") == warning
+    finally:
+        link.kill()
+        fleet.kill()
+    Supervising("mqtt://192.0.2.1")
+    Supervising("mqtts://192.0.2.1")
+    Supervising("mqtt://localhost")
+    assert [record.getMessage() for record in caplog.records] == [warning]
+
+
+@pytest.mark.parametrize(
+    ("options", "environment", "name"),
+    [("", {}, "CRANE"), ("", {"NAME": "ROBOT7"}, "ROBOT7"), ("--name ARM", {"NAME": "ROBOT7"}, "ARM")],
+)
+def test_the_name_comes_from_the_line_the_environment_or_the_configuration(
+    options: str, environment: dict[str, str], name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("NAME", raising=False)
+    config = tmp_path / "maya.toml"
+    config.write_text('[coms]\nname = "CRANE"\n')
+    link = Process(f"coms --port 0 --config {config} {options}", env=environment)
+    try:
+        url = url_in(link.until("Listening"))
+        assert asked("GET", url, "/status") == {"status": 200, "state": "idle", "name": name}
+        (finding,) = house.coms(parse({"coms": {"server_address": url, "name": name}}))
+        assert (finding.outcome, finding.key) == (Outcome.OK, "coms_idle")
+        (finding,) = house.coms(parse({"coms": {"server_address": url, "name": "MAYA2"}}))
+        assert (finding.outcome, finding.key) == (Outcome.WARN, "coms_other")
+    finally:
+        link.kill()
+
+
+def test_no_command_reaches_the_robot_of_another_name(tmp_path: Path) -> None:
+    with broker(tmp_path) as one, robot() as rosbridge, supervisor(one, "MAYA2") as lab:
+        link = coms(one, rosbridge, "--connect", "--name MAYA2")
+        try:
+            url = url_in(link.until("http://"))
+            lab.until_online()
+            lab.send("1", "home")
+            eventually(lambda: asked("GET", url, "/status")["robot"]["code"] == WrongRobot.code, "it sees that", 60.0)
+            status = asked("GET", url, "/status")
+            assert status["steps"] == {"1": "sending"}
+            assert "'MAYA'" in status["robot"]["waits_for"]
+        finally:
+            link.kill()
+        with supervisor(one) as other:
+            link = coms(one, rosbridge, "--connect")
+            try:
+                other.until_online()
+                other.send("2", "can_teleop")
+                assert other.hear("results")["code"] == str(NotHomed.code)  # the first command moved nothing
+            finally:
+                link.kill()
 
 
 def test_a_supervisor_moves_the_robot_over_mqtt(tmp_path: Path) -> None:

@@ -25,13 +25,14 @@ _EDGE = Edge()
 
 
 class Switch:
-    """Connects an agent and disconnects it; idle at first. `made` makes the agent.
+    """Connects an agent and disconnects it; idle at first. `made` makes the agent of the robot `name`.
 
     `password_in_clear` tells whether it sends its password unencrypted.
     """
 
-    def __init__(self, made: Callable[[], Agent], *, password_in_clear: bool = False) -> None:
+    def __init__(self, made: Callable[[], Agent], name: str, *, password_in_clear: bool = False) -> None:
         self._made = made
+        self._name = name
         self._password_in_clear = password_in_clear
         self._agent: Agent | None = None
         self._running: asyncio.Task[None] | None = None
@@ -53,7 +54,7 @@ class Switch:
     def status(self) -> dict[str, Any]:
         """Return how it is, as JSON data."""
         if self._agent is None or self._running is None:
-            return {"state": "idle"}
+            return {"state": "idle", "name": self._name}
         status = self._agent.status()
         both = status["robot"]["connected"] and status["supervisors"]["connected"]
         return {"state": "connected" if both else "connecting", **status, "password_in_clear": self._password_in_clear}

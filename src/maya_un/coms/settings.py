@@ -68,11 +68,14 @@ def from_environment(environment: Mapping[str, str] = os.environ) -> Settings:
     )
 
 
-def password_in_clear(settings: Settings) -> bool:
-    """Tell whether the supervisors' server gets the password unencrypted over a network."""
+def password_warning(settings: Settings) -> str | None:
+    """Return a warning if the supervisors' server gets the password unencrypted over a network, else None."""
     parts = urlsplit(settings.supervisors)
     near = parts.hostname in {"localhost", "::1"} or (parts.hostname or "").startswith("127.")
-    return bool(settings.password) and parts.scheme in {"mqtt", "http"} and not near
+    if not settings.password or parts.scheme not in {"mqtt", "http"} or near:
+        return None
+    where = where_of(settings.supervisors)
+    return f"The password goes to {where} without encryption. Anyone on the network can read it: use mqtts://."
 
 
 def where_of(url: str) -> str:

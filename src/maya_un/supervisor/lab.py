@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import asyncio
 import json
+import logging
 from collections.abc import AsyncIterator, Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from random import Random
 from types import TracebackType
 from typing import Any
@@ -21,7 +22,7 @@ from paho.mqtt.subscribeoptions import SubscribeOptions
 from maya_un.coms.broker import SESSION, VERSION, Broker, Client, Refused, topic
 from maya_un.coms.choosing import broker_of
 from maya_un.coms.retrying import first_to_end, keep
-from maya_un.coms.settings import from_environment
+from maya_un.coms.settings import from_environment, password_warning
 from maya_un.errors import BrokerRefused, MayaError
 from maya_un.graph.step_text import Result
 from maya_un.supervisor.step import Step, check, command_text, progress_of, result_of
@@ -37,6 +38,8 @@ _SHORT_SESSION = 300
 
 _NO_RETAINED = 2
 """Subscribe without getting retained messages again."""
+
+_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,11 +58,17 @@ class Supervisor:
     A supervisor with a `name` has a session that outlives it: results that come while it is away wait for it. No two
     programs may use one name. `deadline` is the time within which a step must begin [s].
 
-    Entering raises `SupervisorsNotReached` if the broker does not answer; later it connects again by itself.
+    It logs a warning if it sends the password to another computer without encryption. Entering raises
+    `SupervisorsNotReached` if the broker does not answer; later it connects again by itself.
     """
 
     def __init__(self, url: str | None = None, *, name: str | None = None, deadline: float = DEADLINE) -> None:
-        self._broker: Broker = broker_of(from_environment(), url)
+        settings = from_environment()
+        settings = settings if url is None else replace(settings, supervisors=url)
+        self._broker: Broker = broker_of(settings)
+        warning = password_warning(settings)
+        if warning is not None:
+            _LOG.warning(warning)
         self._identifier = f"maya-supervisor-{name or uuid4().hex}"
         self._session = SESSION if name else _SHORT_SESSION
         self.deadline = deadline

@@ -28,7 +28,8 @@ def coms(
         typer.Option("--rosbridge", metavar="URL", help="the robot's rosbridge  [IP, else ws://localhost:9090]"),
     ] = None,
     name: Annotated[
-        str | None, typer.Option(metavar="NAME", help="of the robot  [NAME, else the ROS namespace, else MAYA]")
+        str | None,
+        typer.Option(metavar="NAME", help="of the robot  [NAME, else coms.name of the configuration, else MAYA]"),
     ] = None,
 ) -> int:
     """Carry the steps of remote processes from supervisors to the robot, and the results back.

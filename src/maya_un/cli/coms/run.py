@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import socket
 import sys
 from dataclasses import replace
 
 from maya_un.cli import output
+from maya_un.cli.configure import configuration
 from maya_un.cli.settings import Settings
 from maya_un.coms import settings as environment
 from maya_un.coms.agent import Agent
@@ -21,9 +23,14 @@ from maya_un.server.doors import bound_socket
 def coms(
     settings: Settings, *, connect: bool, url: str | None, port: int | None, rosbridge: str | None, name: str | None
 ) -> int:
-    """Serve; options outweigh the environment. Raises `AddressInUse`, and `InvalidValue` for a bad setting."""
-    del settings
+    """Serve; options outweigh the environment, and that outweighs the configuration.
+
+    Raises `AddressInUse`, `InvalidValue` for a bad setting, and `FileUnreadable` and `InvalidConfig` if the name is in
+    neither of the first two.
+    """
     found = environment.from_environment()
+    if name is None and not os.environ.get("NAME"):
+        name = configuration(settings).coms.name
     wanted = {"supervisors": url, "port": port, "rosbridge": rosbridge, "name": name}
     found = replace(found, **{key: value for key, value in wanted.items() if value is not None})
     with bound_socket(found.port) as door:
@@ -36,12 +43,10 @@ async def _serve(found: environment.Settings, door: socket.socket, *, connect: b
         robot = Rosbridge(found.rosbridge, found.token, found.namespace)
         return Agent(found.name, robot, transport_of(found), dates.now)
 
-    clear = environment.password_in_clear(found)
-    if clear:
-        where = environment.where_of(found.supervisors)
-        warning = f"The password goes to {where} without encryption. Anyone on the network can read it: use mqtts://."
+    warning = environment.password_warning(found)
+    if warning is not None:
         print(f"maya: {warning}", file=sys.stderr, flush=True)
-    switch = Switch(agent, password_in_clear=clear)
+    switch = Switch(agent, found.name, password_in_clear=warning is not None)
     if connect:
         switch.connect()
     host, port = door.getsockname()[:2]

@@ -154,9 +154,12 @@ def coms(config: Config) -> Iterator[Finding]:
     url = config.coms.server_address
     try:
         status = httpx.get(f"{url}/status", timeout=1.0).json()
-        state = str(status["state"])
+        state, found = str(status["state"]), status.get("name", config.coms.name)
     except (httpx.HTTPError, ValueError, KeyError, TypeError):
         yield skipped("supervisors", "coms_none", url=url)
+        return
+    if found != config.coms.name:
+        yield warn("supervisors", "coms_other", url=url, found=found, name=config.coms.name)
         return
     if status.get("password_in_clear"):
         yield warn("supervisors", "coms_clear", where=status["supervisors"]["url"])

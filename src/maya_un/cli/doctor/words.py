@@ -19,6 +19,12 @@ _WORDS: dict[str, tuple[str, str, str, str]] = {
         "Corríjala; luego `maya config check`.",
     ),
     "coms_none": ("`maya coms` does not run at {url}.", "", "`maya coms` no funciona en {url}.", ""),
+    "coms_other": (
+        "`maya coms` at {url} is that of the robot {found}, not of {name}.",
+        "Set coms.server_address to the address that the `maya coms` of {name} prints when it starts.",
+        "`maya coms` en {url} es del robot {found}, no de {name}.",
+        "Ponga en coms.server_address la dirección que muestra al arrancar el `maya coms` de {name}.",
+    ),
     "coms_idle": (
         "`maya coms` runs at {url} and is not connected.",
         "",
