@@ -22,13 +22,17 @@ from maya_un.errors import SupervisorsNotReached
 LONGEST = 1 << 20
 """Bytes of an answer that are read; Firestore itself keeps no longer document."""
 
+_LONGEST_ENTRY = 10_000
+"""Bytes of an answer that a document needs in a list of keys, at most: a key has up to 1500 bytes, some as \\uXXXX."""
+
 _PATIENCE = 10.0
 """For the answer to a request [s]."""
 
 _NOT_FOUND = 404
 _INVALID = 400
+_FORBIDDEN = 403
 _PERHAPS_CHANGED = (_INVALID, 409)
-_REFUSED = (401, 403)
+_REFUSED = (401, _FORBIDDEN)
 
 Path = tuple[str, ...]
 
@@ -69,17 +73,29 @@ class Documents:
         parent = "/".join(quote(part, safe="") for part in path[:-1])
         async with self._answer("POST", f"/{parent}:runQuery", {"structuredQuery": query}) as answer:
             try:
-                found = [one["document"] for one in await self._read(answer) if "document" in one]
+                answers = await self._read(answer, most * _LONGEST_ENTRY)
+                found = [one["document"] for one in answers if "document" in one]
                 dated = [(_date(one["createTime"]), one["name"].rpartition("/")[2]) for one in found]
             except (KeyError, TypeError, ValueError) as error:
                 raise self.error("its answer cannot be read") from error
         return [key for _, key in sorted(dated)]
 
-    async def commit(self, *writes: dict[str, Any]) -> bool:
-        """Write all or nothing; return False if a document that must be there is not."""
-        async with self._answer("POST", ":commit", {"writes": writes}) as answer:
-            await _beginning(answer)
-            return answer.status_code != _NOT_FOUND
+    async def commit(self, *writes: dict[str, Any], needed: Path | None = None) -> bool:
+        """Write all or nothing; return False if a document that must be there is not.
+
+        If security rules allow the commit only while the `needed` document is there, they refuse it before Firestore
+        looks for that document.
+        """
+        accepted = () if needed is None else (_FORBIDDEN,)
+        async with self._answer("POST", ":commit", {"writes": writes}, accepted) as answer:
+            text = await _beginning(answer)  # a connection serves the next request after its answer is read to the end
+        if answer.status_code == _FORBIDDEN and needed is not None and await self._exists(needed):
+            raise self.error(f"it answers {answer.status_code}: {message_of(text)}")
+        return answer.is_success
+
+    async def _exists(self, path: Path) -> bool:
+        async with self._answer("GET", "/" + "/".join(quote(part, safe="") for part in path)) as answer:
+            return answer.is_success
 
     async def swap(self, path: Path, data: Mapping[str, Any], date: str) -> str | None:
         """Write a document if its last change has still this date ("": if there is none).
@@ -150,22 +166,22 @@ class Documents:
         request = self._http.build_request(method, self._base + path, content=content, headers=headers)
         return await self._http.send(request, stream=True)
 
-    async def _read(self, answer: httpx.Response) -> Any:
-        """Return an answer as data; raises `ValueError` for one that is too long or not JSON."""
+    async def _read(self, answer: httpx.Response, longest: int = LONGEST) -> Any:
+        """Return an answer as data; raises `ValueError` for one that is longer than so many bytes, or not JSON."""
         if answer.status_code == _NOT_FOUND:
             raise self.error(f"it answers {answer.status_code}: {message_of(await _beginning(answer))}")
-        text = await _beginning(answer)
-        if len(text) > LONGEST:
+        text = await _beginning(answer, longest)
+        if len(text) > longest:
             raise ValueError("too long")
         return data_of(text)
 
 
-async def _beginning(answer: httpx.Response) -> bytes:
-    """Return a body; of a body longer than `LONGEST`, return one byte more than that."""
+async def _beginning(answer: httpx.Response, longest: int = LONGEST) -> bytes:
+    """Return a body; of a body longer than `longest`, return one byte more than that."""
     found = bytearray()
     async for chunk in answer.aiter_bytes():
-        found += chunk[: LONGEST + 1 - len(found)]
-        if len(found) > LONGEST:
+        found += chunk[: longest + 1 - len(found)]
+        if len(found) > longest:
             break
     return bytes(found)
 

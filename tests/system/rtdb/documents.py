@@ -18,7 +18,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
 from tests.system.rtdb.rest import bearer
-from tests.system.rtdb.store import BadTokenError, Store
+from tests.system.rtdb.store import OWNER, BadTokenError, Store
 
 ROOT = "projects/demo/databases/(default)/documents/"
 
@@ -65,6 +65,10 @@ class Documents:
         """Return a document as JSON data."""
         found = self._documents.get(path)
         return None if found is None else {name: _data(value) for name, value in found.fields.items()}
+
+    def revoke_all(self) -> None:
+        """Make every token that was shown invalid, except that of the owner."""
+        self._store.revoked |= self.tokens - {"", OWNER}
 
     async def call(self, request: Request) -> Response:
         """Answer commit and batchGet."""

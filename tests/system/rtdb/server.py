@@ -103,7 +103,12 @@ class RealtimeDatabase:
 
     def revoke_all(self) -> None:
         """End every token that is in use."""
-        self._called(self.store.revoke_all)
+
+        def revoke() -> None:
+            self.store.revoke_all()
+            self.documents.revoke_all()
+
+        self._called(revoke)
 
     def cut(self) -> None:
         """Cut every connection."""

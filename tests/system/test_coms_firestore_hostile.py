@@ -1,0 +1,214 @@
+"""The hostile commands of tests/system/coms_hostile.py in Firestore, and those that only it can hold.
+
+Each goes to the server of the tests, and to Google's emulator with the rules of the documentation. The supervisor
+speaks plain REST.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack
+from typing import Any
+from urllib.parse import quote
+
+import httpx
+import pytest
+
+from maya_un.errors import InvalidMessage, InvalidRequest, InvalidValue, StepExpired, StepNotBegun, UnknownName
+from tests.system import coms_hostile
+from tests.system.coms_hostile import NEAR, PLACE, below
+from tests.system.firestore_emulator import RULES, emulator, needs_emulator
+from tests.system.processes import Process, running
+from tests.system.rtdb.server import realtime_database
+from tests.system.test_coms import asked, url_in
+from tests.system.test_coms_rtdb import API_KEY, PASSWORD
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
+
+DOCUMENTS = "projects/demo/databases/(default)/documents"
+ROBOT = f"{DOCUMENTS}/robots/MAYA"
+OWNER = "owner"
+"""The token of somebody above all rules, at an emulator."""
+
+
+class Typed(dict[str, Any]):
+    """A value in the form of Firestore's protocol."""
+
+
+def at(**x: Any) -> dict[str, Any]:
+    """Return a command to go to a place with this x."""
+    return {**NEAR, "args": {**PLACE, "x": Typed(x)}}
+
+
+REFUSED: coms_hostile.Refused = {
+    **coms_hostile.REFUSED,
+    "nothing": ({}, InvalidRequest.code),
+    "no number": (at(doubleValue="NaN"), InvalidValue.code),
+    "no limit": (at(doubleValue="-Infinity"), InvalidValue.code),
+    "date as x": (at(timestampValue="2001-01-01T00:00:00Z"), InvalidValue.code),
+    "place as x": (at(geoPointValue={"latitude": 1.0, "longitude": 2.0}), InvalidValue.code),
+    "place as args": ({**NEAR, "args": Typed(geoPointValue={"latitude": 1.0, "longitude": 2.0})}, InvalidRequest.code),
+    "bytes as command": ({"command": Typed(bytesValue="aG9tZQ==")}, UnknownName.code),
+    "reference as command": ({"command": Typed(referenceValue=f"{ROBOT}/commands/home")}, UnknownName.code),
+    "late date": ({**NEAR, "deadline": Typed(timestampValue="2001-01-01T00:00:00.5Z")}, StepExpired.code),
+    "odd fields": ({"command": "dance", "a.b": 1, "`": 2, "__a": 3}, UnknownName.code),
+    "\u00e4" * 600: ({"command": "dance"}, InvalidRequest.code),
+}
+
+TOO_MUCH: coms_hostile.Refused = {
+    "10 MB": ({"command": "home", "args": {"x": "x" * 10_000_000}}, InvalidMessage.code),
+    "deep": ({"command": "home", "args": below(100)}, InvalidMessage.code),
+    "__proto__": ({"command": "dance"}, UnknownName.code),
+}
+"""Firestore itself refuses these; the server of the tests does not."""
+
+
+class House(coms_hostile.House):
+    """Firestore with a robot; `token` is that of a supervisor."""
+
+    def __init__(self, port: int, token: str, link: str, door: str) -> None:
+        super().__init__(link, door)
+        self._url = f"http://127.0.0.1:{port}/v1/"
+        self._token = token
+
+    def write(self, documents: Mapping[str, Any], token: str = "") -> httpx.Response:
+        """Replace documents by their path in one commit; None stands for a removal."""
+        writes = [_write(f"{DOCUMENTS}/{path}", one) for path, one in documents.items()]
+        return self._asked(f"{DOCUMENTS}:commit", {"writes": writes}, token)
+
+    def send_all(self, commands: Mapping[str, Any]) -> None:
+        """Write commands, 100 in a commit."""
+        left = {f"robots/MAYA/commands/{key}": command for key, command in commands.items()}
+        while left:
+            answer = self.write({path: left.pop(path) for path in list(left)[:100]})
+            assert answer.is_success, answer.text
+
+    def found(self, key: str) -> dict[str, Any] | None:
+        """Return the result of a command."""
+        answer = self._asked(f"{ROBOT}/results/{quote(key, safe='')}")
+        return _data(answer.json()) if answer.is_success else None
+
+    def results(self) -> dict[str, dict[str, Any]]:
+        """Return all results."""
+        return {one["name"].rpartition("/")[2]: _data(one) for one in self._below("results", 2000)}
+
+    def open(self) -> set[str]:
+        """Return the keys of at most 50 open commands."""
+        return {one["name"].rpartition("/")[2] for one in self._below("commands", 50)}
+
+    def clear(self) -> None:
+        """Remove all results."""
+        for key in self.results():
+            assert self.write({f"robots/MAYA/results/{key}": None}).is_success
+
+    def _below(self, collection: str, most: int) -> list[dict[str, Any]]:
+        query = {"structuredQuery": {"from": [{"collectionId": collection}], "limit": most}}
+        return [one["document"] for one in self._asked(f"{ROBOT}:runQuery", query).json() if "document" in one]
+
+    def _asked(self, path: str, body: object = None, token: str = "") -> httpx.Response:
+        headers = {"Authorization": f"Bearer {token or self._token}"}
+        method = "GET" if body is None else "POST"
+        return httpx.request(method, self._url + path, json=body, headers=headers, timeout=60.0)
+
+
+def _write(name: str, data: Any) -> dict[str, Any]:
+    return {"delete": name} if data is None else {"update": {"name": name, "fields": _fields(data)}}
+
+
+def _fields(data: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: _value(one) for name, one in data.items()}
+
+
+def _value(data: Any) -> dict[str, Any]:
+    """Return a value in the form of Firestore's protocol."""
+    if isinstance(data, Typed):
+        return data
+    if isinstance(data, dict):
+        return {"mapValue": {"fields": _fields(data)}}
+    if isinstance(data, list):
+        return {"arrayValue": {"values": [_value(one) for one in data]}}
+    kinds = {bool: "booleanValue", int: "integerValue", float: "doubleValue", str: "stringValue"}
+    return {kinds[type(data)]: data}
+
+
+def _data(document: dict[str, Any]) -> dict[str, Any]:
+    """Return the fields of a result; only its warnings and its content are no plain values."""
+    return {name: next(iter(value.values())) for name, value in document["fields"].items()}
+
+
+@pytest.fixture(scope="module", params=["server of the tests", pytest.param("emulator", marks=needs_emulator)])
+def house(request: pytest.FixtureRequest) -> Iterator[House]:
+    with ExitStack() as held:
+        database = held.enter_context(realtime_database())
+        emulated = request.param == "emulator"
+        port = held.enter_context(emulator(RULES)) if emulated else database.port
+        up = held.enter_context(running("up --port 0 --rosbridge-port 0 --journal memory --speed 100"))
+        door, rosbridge = url_in(up.until("Door:")), url_in(up.until("ws://"))
+        database.store.users["maya@example.org"] = PASSWORD
+        environment = {
+            "FIRESTORE_EMULATOR_HOST": f"127.0.0.1:{port}",
+            "FIREBASE_AUTH_EMULATOR_HOST": f"127.0.0.1:{database.port}",
+            "MAYA_COMS_USER": "maya@example.org",
+            "MAYA_COMS_PASSWORD": PASSWORD,
+            "MAYA_COMS_API_KEY": API_KEY,
+        }
+        link = Process(f"coms --port 0 --url firestore://demo --rosbridge {rosbridge} --connect", env=environment)
+        held.callback(link.kill)
+        one = House(port, database.store.sign_in("lab"), url_in(link.until("http://")), door)
+        accounts = {"accounts/maya": {"robot": "MAYA"}, "accounts/lab": {"commands": ["MAYA"]}}
+        assert one.write({**accounts, "robots/MAYA": {}}, OWNER).is_success
+        one.send_all({"home": {"command": "home"}})
+        assert one.result("home")["success"]
+        yield one
+
+
+def test_each_hostile_command_gets_its_refusal(house: House) -> None:
+    coms_hostile.require_each_is_refused(house, REFUSED)
+
+
+def test_all_hostile_commands_at_once_get_their_refusals(house: House) -> None:
+    coms_hostile.require_all_are_refused(house, REFUSED, {})
+
+
+def test_what_firestore_may_refuse_itself_disturbs_nothing(house: House) -> None:
+    for key, (command, code) in TOO_MUCH.items():
+        if house.write({f"robots/MAYA/commands/{key}": command}).is_success:
+            assert house.result(key)["code"] == str(code), key
+    house.require_well("after too much")
+
+
+def test_commands_with_the_longest_keys_do_not_hide_others(house: House) -> None:
+    house.clear()
+    keys = [f"{number:03}{'k' * 1497}" for number in range(640)]  # together over 1 MiB
+    assert asked("POST", house.link, "/disconnect")["state"] == "idle"
+    house.send_all({key: {"command": "home"} for key in keys})
+    assert asked("POST", house.link, "/connect")["status"] == 200
+    assert house.result(keys[0])["code"] == str(InvalidRequest.code)
+    for part in (keys[:320], keys[320:]):
+        assert house.write({f"robots/MAYA/commands/{key}": None for key in part}, OWNER).is_success
+    house.require_well("behind long keys")
+
+
+@pytest.mark.parametrize("nonsense", [7, "home", ["home", {"a": False}], {"x": True}, Typed(bytesValue="AAAA")])
+def test_nonsense_in_other_documents_disturbs_nothing(nonsense: Any, house: House) -> None:
+    key = f"after {type(nonsense).__name__}"
+    fields = {"state": nonsense, "at": nonsense, "id": nonsense, "default_command": nonsense}
+    places = ("", "/state/presence", f"/progress/{key}", f"/progress/{key}/deeper/one", f"/commands/{key}/deeper/one")
+    assert house.write({f"robots/MAYA{place}": fields for place in places}, OWNER).is_success
+    house.require_well(key)
+
+
+def test_a_command_that_was_there_before_a_stop_does_not_begin_after_it(house: House) -> None:
+    house.clear()
+    house.send_all({"first": {**NEAR, "args": {**PLACE, "z": 1.0}}})
+    house.result("first")
+    house.send_all({"second": NEAR})
+    house.stop()
+    assert house.result("second")["code"] == str(StepNotBegun.code)
+    house.wait_after_stop()
+    house.require_well("after the stop")
+
+
+@pytest.mark.parametrize("house", ["server of the tests"], indirect=True)
+def test_more_commands_at_once_than_may_wait_delay_no_stop(house: House) -> None:
+    coms_hostile.require_no_stop_is_delayed(house)
