@@ -14,8 +14,6 @@ from dataclasses import dataclass
 from itertools import accumulate, pairwise
 
 import numpy as np
-from scipy.optimize import linprog
-from scipy.sparse import coo_array
 
 from tests.judge.mechanism import Floats, Frame
 from tests.judge.paths import Piece, Way
@@ -88,6 +86,9 @@ def _grid(knots: Sequence[float], points: int) -> Floats:
 
 def _fastest(first: Floats, second: Floats, widths: Floats, rates: Rates) -> Floats:
     """Return the greatest b (n + 1,) at the grid's points, given q' and q'' (n, 3) between them."""
+    from scipy.optimize import linprog  # half a second, which processes of tests that import a machine need not wait
+    from scipy.sparse import coo_array
+
     count = len(widths)
     up = np.where(first >= 0.0, rates.acceleration, rates.deceleration)
     down = np.where(first >= 0.0, rates.deceleration, rates.acceleration)

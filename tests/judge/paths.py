@@ -10,7 +10,6 @@ from math import hypot
 from typing import Literal, NamedTuple
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from tests.judge.mechanism import Floats, Frame, from_cylinder, joints_at, margins
 from tests.judge.zones import Solid, clearances
@@ -195,6 +194,8 @@ def deviations(points: Floats, line: Floats) -> Floats:
     At first only the pieces beside the vertices nearest to a point are looked at, which finds no less than the
     distance; for the points that seem to be the farthest off, then all pieces.
     """
+    from scipy.spatial import KDTree  # half a second, which processes of tests that import a machine need not wait
+
     near = min(_VERTICES, len(line))
     vertices = KDTree(line).query(points, near)[1].reshape(len(points), near)
     found = np.full(len(points), np.inf)
