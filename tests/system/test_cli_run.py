@@ -131,7 +131,7 @@ def test_an_interrupted_wish_stops_the_robot_that_runs() -> None:
 
 
 def test_a_robot_that_runs_takes_the_job(capsys: pytest.CaptureFixture[str]) -> None:
-    with running("up --port 0 --speed 200 --table job.yaml") as up:
+    with running("up --port 0 --speed 50 --table job.yaml") as up:
         up.until("maya home")
         found = report("run job.yaml", capsys)
         assert (found["state"], found["parts"]["cube"]["error"] < 2e-4) == ("done", True)
