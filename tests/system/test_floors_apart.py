@@ -132,7 +132,7 @@ async def test_an_empty_gripper_that_a_person_has_seen_is_opened_for_the_pick() 
 
 @pytest.mark.parametrize("how", ["cancel", "stop"])
 async def test_a_job_ended_at_any_instant_leaves_a_robot_that_can_go_on(how: str, campaign: Campaign) -> None:
-    for case in range(campaign.size(ci=2, long=100)):
+    for case in range(campaign.size(ci=1, long=100)):
         rng = campaign.rng(case)
         async with apart(parts={"cube": CUBE}) as floors:
             number = await floors.process.submit(PICK_AND_PLACE)
@@ -233,7 +233,7 @@ async def test_a_due_job_waits_for_somebody_elses_task() -> None:
 
 @pytest.mark.parametrize("name", ["robot_controller", "primitive_server"])
 async def test_a_node_between_the_floors_that_dies_stops_the_robot_and_the_queue(name: str, campaign: Campaign) -> None:
-    for case in range(campaign.size(ci=2, long=60)):
+    for case in range(campaign.size(ci=1, long=60)):
         rng = campaign.rng(case)
         async with apart(parts={"cube": CUBE}) as floors:
             first = await floors.process.submit(PICK_AND_PLACE)
