@@ -6,6 +6,8 @@ import asyncio
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -13,6 +15,7 @@ from maya_un.loops import run, run_virtual
 from tests.campaign import Campaign, Ledger
 from tests.conftest import _watched
 from tests.conventions.source import ROOT
+from tests.rooms import in_order, scheduler
 from tests.virtual_time import elapse
 
 
@@ -81,6 +84,16 @@ def test_the_command_hands_seed_and_size_on_and_keeps_the_rest(words: list[str],
     said = subprocess.run(["/bin/sh", command, *words, "x y"], capture_output=True, text=True, check=True, env={})
     quiet, long = ("-q ", "1") if "-q" in words else ("", "")
     assert said.stdout == f"5 {long} -m pytest {quiet}x y\n"
+
+
+def test_workers_share_files_of_which_the_longest_come_first() -> None:
+    found = ["unit/a.py::a", "system/a.py::b", "system/b.py::c", "ros/a.py::d", "ros/b.py::e", "unit/a.py::f"]
+    items: list[Any] = [SimpleNamespace(nodeid=f"tests/{nodeid}") for nodeid in found]
+    assert [item.nodeid[-1] for item in in_order(items)] == ["d", "e", "b", "c", "a", "f"]
+    shared = scheduler(SimpleNamespace(option=SimpleNamespace(), getvalue=lambda _: ["popen"]), None)
+    scopes = [shared._split_scope(item.nodeid) for item in in_order(items)]
+    system, unit = [f"tests/system/{name}.py" for name in "ab"], "tests/unit/a.py"
+    assert scopes == ["tests/ros/"] * 2 + [*system, unit, unit]
 
 
 def test_the_seed_must_be_a_number_or_random() -> None:
