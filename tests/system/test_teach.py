@@ -41,7 +41,7 @@ def say(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Iterator[Say]:
 
     (tmp_path / "table.yaml").write_text(TABLE)
     (tmp_path / "job.yaml").write_text(JOB)
-    with running("up --port 0 --speed 400 --table table.yaml") as up:
+    with running("up --port 0 --speed 100 --table table.yaml") as up:
         up.until("maya home")
         said("home")
         yield said
