@@ -205,10 +205,14 @@ def test_no_command_reaches_the_robot_of_another_name(tmp_path: Path) -> None:
             url = url_in(link.until("http://"))
             lab.until_online()
             lab.send("1", "home")
-            eventually(lambda: asked("GET", url, "/status")["robot"]["code"] == WrongRobot.code, "it sees that", 60.0)
-            status = asked("GET", url, "/status")
-            assert status["steps"] == {"1": "sending"}
-            assert "'MAYA'" in status["robot"]["waits_for"]
+
+            def is_refused() -> bool:
+                status = asked("GET", url, "/status")
+                robot = status["robot"]  # between two attempts it waits for the robot's name
+                seen = robot["code"] == WrongRobot.code and "'MAYA'" in robot["waits_for"]
+                return seen and status["steps"] == {"1": "sending"}
+
+            eventually(is_refused, "it sees that", 60.0)
         finally:
             link.kill()
         with supervisor(one) as other:
