@@ -11,6 +11,7 @@ before it. It does not hand over what another journal may know. No clock and no 
 from __future__ import annotations
 
 import asyncio
+import hashlib
 import socket
 from collections.abc import Collection, Mapping
 from typing import Any, Protocol
@@ -20,6 +21,9 @@ from maya_un.coms.transport import Command, Kind, Report
 from maya_un.errors import SessionTakenOver, StepTakenElsewhere
 from maya_un.graph.step_text import Result
 from maya_un.server import dates
+
+_LONGEST_KEY = 64
+"""Characters of a key that stands in the entry as it is; Firestore allows 1500 bytes, and 1 MiB for all claims."""
 
 
 class Entry(Protocol):
@@ -75,18 +79,19 @@ class Claims:
         """
         async with self._turn:
             while True:
-                kept = {key: owner for key, owner in self._claims.items() if still_open is None or key in still_open}
-                if await self.write(dict.fromkeys(keys, self._journal) | kept):
+                left = None if still_open is None else {_short(key) for key in still_open}
+                kept = {key: owner for key, owner in self._claims.items() if left is None or key in left}
+                if await self.write(dict.fromkeys(map(_short, keys), self._journal) | kept):
                     return
                 self._check(await self.read())
 
     def __contains__(self, key: str) -> bool:
         """Tell whether somebody claimed a command."""
-        return key in self._claims
+        return _short(key) in self._claims
 
     def is_elsewhere(self, key: str) -> bool:
         """Tell whether another journal may know a command."""
-        return self._claims.get(key, self._journal) != self._journal
+        return self._claims.get(_short(key), self._journal) != self._journal
 
     def refusal(self, command: Command, id_: str | None) -> Report:
         """Return the result of a command that another journal may know."""
@@ -124,3 +129,10 @@ class Claims:
             return False
         self._claims = claims
         return True
+
+
+def _short(key: str) -> str:
+    """Return a key as it stands in the entry: a digest of a long one."""
+    if len(key) <= _LONGEST_KEY:
+        return key
+    return f"sha256-{hashlib.sha256(key.encode(errors='surrogatepass')).hexdigest()}"

@@ -149,6 +149,24 @@ def test_an_idle_robot_notices_at_its_heartbeat_and_does_not_write_that_the_othe
     told(story)
 
 
+def test_claims_of_commands_with_long_keys_stay_small(place: Place) -> None:
+    keys = [f"{number}{'k' * 700}" for number in range(20)]
+
+    async def story() -> None:
+        for key in keys:
+            place.put(key)
+        async with place.transport().connected("MAYA", "one") as channel:
+            seen = [await channel.receive() for _ in keys]
+            assert {one.key for one in seen} == set(keys)
+        assert len(json.dumps(place.get(place.session))) < 4000
+        async with place.transport().connected("MAYA", "two") as channel:
+            place.put("last")
+            assert (await channel.receive()).key == "last"
+
+    told(story)
+    assert {place.code(key) for key in keys} == {str(StepTakenElsewhere.code)}
+
+
 def test_claims_are_forgotten_with_their_commands(place: Place) -> None:
     async def story() -> None:
         async with place.transport().connected("MAYA", "journal") as channel:
