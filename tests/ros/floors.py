@@ -14,9 +14,10 @@ from xmlrpc.client import ServerProxy
 from maya_un.graph.protocol import Outcome
 from maya_un.graph.table import STEP_COMMAND, STEP_STATUS
 from tests.ros.driven import Driver, Feed, Goal, Message
-from tests.ros.harness import Ros, eventually
+from tests.ros.harness import Ros
 from tests.ros.programs import Program
 from tests.ros.workspace import Workspace
+from tests.waiting import eventually
 
 FAST = 50
 """How much faster than real time the twin runs here."""

@@ -10,8 +10,6 @@ import subprocess
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from threading import Event
-from time import monotonic
 from types import TracebackType
 from typing import Any
 from urllib.parse import urlsplit
@@ -20,6 +18,7 @@ from xmlrpc.client import ServerProxy
 from tests.ros.driven import Driver
 from tests.ros.programs import Program
 from tests.ros.workspace import BYTECODE, Workspace, python
+from tests.waiting import eventually
 
 HERE = Path(__file__).resolve().parent
 SPEED = 20
@@ -164,15 +163,6 @@ def places(folder: Path) -> dict[str, str]:
         "PYTHONUNBUFFERED": "1",
         "PYTHONPYCACHEPREFIX": str(BYTECODE),
     }
-
-
-def eventually(fact: Callable[[], object], what: str, within: float, told: Callable[[], str] = str) -> None:
-    """Return as soon as something is so, looking again and again; fails where that takes longer [s]."""
-    end = monotonic() + within
-    pause = Event()
-    while not fact():
-        assert monotonic() < end, f"never came: {what}\n{told()}"
-        pause.wait(0.05)
 
 
 def free_port() -> int:

@@ -12,9 +12,9 @@ from xml.etree import ElementTree
 
 import pytest
 
-from tests.ros.harness import eventually
 from tests.ros.screen import Screen
 from tests.ros.workspace import ROOT
+from tests.waiting import eventually
 
 pytestmark = pytest.mark.system
 

@@ -10,7 +10,6 @@ import os
 import shutil
 import socket
 import subprocess
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,11 +17,16 @@ from pathlib import Path
 import httpx
 import pytest
 
+from tests.waiting import eventually
+
 RULES = Path(__file__).parents[2] / "contrib/firebase/firestore.rules"
 """Those of the documentation."""
 
 _MAIN = "com.google.cloud.datastore.emulator.firestore.CloudFirestore"
 _PACKAGE = Path("/usr/lib/google-cloud-sdk/platform/cloud-firestore-emulator/cloud-firestore-emulator.jar")
+
+HTTP = httpx.Client(timeout=60.0)
+"""For all requests of tests: each client of its own would read the machine's certificates."""
 
 
 def jar() -> Path | None:
@@ -51,9 +55,8 @@ def emulator(rules: Path) -> Iterator[int]:
         stderr=subprocess.DEVNULL,
     )
     try:
-        latest = time.monotonic() + 60.0
-        while not _answers(port):
-            assert time.monotonic() < latest and process.poll() is None, "the emulator does not start"
+        eventually(lambda: _answers(port) or process.poll() is not None, "the emulator", 60.0)
+        assert process.poll() is None, "the emulator does not start"
         yield port
     finally:
         process.kill()
@@ -62,6 +65,6 @@ def emulator(rules: Path) -> Iterator[int]:
 
 def _answers(port: int) -> bool:
     try:
-        return httpx.get(f"http://127.0.0.1:{port}/").is_success
+        return HTTP.get(f"http://127.0.0.1:{port}/").is_success
     except httpx.HTTPError:
         return False

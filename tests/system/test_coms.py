@@ -21,9 +21,9 @@ from maya_un.cli.doctor.finding import Outcome
 from maya_un.config.load import parse
 from maya_un.errors import NotHomed, SessionTakenOver, WrongRobot
 from maya_un.supervisor import Supervisor as Supervising
-from tests.ros.harness import eventually
 from tests.system.brokers import Broker, broker
 from tests.system.processes import Process, running
+from tests.waiting import eventually
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 

@@ -8,11 +8,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import httpx
 import pytest
 
 from tests.campaign import Campaign
 from tests.system import coms_chaos
+from tests.system.firestore_emulator import HTTP
 from tests.system.rtdb.server import Fault, RealtimeDatabase, realtime_database
 from tests.system.test_coms_rtdb import API_KEY, PASSWORD
 
@@ -72,11 +72,11 @@ class Supervisor(coms_chaos.Supervisor):
             "args": {"mapValue": {"fields": {name: {"doubleValue": one} for name, one in command["args"].items()}}},
         }
         write = {"update": {"name": f"{ROBOT}/commands/{key}", "fields": fields}, "currentDocument": wanted}
-        answer = httpx.post(f"{self._url}/{DOCUMENTS}:commit", json={"writes": [write]})
+        answer = HTTP.post(f"{self._url}/{DOCUMENTS}:commit", json={"writes": [write]})
         assert answer.is_success or wanted.get("exists"), answer.text
 
     def _asked(self, path: str, body: dict[str, Any]) -> list[dict[str, Any]]:
-        answer = httpx.post(f"{self._url}/{path}", json=body)
+        answer = HTTP.post(f"{self._url}/{path}", json=body)
         assert answer.is_success, answer.text
         found: list[dict[str, Any]] = answer.json()
         return found

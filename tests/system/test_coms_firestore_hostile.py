@@ -17,7 +17,7 @@ import pytest
 from maya_un.errors import InvalidMessage, InvalidRequest, InvalidValue, StepExpired, StepNotBegun, UnknownName
 from tests.system import coms_hostile
 from tests.system.coms_hostile import NEAR, PLACE, below
-from tests.system.firestore_emulator import RULES, emulator, needs_emulator
+from tests.system.firestore_emulator import HTTP, RULES, emulator, needs_emulator
 from tests.system.processes import Process, running
 from tests.system.rtdb.server import realtime_database
 from tests.system.test_coms import asked, url_in
@@ -108,7 +108,7 @@ class House(coms_hostile.House):
     def _asked(self, path: str, body: object = None, token: str = "") -> httpx.Response:
         headers = {"Authorization": f"Bearer {token or self._token}"}
         method = "GET" if body is None else "POST"
-        return httpx.request(method, self._url + path, json=body, headers=headers, timeout=60.0)
+        return HTTP.request(method, self._url + path, json=body, headers=headers)
 
 
 def _write(name: str, data: Any) -> dict[str, Any]:

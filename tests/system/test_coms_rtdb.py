@@ -5,7 +5,6 @@ Only the database runs within the tests. The place of the part is the twin's own
 
 from __future__ import annotations
 
-import asyncio
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -14,14 +13,13 @@ from typing import Any
 import pytest
 
 from maya_un.errors import InvalidMessage, Unreachable
-from maya_un.loops import run
 from tests.secrecy import secret
 from tests.system.processes import Process
 from tests.system.rtdb.server import RealtimeDatabase, realtime_database
 from tests.system.test_coms import asked, url_in
 from tests.system.test_rosbridge_clients import SCRIPTS, node, served, stands_on_the_tray
 from tests.system.test_rtdb_sdks import said_by
-from tests.virtual_time import turn
+from tests.waiting import eventually
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 
@@ -47,13 +45,7 @@ def coms(database: RealtimeDatabase, rosbridge: str, *more: str, **environment: 
 
 def wait(holds: Callable[[], bool]) -> None:
     """Wait until a condition holds."""
-
-    async def main() -> None:
-        async with asyncio.timeout(120.0):
-            while not holds():
-                await turn()
-
-    run(main())
+    eventually(holds, "what the test waits for")
 
 
 def test_firebases_library_has_the_robot_carry_a_part() -> None:

@@ -6,14 +6,13 @@ import asyncio
 from collections.abc import Iterator
 from typing import Any
 
-import httpx
 import pytest
 
 from maya_un.coms.firebase_auth import FixedToken
 from maya_un.coms.firestore import Firestore
 from maya_un.coms.transport import Channel, Kind, Report
 from maya_un.loops import run
-from tests.system.firestore_emulator import RULES, emulator, needs_emulator
+from tests.system.firestore_emulator import HTTP, RULES, emulator, needs_emulator
 from tests.system.rtdb.store import Store
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(180), needs_emulator]
@@ -50,7 +49,7 @@ class Emulator:
 
     def _asked(self, method: str, path: str, who: str, body: object = None) -> int:
         headers = {"Authorization": f"Bearer {TOKENS[who]}"} if TOKENS[who] else {}
-        status = httpx.request(method, self._url + path, headers=headers, json=body, timeout=30.0).status_code
+        status = HTTP.request(method, self._url + path, headers=headers, json=body, timeout=30.0).status_code
         assert status in {200, 403, 404}, status
         return status
 

@@ -19,6 +19,7 @@ from tests.campaign import Campaign
 from tests.hostile import ANSWERS, HARMLESS, KINDS, Crowd, Hostile, crowded, prepared, said
 from tests.system.processes import Process, Wire, running
 from tests.system.test_guard import mark, served
+from tests.waiting import eventually
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(900)]
 
@@ -38,9 +39,7 @@ def status(port: int) -> dict[str, Any]:
 
 def wait_until(port: int, holds: Callable[[dict[str, Any]], bool]) -> None:
     """Wait until a status is as it should be."""
-    until = time.monotonic() + 60.0
-    while not holds(now := status(port)):
-        assert time.monotonic() < until, now
+    eventually(lambda: holds(status(port)), "a status as it should be", 60.0, lambda: str(status(port)))
 
 
 def set_moving(port: int) -> None:

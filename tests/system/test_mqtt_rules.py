@@ -19,6 +19,7 @@ from tests.secrecy import secret
 from tests.system.brokers import Broker, broker
 from tests.system.processes import Process, done
 from tests.system.test_coms import asked, robot, url_in
+from tests.waiting import eventually
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 
@@ -120,8 +121,9 @@ def test_a_robot_cannot_be_another(folder: Path) -> None:
         link = Process("coms --port 0 --connect --name MAYA", env=surroundings(one, folder, "MAYA2"))
         try:
             url = url_in(link.until("http://"))
-            while "authori" not in str(asked("GET", url, "/status")["supervisors"]["waits_for"]):
-                pass
+            eventually(
+                lambda: "authori" in str(asked("GET", url, "/status")["supervisors"]["waits_for"]), "it is refused"
+            )
         finally:
             link.kill()
 

@@ -24,7 +24,8 @@ from maya_un.graph.step_store import StepStore
 from maya_un.loops import run
 from maya_un.server import dates
 from tests.system.brokers import Broker, broker
-from tests.unit.coms.test_agent import Robot, command, until
+from tests.unit.coms.test_agent import Robot, command
+from tests.waiting import until
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(120)]
 

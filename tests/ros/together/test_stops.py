@@ -56,6 +56,7 @@ def test_stop_queue_at_random_instants(robot: Floors, campaign: Campaign) -> Non
         goals = WISHES[case % len(WISHES)](robot, rng)
         Event().wait(rng.uniform(0.0, 1.2))  # the instant is drawn: no fact is waited for
         stop(robot)
+        robot.until_told("stopped", before)  # a stop that comes late would end the next homing
         for goal in goals:
             outcome, result = goal.ended()
             assert outcome in {

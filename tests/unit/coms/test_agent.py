@@ -39,7 +39,8 @@ from maya_un.server import dates
 from maya_un.server.doors import bound_socket
 from tests.rosbridging import DATE
 from tests.unit.coms.memory import Memory
-from tests.virtual_time import elapse, turn
+from tests.virtual_time import elapse
+from tests.waiting import until
 
 
 class Robot:
@@ -115,12 +116,6 @@ def told(
 
 def command(id_: str | None, name: str = "home", **more: Any) -> bytes:
     return json.dumps({"command": name, **more} | ({} if id_ is None else {"id": id_})).encode()
-
-
-async def until(holds: Callable[[], bool]) -> None:
-    """Wait until a condition holds."""
-    while not holds():
-        await turn()
 
 
 def test_commands_run_in_their_order_and_each_has_its_reports(tmp_path: Path) -> None:

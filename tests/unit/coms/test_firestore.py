@@ -18,7 +18,8 @@ from maya_un.coms.transport import Channel, Kind, Report, Transport
 from maya_un.errors import SupervisorsNotReached
 from maya_un.loops import run
 from tests.system.rtdb.server import Fault, RealtimeDatabase, realtime_database
-from tests.unit.coms.test_rtdb import Answers, home, lost, result, told, until
+from tests.unit.coms.test_rtdb import Answers, home, lost, result, told
+from tests.waiting import until
 
 ROBOT = "robots/MAYA"
 SOON = 0.01

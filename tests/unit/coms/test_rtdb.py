@@ -23,7 +23,7 @@ from maya_un.coms.transport import Channel, Command, Kind, Report, Transport
 from maya_un.errors import InvalidValue, SupervisorsNotReached
 from maya_un.loops import run
 from tests.system.rtdb.server import Fault, RealtimeDatabase, realtime_database
-from tests.virtual_time import turn
+from tests.waiting import until
 
 RULES = (Path(__file__).parents[3] / "contrib/firebase/database.rules.json").read_text()
 
@@ -69,11 +69,6 @@ def home(id_: str) -> dict[str, str]:
 def result(command: Command, **more: Any) -> Report:
     text = json.dumps({"id": command.id, "success": True, "error": None, "warnings": [], **more})
     return Report(command.id, Kind.RESULT, text, command.key)
-
-
-async def until(holds: Callable[[], bool]) -> None:
-    while not holds():
-        await turn()
 
 
 async def lost(channel: Channel) -> str:

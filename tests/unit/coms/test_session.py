@@ -18,7 +18,8 @@ from maya_un.coms.transport import Channel, Transport
 from maya_un.errors import SessionTakenOver, StepTakenElsewhere, SupervisorsNotReached
 from maya_un.loops import run
 from tests.system.rtdb.server import Fault, RealtimeDatabase, realtime_database
-from tests.unit.coms.test_rtdb import home, result, until
+from tests.unit.coms.test_rtdb import home, result
+from tests.waiting import until
 
 ROBOT = "robots/MAYA"
 SOON = 0.01
