@@ -1,7 +1,7 @@
 """Two robots with one name at one database: no command is carried out by both, and the first one gives way and says so.
 
 Each robot, its twin and its link are processes of their own. The journals of both robots say what each has accepted;
-they are read as plain SQLite. The database keeps every write.
+they are read as plain SQLite. The database keeps every write; as a Realtime Database it obeys our rules.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from maya_un.messages import en
 from tests.system.processes import Process, running
 from tests.system.rtdb.server import RealtimeDatabase, realtime_database
 from tests.system.test_coms import asked, supervisors_of, url_in
-from tests.system.test_coms_rtdb import wait
+from tests.system.test_coms_rtdb import API_KEY, PASSWORD, RULES, wait
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
 
@@ -65,7 +65,13 @@ class Robot:
     def __init__(self, folder: Path, cloud: Cloud, port: int, rosbridge: str) -> None:
         self._journal = folder / "steps.db"
         self._line = f"coms --connect --port 0 --url {cloud.url} --rosbridge {rosbridge}"
-        self._environment = {"FIRESTORE_EMULATOR_HOST": f"127.0.0.1:{port}"}
+        self._environment = {
+            "FIRESTORE_EMULATOR_HOST": f"127.0.0.1:{port}",
+            "FIREBASE_AUTH_EMULATOR_HOST": f"127.0.0.1:{port}",
+            "MAYA_COMS_USER": "maya@example.org",
+            "MAYA_COMS_PASSWORD": PASSWORD,
+            "MAYA_COMS_API_KEY": API_KEY,
+        }
         self.link: Process | None = None
         self.url = ""
 
@@ -112,7 +118,9 @@ def robot(folder: Path, cloud: Cloud, port: int, speed: int = 100) -> Iterator[R
 @pytest.fixture(params=["rtdb", "firestore"])
 def there(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[tuple[Cloud, Robot, Robot]]:
     """Yield a cloud and two robots with one name, neither of them connected; the first one is slow."""
-    with realtime_database() as database:
+    with realtime_database(RULES) as database:
+        database.store.users["maya@example.org"] = PASSWORD
+        database.set("accounts/maya", {"robot": "MAYA"})
         cloud = Cloud(database, request.param)
         with (
             robot(tmp_path / "first", cloud, database.port, 10) as first,
