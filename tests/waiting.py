@@ -7,7 +7,7 @@ from collections.abc import Callable
 from threading import Event
 from time import monotonic
 
-PAUSE = 0.02
+PAUSE = 0.05
 """Between two looks [s]."""
 
 
@@ -25,5 +25,5 @@ async def until(fact: Callable[[], object]) -> None:
     loop = asyncio.get_running_loop()
     while not fact():
         over: asyncio.Future[None] = loop.create_future()
-        loop.call_later(PAUSE / 4, over.set_result, None)
+        loop.call_later(PAUSE / 10, over.set_result, None)
         await over

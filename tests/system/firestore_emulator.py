@@ -55,7 +55,7 @@ def emulator(rules: Path) -> Iterator[int]:
         stderr=subprocess.DEVNULL,
     )
     try:
-        eventually(lambda: _answers(port) or process.poll() is not None, "the emulator", 60.0)
+        eventually(lambda: _answers(port) or process.poll() is not None, "the emulator")
         assert process.poll() is None, "the emulator does not start"
         yield port
     finally:
