@@ -136,7 +136,9 @@ def _data(document: dict[str, Any]) -> dict[str, Any]:
     return {name: next(iter(value.values())) for name, value in document["fields"].items()}
 
 
-@pytest.fixture(scope="module", params=["server of the tests", pytest.param("emulator", marks=needs_emulator)])
+@pytest.fixture(
+    scope="module", params=["server of the tests", pytest.param("emulator", marks=[needs_emulator, pytest.mark.long])]
+)
 def house(request: pytest.FixtureRequest) -> Iterator[House]:
     with ExitStack() as held:
         database = held.enter_context(realtime_database())

@@ -166,6 +166,7 @@ def test_a_step_under_way_is_not_begun_by_the_second_robot(there: tuple[Cloud, R
     assert second.accepted() == set()
 
 
+@pytest.mark.long
 def test_the_link_of_a_robot_takes_over_after_a_crash_by_itself(there: tuple[Cloud, Robot, Robot]) -> None:
     cloud, first, _ = there
     first.connect()
@@ -180,6 +181,7 @@ def test_the_link_of_a_robot_takes_over_after_a_crash_by_itself(there: tuple[Clo
     assert first.accepted() == {"before", "meanwhile"}
 
 
+@pytest.mark.long
 def test_a_robot_that_gave_way_takes_the_name_back_at_connect(there: tuple[Cloud, Robot, Robot]) -> None:
     cloud, first, second = there
     first.connect()
