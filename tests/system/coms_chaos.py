@@ -157,7 +157,7 @@ def _shut(one: socket.socket) -> None:
 
 
 class Server(NamedTuple):
-    """What stands between supervisors and the link: a broker, or a database. Its port stays the same."""
+    """The broker or database between supervisors and the link. Its port stays the same."""
 
     port: int
     kill: Callable[[], object]

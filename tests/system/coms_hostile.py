@@ -62,7 +62,7 @@ REFUSED: Refused = {
     "k" * 300: ({"command": "home"}, InvalidRequest.code),
     "ä ö?&=%2e\\\"'<b>": ({"command": "dance"}, UnknownName.code),
 }
-"""What every database can hold."""
+"""Hostile commands that every database can hold."""
 
 
 class House(ABC):

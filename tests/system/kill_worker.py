@@ -97,7 +97,7 @@ def job_of(name: str, carries: list[Carry]) -> Job:
 
 
 class Ledger:
-    """What really happened, line by line.
+    """The facts of a run, line by line.
 
     A line that was written whole outlives whatever kills the process. A kill can tear the line being written where
     it crosses a page of memory; nothing that follows from such a line was done, and the next life drops it.
