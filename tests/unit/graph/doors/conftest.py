@@ -9,9 +9,5 @@ import pytest
 
 @pytest.fixture(autouse=True)
 def log_is_heard(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let caplog hear the house: where a service has kept its log before, the root logger hears nothing of it.
-
-    A library that configures logging anew, as those of ROS do, disables the loggers that there are.
-    """
+    """Let caplog hear the house: where a service has kept its log before, the root logger hears nothing of it."""
     monkeypatch.setattr(logging.getLogger("maya_un"), "propagate", True)
-    monkeypatch.setattr(logging.getLogger("maya_un.graph"), "disabled", False)
