@@ -95,13 +95,14 @@ def _prove_knots(workspace: Workspace, joints: Floats, coefficients: Floats, way
 
 
 def _outside(workspace: Workspace, joints: Floats, coefficients: Floats) -> set[int]:
-    """Return the numbers of the knots that lie outside by more than an encoder count."""
+    """Return the numbers of the knots that break a limit by more than an encoder count, zones aside."""
     low, high = np.array((workspace.boom, workspace.line_b, workspace.line_c)).T
     sure = ((joints >= low - TOLERANCE) & (joints <= high + TOLERANCE)).all(axis=1)
     sure[:-1] &= (coefficients[0] >= -_SURE).all(axis=0)
     sure[-1] &= bool((coefficients[-1, :, -1] >= -_SURE).all())
     doubtful = np.flatnonzero(~sure).tolist()
-    return {knot for knot in doubtful if not workspace.holds_grain(_at(joints, knot))}
+    bare = workspace.with_zones(())  # a path that is far outside has thousands of knots; zones are proved apart
+    return {knot for knot in doubtful if not bare.holds_grain(_at(joints, knot))}
 
 
 def _kept_out(workspace: Workspace, joints: Floats, waypoints: list[int], entry: Entry) -> PathRefused:

@@ -9,6 +9,8 @@ import pytest
 
 from maya_un.errors import PathRefused, Unreachable
 from maya_un.kinematics import Floats, Workspace
+from maya_un.kinematics.mechanism import Mechanism
+from maya_un.kinematics.zones import HalfSpace, Zone
 from maya_un.motion.proof import between, prove
 from maya_un.values import Joints, Point
 from tests.strategies import WORKSPACE, configuration, prove_ways
@@ -148,6 +150,24 @@ def test_a_waypoint_that_is_no_number_is_named() -> None:
 def test_a_start_outside_is_named_as_the_start() -> None:
     with pytest.raises(PathRefused, match=r"it starts outside the workspace: it lies 239\.8 mm inside"):
         prove_ways(WORKSPACE, Joints(0.0, 0.575, 2.30), Joints(0.0, 1.5, 1.7))
+
+
+def test_a_long_way_outside_is_refused_without_a_look_at_the_zones_from_every_knot(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    looks: list[Joints] = []
+
+    def clearance(zone: Zone, mechanism: Mechanism, joints: Joints) -> float:
+        looks.append(joints)
+        return Zone.clearance(zone, mechanism, joints)
+
+    monkeypatch.setattr(HalfSpace, "clearance", clearance)
+    guarded = WORKSPACE.with_zones([HalfSpace("wall", Point(-3.0, 0.0, 0.0), Point(1.0, 0.0, 0.0))])
+    inside = np.array((0.3, 1.5, 1.7))
+    outside = np.linspace((0.3, 2.4, 1.7), (0.3, 2.5, 1.7), 2000)
+    with pytest.raises(PathRefused, match="line b would have to be"):
+        prove(guarded, np.array([inside, *outside, inside]))
+    assert len(looks) < 10
 
 
 def test_a_start_on_the_edge_that_counts_have_rounded_outside_may_leave_inwards() -> None:
