@@ -211,6 +211,7 @@ def test_a_command_that_was_there_before_a_stop_does_not_begin_after_it(house: H
     house.require_well("after the stop")
 
 
+@pytest.mark.long  # the Realtime Database has the same test in every run
 @pytest.mark.parametrize("house", ["server of the tests"], indirect=True)
 def test_more_commands_at_once_than_may_wait_delay_no_stop(house: House) -> None:
     coms_hostile.require_no_stop_is_delayed(house)

@@ -77,13 +77,13 @@ async def _home(truth: Truth, start: Start, config: Config) -> None:
 
 
 def test_homes_from_random_legal_starts(campaign: Campaign) -> None:
-    for case in range(campaign.size(ci=12, long=300)):
+    for case in range(campaign.size(ci=8, long=300)):
         rng = campaign.rng(case)
         run_virtual(_home(Truth(), legal_start(rng, Truth()), Config()))
 
 
 def test_homes_machines_that_nobody_told_it_about(campaign: Campaign) -> None:
-    for case in range(campaign.size(ci=12, long=300)):
+    for case in range(campaign.size(ci=8, long=300)):
         rng = campaign.rng(case)
         config = drawn_config(rng)
         truth = wired(Truth.drawn(rng), config)
@@ -117,7 +117,7 @@ async def _refused(truth: Truth, sound: Truth, start: Start, config: Config) -> 
 def test_refuses_wiring_that_contradicts_cn_by_name(
     fault: Callable[[Truth, Config, Random], Truth], campaign: Campaign
 ) -> None:
-    for case in range(campaign.size(ci=20, long=100)):
+    for case in range(campaign.size(ci=12, long=100)):
         rng = campaign.rng(case)
         config = drawn_config(rng)
         truth = fault(Truth.drawn(rng), config, rng)
@@ -135,7 +135,7 @@ async def _home_twice(truth: Truth, start: Start, config: Config, rng: Random) -
 
 
 def test_interrupted_homings_start_again(campaign: Campaign) -> None:
-    for case in range(campaign.size(ci=8, long=100)):
+    for case in range(campaign.size(ci=5, long=100)):
         rng = campaign.rng(case)
         config = drawn_config(rng)
         truth = wired(Truth.drawn(rng), config)

@@ -23,7 +23,7 @@ from tests.conventions.source import ROOT
 from tests.journals import looked_up
 from tests.system.kill_worker import Ledger, Plan, plan
 
-GROUPS = 20
+GROUPS = 10
 """The campaign is cut into so many tests."""
 
 INSTANTS = 400
@@ -122,7 +122,7 @@ def judge(folder: Path, seed: int) -> None:
 @pytest.mark.system
 @pytest.mark.parametrize("group", range(GROUPS))
 def test_whenever_it_is_killed_every_part_is_carried_once(campaign: Campaign, tmp_path: Path, group: int) -> None:
-    kills, case = campaign.size(ci=2, long=25), 0
+    kills, case = campaign.size(ci=2, long=50), 0
     while kills > 0:
         case += 1
         rng, seed = campaign.rng(case), 1000 * group + case

@@ -73,6 +73,6 @@ async def _recover(robot: Stack) -> None:
 
 
 def test_cut_at_random_instants_of_a_job(campaign: Campaign) -> None:
-    for case in range(campaign.size(ci=25, long=200)):
+    for case in range(campaign.size(ci=12, long=200)):
         rng = campaign.rng(case)
         run_virtual(_cut_during_job(rng.randrange(2**31), rng.uniform(0.0, ABOUT)))
