@@ -6,6 +6,7 @@ It is the package google-cloud-cli-firestore-emulator of Google's repository for
 
 from __future__ import annotations
 
+import atexit
 import os
 import shutil
 import socket
@@ -27,6 +28,7 @@ _PACKAGE = Path("/usr/lib/google-cloud-sdk/platform/cloud-firestore-emulator/clo
 
 HTTP = httpx.Client(timeout=60.0)
 """For all requests of tests: each client of its own would read the machine's certificates."""
+atexit.register(HTTP.close)
 
 
 def jar() -> Path | None:

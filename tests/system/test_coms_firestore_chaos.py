@@ -14,7 +14,7 @@ from tests.campaign import Campaign
 from tests.system import coms_chaos
 from tests.system.firestore_emulator import HTTP
 from tests.system.rtdb.server import Fault, RealtimeDatabase, realtime_database
-from tests.system.test_coms_rtdb import API_KEY, PASSWORD
+from tests.system.test_coms_rtdb import admit
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(3600)]
 
@@ -94,15 +94,8 @@ def _dates(document: dict[str, Any]) -> set[str]:
 
 def test_no_command_is_lost_and_none_runs_twice(campaign: Campaign, tmp_path: Path) -> None:
     with realtime_database() as database:
-        database.store.users["maya@example.org"] = PASSWORD
         database.set_document("robots/MAYA", {})
-        environment = {
-            "FIRESTORE_EMULATOR_HOST": "127.0.0.1:{port}",
-            "FIREBASE_AUTH_EMULATOR_HOST": "127.0.0.1:{port}",
-            "MAYA_COMS_USER": "maya@example.org",
-            "MAYA_COMS_PASSWORD": PASSWORD,
-            "MAYA_COMS_API_KEY": API_KEY,
-        }
+        environment = {"FIRESTORE_EMULATOR_HOST": "127.0.0.1:{port}", **admit(database, "{port}")}
         server = coms_chaos.Server(database.port, database.go_away, database.come_back)
         lab = Supervisor(database)
         with coms_chaos.world(server, tmp_path, "firestore://demo", **environment) as there:

@@ -21,7 +21,7 @@ from tests.system.firestore_emulator import HTTP, RULES, emulator, needs_emulato
 from tests.system.processes import Process, running
 from tests.system.rtdb.server import realtime_database
 from tests.system.test_coms import asked, url_in
-from tests.system.test_coms_rtdb import API_KEY, PASSWORD
+from tests.system.test_coms_rtdb import admit
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 
@@ -146,14 +146,7 @@ def house(request: pytest.FixtureRequest) -> Iterator[House]:
         port = held.enter_context(emulator(RULES)) if emulated else database.port
         up = held.enter_context(running("up --port 0 --rosbridge-port 0 --journal memory --speed 100"))
         door, rosbridge = url_in(up.until("Door:")), url_in(up.until("ws://"))
-        database.store.users["maya@example.org"] = PASSWORD
-        environment = {
-            "FIRESTORE_EMULATOR_HOST": f"127.0.0.1:{port}",
-            "FIREBASE_AUTH_EMULATOR_HOST": f"127.0.0.1:{database.port}",
-            "MAYA_COMS_USER": "maya@example.org",
-            "MAYA_COMS_PASSWORD": PASSWORD,
-            "MAYA_COMS_API_KEY": API_KEY,
-        }
+        environment = {"FIRESTORE_EMULATOR_HOST": f"127.0.0.1:{port}", **admit(database)}
         link = Process(f"coms --port 0 --url firestore://demo --rosbridge {rosbridge} --connect", env=environment)
         held.callback(link.kill)
         one = House(port, database.store.sign_in("lab"), url_in(link.until("http://")), door)

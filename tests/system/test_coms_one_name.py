@@ -22,7 +22,7 @@ from maya_un.messages import en
 from tests.system.processes import Process, running
 from tests.system.rtdb.server import RealtimeDatabase, realtime_database
 from tests.system.test_coms import asked, supervisors_of, url_in
-from tests.system.test_coms_rtdb import API_KEY, PASSWORD, RULES, wait
+from tests.system.test_coms_rtdb import RULES, admit, wait
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
 
@@ -36,6 +36,7 @@ class Cloud:
         self._database = database
         self._is_tree = kind == "rtdb"
         self.url = database.url if self._is_tree else "firestore://demo"
+        self.environment = {"FIRESTORE_EMULATOR_HOST": f"127.0.0.1:{database.port}", **admit(database)}
         if not self._is_tree:
             database.set_document(ROBOT, {})
 
@@ -62,16 +63,10 @@ class Cloud:
 class Robot:
     """A robot with its journal, and its link to the cloud; both run until `close`."""
 
-    def __init__(self, folder: Path, cloud: Cloud, port: int, rosbridge: str) -> None:
+    def __init__(self, folder: Path, cloud: Cloud, rosbridge: str) -> None:
         self._journal = folder / "steps.db"
         self._line = f"coms --connect --port 0 --url {cloud.url} --rosbridge {rosbridge}"
-        self._environment = {
-            "FIRESTORE_EMULATOR_HOST": f"127.0.0.1:{port}",
-            "FIREBASE_AUTH_EMULATOR_HOST": f"127.0.0.1:{port}",
-            "MAYA_COMS_USER": "maya@example.org",
-            "MAYA_COMS_PASSWORD": PASSWORD,
-            "MAYA_COMS_API_KEY": API_KEY,
-        }
+        self._environment = cloud.environment
         self.link: Process | None = None
         self.url = ""
 
@@ -103,12 +98,12 @@ class Robot:
 
 
 @contextmanager
-def robot(folder: Path, cloud: Cloud, port: int, speed: int = 100) -> Iterator[Robot]:
+def robot(folder: Path, cloud: Cloud, speed: int = 100) -> Iterator[Robot]:
     folder.mkdir()
     environment = {"MAYA_STATE_DIR": str(folder), "MAYA_RUNTIME_DIR": str(folder / "run")}
     line = f"up --port 0 --rosbridge-port 0 --journal {folder}/maya.db --speed {speed}"
     with running(line, env=environment) as up:
-        one = Robot(folder, cloud, port, url_in(up.until("ws://")))
+        one = Robot(folder, cloud, url_in(up.until("ws://")))
         try:
             yield one
         finally:
@@ -119,12 +114,10 @@ def robot(folder: Path, cloud: Cloud, port: int, speed: int = 100) -> Iterator[R
 def there(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[tuple[Cloud, Robot, Robot]]:
     """Yield a cloud and two robots with one name, neither of them connected; the first one is slow."""
     with realtime_database(RULES) as database:
-        database.store.users["maya@example.org"] = PASSWORD
-        database.set("accounts/maya", {"robot": "MAYA"})
         cloud = Cloud(database, request.param)
         with (
-            robot(tmp_path / "first", cloud, database.port, 10) as first,
-            robot(tmp_path / "second", cloud, database.port) as second,
+            robot(tmp_path / "first", cloud, 10) as first,
+            robot(tmp_path / "second", cloud) as second,
         ):
             yield cloud, first, second
 

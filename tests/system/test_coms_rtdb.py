@@ -38,6 +38,18 @@ STEPS: tuple[dict[str, Any], ...] = (
 )
 
 
+def admit(database: RealtimeDatabase, port: object = None) -> dict[str, str]:
+    """Give the robot MAYA an account; return the environment that signs it in, by default at the database itself."""
+    database.store.users["maya@example.org"] = PASSWORD
+    database.set("accounts/maya", {"robot": "MAYA"})
+    return {
+        "FIREBASE_AUTH_EMULATOR_HOST": f"127.0.0.1:{database.port if port is None else port}",
+        "MAYA_COMS_USER": "maya@example.org",
+        "MAYA_COMS_PASSWORD": PASSWORD,
+        "MAYA_COMS_API_KEY": API_KEY,
+    }
+
+
 def coms(database: RealtimeDatabase, rosbridge: str, *more: str, **environment: str) -> Process:
     line = ["coms", "--port 0", f"--url {database.url}/?ns=demo", f"--rosbridge {rosbridge}", *more]
     return Process(" ".join(line), env=environment)
@@ -79,14 +91,7 @@ def test_firebases_library_has_the_robot_carry_a_part() -> None:
 
 def test_commands_survive_the_death_of_coms_and_each_has_one_result() -> None:
     with realtime_database(RULES) as database, served() as robot:
-        database.store.users["maya@example.org"] = PASSWORD
-        database.set("accounts/maya", {"robot": "MAYA"})
-        environment = {
-            "FIREBASE_AUTH_EMULATOR_HOST": f"127.0.0.1:{database.port}",
-            "MAYA_COMS_USER": "maya@example.org",
-            "MAYA_COMS_PASSWORD": PASSWORD,
-            "MAYA_COMS_API_KEY": API_KEY,
-        }
+        environment = admit(database)
         link = coms(database, robot.url, "--connect", **environment)
         try:
             database.set(f"{ROBOT}/commands/k1", {"id": "1", "command": "home"})

@@ -13,7 +13,7 @@ import pytest
 from tests.campaign import Campaign
 from tests.system import coms_chaos
 from tests.system.rtdb.server import Fault, RealtimeDatabase, realtime_database
-from tests.system.test_coms_rtdb import API_KEY, PASSWORD, RULES
+from tests.system.test_coms_rtdb import RULES, admit
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(3600)]
 
@@ -45,14 +45,7 @@ class Supervisor(coms_chaos.Supervisor):
 
 def test_no_command_is_lost_and_none_runs_twice(campaign: Campaign, tmp_path: Path) -> None:
     with realtime_database(RULES) as database:
-        database.store.users["maya@example.org"] = PASSWORD
-        database.set("accounts/maya", {"robot": "MAYA"})
-        environment = {
-            "FIREBASE_AUTH_EMULATOR_HOST": "127.0.0.1:{port}",
-            "MAYA_COMS_USER": "maya@example.org",
-            "MAYA_COMS_PASSWORD": PASSWORD,
-            "MAYA_COMS_API_KEY": API_KEY,
-        }
+        environment = admit(database, "{port}")
         server = coms_chaos.Server(database.port, database.go_away, database.come_back)
         lab = Supervisor(database)
         with coms_chaos.world(server, tmp_path, "http://127.0.0.1:{port}", **environment) as there:

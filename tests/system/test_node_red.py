@@ -20,7 +20,7 @@ from tests.system.observing import observing
 from tests.system.processes import running
 from tests.system.rtdb.server import Fault, RealtimeDatabase, realtime_database
 from tests.system.test_coms import asked, coms, url_in
-from tests.system.test_coms_rtdb import API_KEY, PASSWORD, RULES, wait
+from tests.system.test_coms_rtdb import API_KEY, RULES, admit, wait
 from tests.system.test_coms_rtdb import coms as coms_of_database
 from tests.system.test_fleet import free_port
 
@@ -175,15 +175,9 @@ def test_node_red_connects_uploads_a_process_and_sees_its_results(tmp_path: Path
 def test_node_red_carries_out_a_process_over_a_database_with_rules(tmp_path: Path) -> None:
     with realtime_database(RULES) as database, running(UP) as up:
         door, rosbridge = url_in(up.until("Door:")), url_in(up.until("ws://"))
-        database.store.users |= {"maya@example.org": PASSWORD, "lab@example.org": SECRET}
-        database.set("accounts", {"maya": {"robot": "MAYA"}, "lab": {"commands": {"MAYA": True}}})
-        environment = {
-            "FIREBASE_AUTH_EMULATOR_HOST": f"127.0.0.1:{database.port}",
-            "MAYA_COMS_USER": "maya@example.org",
-            "MAYA_COMS_PASSWORD": PASSWORD,
-            "MAYA_COMS_API_KEY": API_KEY,
-        }
-        link = coms_of_database(database, rosbridge, **environment)
+        database.store.users["lab@example.org"] = SECRET
+        database.set("accounts/lab", {"commands": {"MAYA": True}})
+        link = coms_of_database(database, rosbridge, **admit(database))
         try:
             flow = flow_of_database(database, url_in(link.until("http://")))
             with node_red(tmp_path, flow, {"maya.tab": {"PASSWORD": SECRET}}) as red:
