@@ -109,6 +109,11 @@ class _Entry:
         self._path = (*path, "state", "session")
         self._date: str | None = None
 
+    @property
+    def where(self) -> str:
+        """The address of the database."""
+        return self._documents.where
+
     async def read(self) -> Any:
         """Return it, and note the date of its last change."""
         try:
@@ -135,7 +140,6 @@ class _Channel:
         self._interval = interval
         self._waiting: list[str] = []
         self._ids: dict[str, str | None] = {}  # of the commands that are delivered and not answered, by key
-        self._is_complete = False  # the last query returned every open command
         self._error: MayaError | None = None
 
     def fail(self, error: MayaError) -> None:
@@ -153,7 +157,7 @@ class _Channel:
                 await asyncio.sleep(self._interval)
                 continue
             if self._waiting[0] not in self._claims:
-                await self._claims.claim(self._waiting, {*self._waiting, *self._ids} if self._is_complete else None)
+                await self._claims.claim(self._waiting)
             command = await self._delivered(self._waiting.pop(0))
             if command is None:
                 continue
@@ -177,15 +181,20 @@ class _Channel:
             self._documents.put((*self._path, "results", key), data),
             needed=command,
         )
+        self._close(key)
+
+    def _close(self, key: str) -> None:
         self._ids.pop(key, None)
+        self._claims.forget(key)
 
     async def _look(self) -> None:
         """Read the keys of the open commands."""
         before = set(self._ids)
         keys = await self._documents.keys((*self._path, "commands"), MOST_AT_ONCE)
         for key in before - set(keys):
-            self._ids.pop(key, None)  # somebody removed it
-        self._is_complete = len(keys) < MOST_AT_ONCE
+            self._close(key)  # somebody removed it
+        if len(keys) < MOST_AT_ONCE:
+            self._claims.keep_only(keys)
         self._waiting = [key for key in keys if key not in self._ids]
 
     async def _delivered(self, key: str) -> Command | None:
@@ -196,6 +205,7 @@ class _Channel:
             self._ids[key] = as_id(key)
             return Command(key, b" " * (LONGEST + 1), as_id(key))
         if data is None:
+            self._claims.forget(key)
             return None
         self._ids[key] = as_id(key)
         with suppress(InvalidRequest):

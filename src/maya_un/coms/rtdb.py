@@ -124,6 +124,11 @@ class _Entry:
         self._path = (*path, "session")
         self._tag: str | None = None
 
+    @property
+    def where(self) -> str:
+        """The address of the database."""
+        return self._database.where
+
     async def read(self) -> Any:
         """Return it, and note its ETag."""
         text, self._tag = await self._database.read_tagged(self._path, _LONGEST_EVENT)
@@ -158,6 +163,7 @@ class _Channel:
         self._claims = claims
         self._waiting: dict[str, _Waiting] = {}
         self._ids: dict[str, str | None] = {}  # of the commands that are delivered and not answered, by key
+        self._answered: set[str] = set()  # keys of commands that are removed with their result just now
         self._changed = asyncio.Event()
         self._error: MayaError | None = None
 
@@ -178,7 +184,8 @@ class _Channel:
                 continue
             if key not in self._claims:
                 most = MOST_AT_ONCE - len(self._ids)
-                await self._claims.claim(tuple(islice(self._waiting, most)), self._waiting.keys() | self._ids.keys())
+                self._claims.keep_only(self._waiting.keys() | self._ids.keys())
+                await self._claims.claim(tuple(islice(self._waiting, most)))
                 continue
             command = await self._delivered(key)
             if command is None:
@@ -195,8 +202,10 @@ class _Channel:
         data = json.loads(report.text)
         if report.kind is Kind.RESULT:
             changes = {f"results/{key}": data, f"progress/{key}": None, f"commands/{key}": None}
+            self._answered.add(key)
             await self._database.write("PATCH", self._path, changes)
-            self._close(key)
+            if key in self._answered:  # otherwise the stream told so before, and another command may have the key now
+                self._close(key)
             self._changed.set()
         else:
             await self._database.write("PUT", (*self._path, "progress", key), data)
@@ -248,10 +257,13 @@ class _Channel:
     def _keep_only(self, keys: set[str]) -> None:
         for key in (self._waiting.keys() | self._ids.keys()) - keys:
             self._close(key)
+        self._claims.keep_only(keys)
 
     def _close(self, key: str) -> None:
         self._waiting.pop(key, None)
         self._ids.pop(key, None)
+        self._answered.discard(key)
+        self._claims.forget(key)
 
     def _is_open(self, key: str | None) -> bool:
         return key in self._waiting or key in self._ids
@@ -274,11 +286,15 @@ class _Channel:
 
     async def _delivered(self, key: str) -> Command | None:
         """Return a command and note that it is delivered; None if it is no longer open."""
-        one = self._waiting[key]
+        waiting = one = self._waiting[key]
         if one.text is None:
             one = _read(key, await self._database.read((*self._path, "commands", key), LONGEST))
-        if self._waiting.pop(key, None) is None or one.text is None:
+        if self._waiting.get(key) is not waiting:
             return None
+        if one.text is None:
+            self._close(key)
+            return None
+        del self._waiting[key]
         self._ids[key] = one.id
         return Command(key, one.text, as_id(key))
 

@@ -13,21 +13,29 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import socket
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Set
 from typing import Any, Protocol
 from uuid import uuid4
 
 from maya_un.coms.transport import Command, Kind, Report
-from maya_un.errors import SessionTakenOver, StepTakenElsewhere
+from maya_un.errors import SessionTakenOver, StepTakenElsewhere, SupervisorsNotReached
 from maya_un.graph.step_text import Result
 from maya_un.server import dates
 
 _LONGEST_KEY = 64
 """Characters of a key that stands in the entry as it is; Firestore allows 1500 bytes, and 1 MiB for all claims."""
 
+_MOST_ATTEMPTS = 20
+"""Attempts to write the entry before the connection ends, so that the next attempts come after a pause."""
+
 
 class Entry(Protocol):
-    """A place in a database that can be changed if nobody else changed it."""
+    """A place in the database at `where` that can be changed if nobody else changed it."""
+
+    @property
+    def where(self) -> str:
+        """The address of the database."""
+        ...
 
     async def read(self) -> Any:
         """Return its data, None if there are none."""
@@ -44,20 +52,21 @@ class Session:
     def __init__(self, where: str) -> None:
         self.id = uuid4().hex
         self.where = where
-        self._has_begun = False
+        self._begun: set[str] = set()
 
     async def begin(self, entry: Entry, robot: str, journal: str) -> Claims:
         """Begin, or go on after a lost connection; raises `SessionTakenOver` if a later session has begun meanwhile.
 
         The session of an earlier program ends by this. After a crash it may be that of this robot, so nobody waits for
-        it.
+        it. Raises `SupervisorsNotReached` if others change the entry all the time.
         """
         claims = Claims(self, entry, robot, journal)
-        while True:
-            holder = await (claims.require() if self._has_begun else claims.read())
+        for _ in range(_MOST_ATTEMPTS):
+            holder = await (claims.require() if entry.where in self._begun else claims.read())
             if holder == self.id or await claims.write():
-                self._has_begun = True
+                self._begun.add(entry.where)
                 return claims
+        raise _contested(entry)
 
 
 class Claims:
@@ -69,21 +78,35 @@ class Claims:
         self._robot = robot
         self._journal = journal
         self._claims: dict[str, str] = {}
+        self._ended: set[str] = set()  # claims that the entry may still have, of commands that are gone
         self._is_lost = False
         self._turn = asyncio.Lock()
 
-    async def claim(self, keys: Collection[str], still_open: Collection[str] | None) -> None:
-        """Claim commands that nobody claimed; forget claims of those that are not open any more, if that is known.
+    async def claim(self, keys: Collection[str]) -> None:
+        """Claim commands that nobody claimed.
 
-        Raises `SessionTakenOver`.
+        Raises `SessionTakenOver`, and `SupervisorsNotReached` if others change the entry all the time.
         """
+        wanted = set(map(_short, keys))
         async with self._turn:
-            while True:
-                left = None if still_open is None else {_short(key) for key in still_open}
-                kept = {key: owner for key, owner in self._claims.items() if left is None or key in left}
-                if await self.write(dict.fromkeys(map(_short, keys), self._journal) | kept):
+            self._ended -= wanted
+            for _ in range(_MOST_ATTEMPTS):
+                if await self.write(dict.fromkeys(wanted - self._ended, self._journal) | self._claims):
                     return
                 self._check(await self.read())
+            raise _contested(self._entry)
+
+    def forget(self, key: str) -> None:
+        """Note that a command is gone. If another one comes with its key, the claim is not of that one."""
+        self._forget({_short(key)})
+
+    def keep_only(self, keys: Collection[str]) -> None:
+        """Note that no other commands are open than these."""
+        self._forget(self._claims.keys() - set(map(_short, keys)))
+
+    def _forget(self, gone: Set[str]) -> None:
+        self._claims = {key: owner for key, owner in self._claims.items() if key not in gone}
+        self._ended |= gone
 
     def __contains__(self, key: str) -> bool:
         """Tell whether somebody claimed a command."""
@@ -113,7 +136,9 @@ class Claims:
         """Read the entry; return the id of the session that it belongs to, None if there is none."""
         found = await self._entry.read()
         claims = found.get("claims") if isinstance(found, dict) else None
-        self._claims |= {str(key): str(owner) for key, owner in claims.items()} if isinstance(claims, dict) else {}
+        claims = claims if isinstance(claims, dict) else {}
+        self._ended &= claims.keys()
+        self._claims |= {str(key): str(owner) for key, owner in claims.items() if key not in self._ended}
         holder = found.get("id") if isinstance(found, dict) else None
         return holder if isinstance(holder, str) else None
 
@@ -123,12 +148,19 @@ class Claims:
         Raises `SessionTakenOver` if that is known.
         """
         self._check(self._session.id)
+        before = frozenset(self._ended)
         claims = self._claims if claims is None else claims
         entry = {"id": self._session.id, "host": socket.gethostname(), "claims": claims}
         if not await self._entry.swap(entry):
             return False
-        self._claims = claims
+        self._ended = (self._ended - before) & claims.keys()
+        self._claims = {key: owner for key, owner in claims.items() if key not in self._ended}
         return True
+
+
+def _contested(entry: Entry) -> SupervisorsNotReached:
+    reason = "another program changes the robot's session all the time, so no command can be claimed"
+    return SupervisorsNotReached(where=entry.where, reason=reason)
 
 
 def _short(key: str) -> str:

@@ -23,6 +23,7 @@ from tests.system.rtdb.store import Caller, Store
 from tests.system.rtdb.tree import at, exported, parts
 from tests.system.rtdb.wire import Wire
 from tests.virtual_time import turn
+from tests.waiting import until
 
 T = TypeVar("T")
 
@@ -51,6 +52,10 @@ class RealtimeDatabase:
         self.rest = Rest(self.store, keep_alive)
         self.documents = Documents(self.store)
         self.faults: list[Fault] = []
+        self.before: Callable[[str, bytes], object] = lambda _method, _where: None
+        """Is called in the database's thread before a request, with its method and its path and body."""
+        self.held = ""
+        """The answers to requests with this method wait."""
         self.delay = 0.0
         self.never = asyncio.Event()
         self.redirects_to = ""
@@ -199,6 +204,7 @@ class _Faulty:
         body = await _body(receive)
         if await database.fails(scope, body, answered=False):
             return
+        database.before(scope["method"], scope["path"].encode() + body)
         told = False
 
         async def again() -> Message:
@@ -211,6 +217,7 @@ class _Faulty:
         async def faulty(message: Message) -> None:
             if message["type"] == "http.response.start" and await database.fails(scope, body, answered=True):
                 raise OSError("cut")
+            await until(lambda: database.held != scope["method"])
             await send(message)
 
         with suppress(OSError):

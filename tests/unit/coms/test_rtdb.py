@@ -636,3 +636,23 @@ def test_the_rules_of_the_documentation(who: str, path: str, value: Any, may: bo
     except DeniedError:
         allowed = False
     assert allowed == may
+
+
+def test_a_key_that_is_used_again_before_the_robot_knows_that_its_result_was_written(
+    database: RealtimeDatabase,
+) -> None:
+    async def story(channel: Channel) -> None:
+        put(database, "k", home("1"))
+        first = await channel.receive()
+        database.held = "PATCH"
+        answered = asyncio.create_task(channel.send(result(first)))
+        await until(lambda: database.get(f"{ROBOT}/results/k") is not None)
+        put(database, "k", home("2"))
+        second = await channel.receive()
+        assert json.loads(second.text) == home("2")
+        database.held = ""
+        await answered
+        await channel.send(Report("2", Kind.RESULT, '{"id": "2"}', second.key))
+        assert database.get(f"{ROBOT}/results/k") == {"id": "2"}
+
+    told(story, Rtdb(database.url))

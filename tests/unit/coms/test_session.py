@@ -5,12 +5,14 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Awaitable, Callable, Iterator
-from contextlib import AsyncExitStack, suppress
+from contextlib import AsyncExitStack, contextmanager, suppress
+from itertools import count
 from random import Random
 from typing import Any
 
 import pytest
 
+from maya_un.coms import firestore, rtdb
 from maya_un.coms.firebase_auth import FixedToken
 from maya_un.coms.firestore import Firestore
 from maya_un.coms.rtdb import Rtdb
@@ -18,6 +20,7 @@ from maya_un.coms.transport import Channel, Transport
 from maya_un.errors import SessionTakenOver, StepTakenElsewhere, SupervisorsNotReached
 from maya_un.loops import run
 from tests.system.rtdb.server import Fault, RealtimeDatabase, realtime_database
+from tests.system.rtdb.tree import applied, parts
 from tests.unit.coms.test_rtdb import home, result
 from tests.waiting import until
 
@@ -45,9 +48,16 @@ class Place:
             return Rtdb(self.database.url, heartbeat=heartbeat)
         return Firestore("firestore://demo", FixedToken(""), interval=SOON, heartbeat=heartbeat)
 
-    def put(self, key: str) -> None:
+    def overwrite(self, path: str, value: Any) -> None:
+        """Replace data, from within the database's thread."""
+        if self._is_tree:
+            self.database.store.tree = applied(self.database.store.tree, [(parts(path), value)], 0)
+        else:
+            self.database.documents.set(path, value)
+
+    def put(self, key: str, id_: str | None = None) -> None:
         """Send a command."""
-        self.set(f"{ROBOT}/commands/{key}", home(f"id {key}"))
+        self.set(f"{ROBOT}/commands/{key}", home(id_ or f"id {key}"))
 
     def code(self, key: str) -> Any:
         """Return the code of a command's result."""
@@ -67,6 +77,22 @@ def told(story: Callable[[], Awaitable[None]]) -> None:
             await story()
 
     run(main())
+
+
+@contextmanager
+def changing(place: Place) -> Iterator[None]:
+    """Change the session before every write of it by somebody else."""
+    numbers = count()
+
+    def before(method: str, where: bytes) -> None:
+        if method == place.write[0] and place.write[1].encode() in where:
+            place.overwrite(place.session, {"number": next(numbers)})
+
+    place.database.before, usual = before, place.database.before
+    try:
+        yield
+    finally:
+        place.database.before = usual
 
 
 async def taken(channel: Channel, seen: list[str], *, answers: bool = True) -> None:
@@ -199,5 +225,95 @@ def test_a_session_that_is_nonsense_is_replaced(place: Place) -> None:
     async def story() -> None:
         async with place.transport().connected("MAYA", "journal") as channel:
             assert (await channel.receive()).key == "a"
+
+    told(story)
+
+
+def test_a_command_with_a_key_that_was_used_before_is_claimed_anew(place: Place) -> None:
+    async def story() -> None:
+        async with place.transport().connected("MAYA", "one") as first:
+            place.put("k")
+            await first.send(result(await first.receive()))
+            async with place.transport().connected("MAYA", "two") as second:
+                place.put("new")
+                assert (await second.receive()).key == "new"
+                place.put("k", "again")
+                with pytest.raises(SessionTakenOver):
+                    await first.receive()
+                assert (await second.receive()).key == "k"
+
+    told(story)
+
+
+def test_a_key_that_another_robot_had_taken_can_be_used_again(place: Place) -> None:
+    async def story() -> None:
+        place.put("k")
+        async with place.transport().connected("MAYA", "one") as first:
+            await first.receive()
+        async with place.transport(SOON).connected("MAYA", "two") as second:
+            heard = asyncio.create_task(second.receive())
+            await until(lambda: place.get(f"{ROBOT}/results/k") is not None)
+            assert place.code("k") == str(StepTakenElsewhere.code)
+            place.put("k", "again")
+            assert json.loads((await heard).text) == home("again")
+
+    told(story)
+    assert place.get(place.session)["claims"] == {"k": "two"}
+
+
+def test_claims_stay_few_while_more_commands_wait_than_one_query_returns(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(firestore, "MOST_AT_ONCE", 10)
+    monkeypatch.setattr(rtdb, "MOST_AT_ONCE", 10)
+    for number in range(100):
+        place.put(f"{number:03}")
+
+    async def story() -> None:
+        async with place.transport().connected("MAYA", "journal") as channel:
+            for _ in range(95):
+                await channel.send(result(await channel.receive()))
+
+    told(story)
+    assert len(place.get(place.session)["claims"]) <= 20
+
+
+def test_a_database_in_which_this_session_never_was_is_not_taken_over(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with realtime_database() as old, realtime_database() as new:
+        monkeypatch.setenv("FIRESTORE_EMULATOR_HOST", f"127.0.0.1:{old.port}")
+        new.set(f"{ROBOT}/session", {"id": "of last week", "host": "here"})
+        transport = Firestore("firestore://demo", FixedToken(""))
+
+        async def story() -> None:
+            for database in (old, new, old):
+                old.set_document(ROBOT, {"database_url": database.url})
+                database.set(f"{ROBOT}/commands/k", home("id k"))
+                async with transport.connected("MAYA", "journal") as channel:
+                    assert (await channel.receive()).key == "k"
+            new.set(f"{ROBOT}/session", {"id": "of another robot"})
+            old.set_document(ROBOT, {"database_url": new.url})
+            with pytest.raises(SessionTakenOver):
+                async with transport.connected("MAYA", "journal"):
+                    pass
+
+        told(story)
+
+
+def test_a_connection_ends_if_somebody_changes_the_session_all_the_time(place: Place) -> None:
+    async def story() -> None:
+        async with place.transport().connected("MAYA", "journal") as channel:
+            place.put("k")
+            with (
+                changing(place),
+                pytest.raises(SupervisorsNotReached, match="changes the robot's session all the time"),
+            ):
+                await channel.receive()
+        with changing(place), pytest.raises(SupervisorsNotReached, match="changes the robot's session all the time"):
+            async with place.transport().connected("MAYA", "journal"):
+                pass
+        async with place.transport().connected("MAYA", "journal") as channel:
+            assert (await channel.receive()).key == "k"
 
     told(story)
