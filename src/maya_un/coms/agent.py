@@ -29,7 +29,7 @@ _PATIENCE = 0.25
 _LONGEST_PATIENCE = 5.0
 
 _REMEMBERED = 1000
-"""So many results that were sent are recognised if the robot sends them again."""
+"""So many results that were sent are recognised if the robot sends them again; so many of unknown steps wait."""
 
 
 @dataclass(slots=True)
@@ -271,11 +271,21 @@ class Agent:
         if one is None:
             if report.kind is not Kind.RESULT or self._sent.get(report.id) == report.text:
                 return
-            one = self._pending[report.id] = _Pending("", "")  # from an earlier run of this program
+            one = self._pending[report.id] = _Pending("", "")  # of an earlier run, or of no supervisor
+            self._forget_unknown()
         if not one.ended:
             one.report, one.sent = report, False
             self._reports.set()
         self._accepted.set()
+
+    def _forget_unknown(self) -> None:
+        """Forget the oldest results of steps that no supervisor sent to this program, if there are too many.
+
+        If one is a supervisor's, its command comes again, and the robot's journal knows its result.
+        """
+        unknown = [id_ for id_, one in self._pending.items() if not one.text]
+        for id_ in unknown[:-_REMEMBERED]:
+            del self._pending[id_]
 
 
 def _waiting(trouble: MayaError | str | None) -> dict[str, object]:

@@ -61,11 +61,14 @@ class Database:
         async with self._answer("GET", path, {}, headers=_TAGGED) as answer:
             return await self._start_of(answer, most + 1), answer.headers.get("etag")
 
-    async def write_if(self, path: tuple[str, ...], value: object, tag: str) -> tuple[bool, str | None]:
-        """Write a value at a path if its state still has this tag; return whether, and its new tag."""
+    async def write_if(self, path: tuple[str, ...], value: object, tag: str, most: int) -> tuple[bool, str | None]:
+        """Write a value at a path if its state still has this tag; return whether, and its new tag.
+
+        The answer holds the value. At most so many bytes of it are read.
+        """
         headers = {**_TAGGED, "if-match": tag}
         async with self._answer("PUT", path, {}, json.dumps(value), headers=headers, accepted={_CHANGED}) as answer:
-            await self._start_of(answer)
+            await self._start_of(answer, most + 1)
             written = answer.status_code != _CHANGED
             return written, answer.headers.get("etag") if written else None
 
@@ -107,7 +110,7 @@ class Database:
             answer = await self._sent(method, url, query, content, headers, stream=stream)
         try:
             if not answer.is_success and answer.status_code not in accepted:
-                await self._refuse(answer)
+                await self._refuse(answer, f"{method} {'/'.join(path)}")
             yield answer
         finally:
             await answer.aclose()
@@ -147,9 +150,9 @@ class Database:
             raise SupervisorsNotReached(where=self.where, reason="it redirects to an address without TLS")
         return target
 
-    async def _refuse(self, answer: httpx.Response) -> NoReturn:
+    async def _refuse(self, answer: httpx.Response, asked: str) -> NoReturn:
         """Raise for an answer that is no success."""
-        reason = f"it answers {answer.status_code}: {message_of(await self._start_of(answer))}"
+        reason = f"it answers {asked} with {answer.status_code}: {message_of(await self._start_of(answer))}"
         raise SupervisorsNotReached(where=self.where, reason=self._plain(reason))
 
     async def _start_of(self, answer: httpx.Response, most: int = _MOST_READ) -> bytes:

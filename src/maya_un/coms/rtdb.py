@@ -142,7 +142,7 @@ class _Entry:
         """Write it if it still has the ETag."""
         if self._tag is None:
             return False
-        written, self._tag = await self._database.write_if(self._path, data, self._tag)
+        written, self._tag = await self._database.write_if(self._path, data, self._tag, _LONGEST_EVENT)
         return written
 
 

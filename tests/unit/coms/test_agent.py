@@ -29,7 +29,7 @@ from maya_un.graph.bus import Bus
 from maya_un.graph.outcome import success
 from maya_un.graph.protocol import Feedback, Graph, Message
 from maya_un.graph.step_store import StepStore
-from maya_un.graph.step_text import Identity
+from maya_un.graph.step_text import Identity, Result
 from maya_un.graph.steps import Steps, bridged
 from maya_un.graph.table import STEP_COMMAND, STEP_RESULT, STEP_ROBOT, STEP_STATUS, TASK
 from maya_un.loops import run
@@ -466,6 +466,23 @@ def test_a_result_from_before_a_crash_does_not_refuse_its_command(name: str, tmp
         expected = (True, None) if name == "home" else (False, str(KeyReused.code))
         assert (answer["success"], answer["code"]) == expected
         assert robot.begun == ["home"]
+
+    told(story, tmp_path)
+
+
+def test_results_of_steps_that_no_supervisor_sent_do_not_pile_up(tmp_path: Path) -> None:
+    async def story(robot: Robot, agent: Agent, memory: Memory) -> None:
+        await memory.set_away(True)
+        async with robot.bridge(), robot.rosbridge():
+            await until(lambda: agent.status()["robot"]["connected"])
+            results = robot.bus.node("firebase_bridge").advertise(STEP_RESULT.name, STEP_RESULT.type, queue_size=10)
+            for number in range(1010):
+                results.publish({"data": Result(f"s{number}", None, None, dates.now(), dates.now()).text})
+                if number % 10 == 9:  # as many as wait
+                    await until(lambda: f"s{number}" in agent.status()["steps"])  # noqa: B023 - it is called at once
+            assert len(agent.status()["steps"]) == 1000
+            await memory.set_away(False)
+            assert {one.id for one in await memory.results(1000)} == {f"s{number}" for number in range(10, 1010)}
 
     told(story, tmp_path)
 

@@ -656,3 +656,35 @@ def test_a_key_that_is_used_again_before_the_robot_knows_that_its_result_was_wri
         assert database.get(f"{ROBOT}/results/k") == {"id": "2"}
 
     told(story, Rtdb(database.url))
+
+
+def test_a_long_session_costs_no_connections(database: RealtimeDatabase) -> None:
+    database.set(f"{ROBOT}/commands", {f"k{number:04}": home(f"id {number}") for number in range(400)})
+
+    async def story(channel: Channel) -> None:
+        for _ in range(400):
+            await channel.receive()
+        for number in range(20):
+            put(database, f"later {number:02}", home(f"later {number}"))
+            await channel.receive()
+        assert len(database.callers) == 2
+
+    told(story, Rtdb(database.url))
+
+
+def test_an_error_names_what_rules_of_an_earlier_version_do_not_allow(
+    guarded: RealtimeDatabase, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FIREBASE_AUTH_EMULATOR_HOST", f"127.0.0.1:{guarded.port}")
+    rules = json.loads(RULES)
+    del rules["rules"]["robots"]["$robot"]["session"]
+    guarded.set_rules(json.dumps(rules))
+    user = User("maya@example.org", "right", "key")
+
+    async def main() -> None:
+        async with Rtdb(guarded.url, user).connected("MAYA", JOURNAL):
+            pass
+
+    with pytest.raises(SupervisorsNotReached, match="it answers PUT robots/MAYA/session with 401: Permission denied"):
+        run(main())
+    assert guarded.get(f"{ROBOT}/presence") is None
