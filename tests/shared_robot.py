@@ -17,7 +17,7 @@ from fastapi import FastAPI
 from maya_un.api.access.caller import Role
 from maya_un.api.access.store import FileStore
 from maya_un.assembly import Stack, stack
-from maya_un.config import Config
+from maya_un.config import load
 from maya_un.loops import ScaledLoop
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.rosbridge.alone import Place, endpoint
@@ -27,6 +27,7 @@ from maya_un.server.bridge import Bridge
 from maya_un.server.edge import Edge
 from maya_un.server.limits import Rate
 from maya_un.server.thread import bound_socket, served
+from tests.system.processes import CALM_FILE
 
 T = TypeVar("T")
 
@@ -94,7 +95,9 @@ async def _serve(state: Path, users: bool, started: Future[SharedRobot]) -> None
     file = state / "maya.db"
     journal = await SqliteJournal.open(file)
     try:
-        async with stack(Config(), speed=SPEED, journal=journal, calendar=dates, users=FileStore(file)) as running:
+        async with stack(
+            load(CALM_FILE), speed=SPEED, journal=journal, calendar=dates, users=FileStore(file)
+        ) as running:
             gate, callers = running.gate, running.entrance.callers
             bridge = Bridge(loop, running.service, dict, gate=gate, callers=callers, journal=journal)
             app = create_app(bridge, Edge(near=_UNBOUNDED))

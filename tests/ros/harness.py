@@ -18,6 +18,7 @@ from xmlrpc.client import ServerProxy
 from tests.ros.driven import Driver
 from tests.ros.programs import Program
 from tests.ros.workspace import BYTECODE, Workspace, python
+from tests.system.processes import CALM_FILE
 from tests.waiting import eventually
 
 HERE = Path(__file__).resolve().parent
@@ -158,6 +159,7 @@ def places(folder: Path) -> dict[str, str]:
         (folder / place).mkdir(parents=True, exist_ok=True, mode=0o700)
     return {
         **{name: str(folder / place) for name, place in named.items()},
+        "MAYA_CONFIG": str(CALM_FILE),
         "ROS_IP": "127.0.0.1",
         "PORT": "0",  # of ros-coms: several launches run beside each other
         "PYTHONUNBUFFERED": "1",

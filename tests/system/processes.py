@@ -16,6 +16,10 @@ from tests.secrecy import MARK
 MAYA = str(Path(sys.executable).with_name("maya"))
 """The installed command."""
 
+CALM_FILE = Path(__file__).parents[1] / "calm.toml"
+CALM = f"--config {CALM_FILE}"
+"""For `maya up --speed`: fewer data records and beats, where they are not what is tested."""
+
 
 class Process:
     """A command that runs; what is `before` it runs it. `env` is added to this process's environment."""

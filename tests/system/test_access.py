@@ -8,11 +8,11 @@ import signal
 import pytest
 
 from maya_un import credentials
-from tests.system.processes import done, running
+from tests.system.processes import CALM, done, running
 
 pytestmark = pytest.mark.system
 
-UP = "up --port 0 --speed 50"
+UP = f"up --port 0 --speed 50 {CALM}"
 
 
 class Shell:

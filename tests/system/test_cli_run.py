@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from maya_un.cli.main import main
-from tests.system.processes import done, running
+from tests.system.processes import CALM, done, running
 
 pytestmark = pytest.mark.system
 
@@ -118,7 +118,7 @@ def test_a_homing_is_taken_over_only_where_its_mark_stands(tmp_path: Path) -> No
 
 
 def test_an_interrupted_wish_stops_the_robot_that_runs() -> None:
-    with running("up --port 0 --speed 20") as up:
+    with running(f"up --port 0 --speed 20 {CALM}") as up:
         up.until("maya home")
         with running("run job.yaml") as process:
             process.until("raise")
@@ -131,7 +131,7 @@ def test_an_interrupted_wish_stops_the_robot_that_runs() -> None:
 
 
 def test_a_robot_that_runs_takes_the_job(capsys: pytest.CaptureFixture[str]) -> None:
-    with running("up --port 0 --speed 50 --table job.yaml") as up:
+    with running(f"up --port 0 --speed 50 --table job.yaml {CALM}") as up:
         up.until("maya home")
         found = report("run job.yaml", capsys)
         assert (found["state"], found["parts"]["cube"]["error"] < 2e-4) == ("done", True)

@@ -34,7 +34,7 @@ from maya_un.loops import run
 from maya_un.process.states import TaskState
 from maya_un.process.view import QueueMode
 from maya_un.values import Joints, Mode, Point
-from tests.system.processes import running
+from tests.system.processes import CALM, running
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(180)]
 
@@ -333,7 +333,7 @@ def own_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("own_places")
 def test_after_a_kill_the_same_client_finds_the_new_run_and_a_person_chooses() -> None:
-    line = "up --speed 60 --port 0"
+    line = f"up --speed 60 --port 0 {CALM}"
     client = Client()
     found: list[Event] = []
     with running(line) as up:

@@ -22,10 +22,12 @@ from maya_un.config.load import parse
 from maya_un.errors import NotHomed, SessionTakenOver, WrongRobot
 from maya_un.supervisor import Supervisor as Supervising
 from tests.system.brokers import Broker, broker
-from tests.system.processes import Process, running
+from tests.system.processes import CALM, Process, running
 from tests.waiting import eventually
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
+
+UP = f"up --port 0 --rosbridge-port 0 --journal memory --speed 100 {CALM}"
 
 
 class Supervisor:
@@ -105,7 +107,7 @@ def url_in(line: str) -> str:
 @contextmanager
 def robot() -> Iterator[str]:
     """Run `maya up`, homed, with a fast clock; yield the URL of its rosbridge."""
-    with running("up --port 0 --rosbridge-port 0 --journal memory --speed 100") as up:
+    with running(UP) as up:
         yield url_in(up.until("ws://"))
 
 

@@ -20,7 +20,7 @@ from tests.system.coms_hostile import NEAR, PLACE, below
 from tests.system.firestore_emulator import HTTP, RULES, emulator, needs_emulator
 from tests.system.processes import Process, running
 from tests.system.rtdb.server import realtime_database
-from tests.system.test_coms import asked, url_in
+from tests.system.test_coms import UP, asked, url_in
 from tests.system.test_coms_rtdb import admit
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
@@ -144,7 +144,7 @@ def house(request: pytest.FixtureRequest) -> Iterator[House]:
         database = held.enter_context(realtime_database())
         emulated = request.param == "emulator"
         port = held.enter_context(emulator(RULES)) if emulated else database.port
-        up = held.enter_context(running("up --port 0 --rosbridge-port 0 --journal memory --speed 100"))
+        up = held.enter_context(running(UP))
         door, rosbridge = url_in(up.until("Door:")), url_in(up.until("ws://"))
         environment = {"FIRESTORE_EMULATOR_HOST": f"127.0.0.1:{port}", **admit(database)}
         link = Process(f"coms --port 0 --url firestore://demo --rosbridge {rosbridge} --connect", env=environment)

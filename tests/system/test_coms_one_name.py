@@ -19,7 +19,7 @@ from maya_un.cli.doctor.finding import Outcome
 from maya_un.config.load import parse
 from maya_un.errors import SessionTakenOver, StepTakenElsewhere
 from maya_un.messages import en
-from tests.system.processes import Process, running
+from tests.system.processes import CALM, Process, running
 from tests.system.rtdb.server import RealtimeDatabase, realtime_database
 from tests.system.test_coms import asked, supervisors_of, url_in
 from tests.system.test_coms_rtdb import RULES, admit, wait
@@ -101,7 +101,7 @@ class Robot:
 def robot(folder: Path, cloud: Cloud, speed: int = 100) -> Iterator[Robot]:
     folder.mkdir()
     environment = {"MAYA_STATE_DIR": str(folder), "MAYA_RUNTIME_DIR": str(folder / "run")}
-    line = f"up --port 0 --rosbridge-port 0 --journal {folder}/maya.db --speed {speed}"
+    line = f"up --port 0 --rosbridge-port 0 --journal {folder}/maya.db --speed {speed} {CALM}"
     with running(line, env=environment) as up:
         one = Robot(folder, cloud, url_in(up.until("ws://")))
         try:

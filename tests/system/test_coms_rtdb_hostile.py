@@ -13,7 +13,7 @@ from tests.system import coms_hostile
 from tests.system.coms_hostile import NEAR, below
 from tests.system.processes import Process, running
 from tests.system.rtdb.server import RealtimeDatabase, realtime_database
-from tests.system.test_coms import url_in
+from tests.system.test_coms import UP, url_in
 from tests.system.test_coms_rtdb import ROBOT, coms
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
@@ -76,7 +76,7 @@ class House(coms_hostile.House):
 
 @pytest.fixture(scope="module")
 def house() -> Iterator[House]:
-    with realtime_database() as database, running("up --port 0 --rosbridge-port 0 --journal memory --speed 100") as up:
+    with realtime_database() as database, running(UP) as up:
         door, rosbridge = url_in(up.until("Door:")), url_in(up.until("ws://"))
         with connected(database, rosbridge) as link:
             one = House(database, url_in(link.until("http://")), door)

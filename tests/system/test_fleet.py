@@ -17,7 +17,7 @@ import pytest
 
 from tests.system.brokers import Broker, broker
 from tests.system.observing import Observer, observing
-from tests.system.processes import MAYA, Process, done
+from tests.system.processes import CALM_FILE, MAYA, Process, done
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
 
@@ -39,7 +39,9 @@ class Robot:
         self.name = name
         folder.mkdir()
         config = folder / "maya.toml"
-        config.write_text(f'[coms]\nname = "{name}"\nserver_address = "http://localhost:{free_port()}"\n')
+        config.write_text(
+            f'{CALM_FILE.read_text()}[coms]\nname = "{name}"\nserver_address = "http://localhost:{free_port()}"\n'
+        )
         where = f"--port 0 --rosbridge-port {free_port()} --journal {folder}/maya.db"
         self._line = f"up --coms {where} --speed 100 --config {config}"
         self._env = {

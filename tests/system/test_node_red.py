@@ -19,7 +19,7 @@ from tests.system.brokers import broker
 from tests.system.observing import observing
 from tests.system.processes import running
 from tests.system.rtdb.server import Fault, RealtimeDatabase, realtime_database
-from tests.system.test_coms import asked, coms, url_in
+from tests.system.test_coms import UP, asked, coms, url_in
 from tests.system.test_coms_rtdb import API_KEY, RULES, admit, wait
 from tests.system.test_coms_rtdb import coms as coms_of_database
 from tests.system.test_fleet import free_port
@@ -30,7 +30,7 @@ ROOT = Path(__file__).resolve().parents[2]
 NODE = Path(nodejs).parent / "bin" / "node"
 RED = Path(__file__).parent / "node-red" / "node_modules" / "node-red" / "red.js"
 JOB = ROOT / "examples" / "01_pick_and_place.yaml"
-UP = f"up --port 0 --rosbridge-port 0 --journal memory --speed 100 --table {JOB}"
+TABLE = f"{UP} --table {JOB}"
 SECRET = secret("password of the supervisor")
 
 FAR = [
@@ -153,7 +153,7 @@ def cube(door: str) -> list[float]:
 
 def test_node_red_connects_uploads_a_process_and_sees_its_results(tmp_path: Path) -> None:
     (tmp_path / "red").mkdir()
-    with broker(tmp_path) as one, observing(one) as observer, running(UP) as up:
+    with broker(tmp_path) as one, observing(one) as observer, running(TABLE) as up:
         door, rosbridge = url_in(up.until("Door:")), url_in(up.until("ws://"))
         link = coms(one, rosbridge)
         try:
@@ -173,7 +173,7 @@ def test_node_red_connects_uploads_a_process_and_sees_its_results(tmp_path: Path
 
 
 def test_node_red_carries_out_a_process_over_a_database_with_rules(tmp_path: Path) -> None:
-    with realtime_database(RULES) as database, running(UP) as up:
+    with realtime_database(RULES) as database, running(TABLE) as up:
         door, rosbridge = url_in(up.until("Door:")), url_in(up.until("ws://"))
         database.store.users["lab@example.org"] = SECRET
         database.set("accounts/lab", {"commands": {"MAYA": True}})

@@ -21,7 +21,7 @@ from maya_un.values import Joints
 from maya_un.virtual.wire.faults import Value
 from tests.campaign import Campaign
 from tests.recorded import recorded, shelf
-from tests.system.processes import done, running
+from tests.system.processes import CALM, done, running
 from tests.system.recording_worker import large
 from tests.virtual_time import elapse
 
@@ -119,7 +119,7 @@ def test_a_process_that_is_killed_leaves_whole_recordings_only(campaign: Campaig
 
 @pytest.mark.system
 def test_a_running_robot_is_recorded_and_its_recording_replayed() -> None:
-    with running("up --port 0 --speed 20") as up:
+    with running(f"up --port 0 --speed 20 {CALM}") as up:
         up.until("Door:")
         assert done("gripper close")[0] == 0
         assert done("gripper open")[0] == 0

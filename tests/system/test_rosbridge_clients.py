@@ -23,7 +23,7 @@ from websockets.exceptions import ConnectionClosed
 
 from maya_un.server.doors import bound_socket
 from tests.rosbridging import flooded, web
-from tests.system.processes import Process, done, running
+from tests.system.processes import CALM, Process, done, running
 from tests.system.robots import Running
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -57,7 +57,7 @@ class Served(NamedTuple):
 
 
 def up(port: int = 0) -> str:
-    return f"up --port 0 --rosbridge-port {port} --journal memory --speed {SPEED} --table {JOB}"
+    return f"up --port 0 --rosbridge-port {port} --journal memory --speed {SPEED} --table {JOB} {CALM}"
 
 
 def begun(process: Process) -> Served:

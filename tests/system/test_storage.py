@@ -14,12 +14,12 @@ import pytest
 
 from tests.journals import content, damage, looked_up, overwrite
 from tests.system.disks import UNPRIVILEGED, Disk, TinyDisk, disk, kinds
-from tests.system.processes import Process
+from tests.system.processes import CALM, Process
 from tests.system.robots import Running, up
 
 pytestmark = pytest.mark.system
 
-TWIN = "--speed 100"
+TWIN = f"--speed 100 {CALM}"
 UNIT = Path(__file__).resolve().parents[2] / "contrib" / "systemd" / "maya.service"
 LONG = {"name": "long", "steps": ["home", *[{"gripper": state} for state in ("open", "close") * 10]]}
 """A homing, which takes a while, and steps that would follow at once."""

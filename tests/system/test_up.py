@@ -16,7 +16,7 @@ from urllib.parse import urlsplit
 import pytest
 
 from maya_un import runtime
-from tests.system.processes import done, running
+from tests.system.processes import CALM, done, running
 
 pytestmark = pytest.mark.system
 
@@ -74,7 +74,7 @@ def ear(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[socket.sock
 
 def test_a_supervisor_hears_of_its_life(ear: socket.socket, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("WATCHDOG_USEC", "200000")
-    with running("up --port 0 --speed 100") as up:
+    with running(f"up --port 0 --speed 100 {CALM}") as up:
         heard = [ear.recv(100)]
         while heard.count(b"WATCHDOG=1") < 3 or b"READY=1" not in heard:
             heard.append(ear.recv(100))
@@ -87,7 +87,7 @@ def test_a_supervisor_hears_of_its_life(ear: socket.socket, monkeypatch: pytest.
 
 
 def test_the_job_under_way_waits_for_a_person_and_what_waits_stays(job: str) -> None:
-    with running("up --port 0 --speed 20") as up:
+    with running(f"up --port 0 --speed 20 {CALM}") as up:
         up.until("maya home")
         assert done(f"job submit {job}")[0] == 0
         assert done(f"job submit {job}")[0] == 0
@@ -97,7 +97,7 @@ def test_the_job_under_way_waits_for_a_person_and_what_waits_stays(job: str) -> 
         told = up.end()
         assert told[0] == 0
         assert "job 1 stops on its path and stays interrupted" in told[1]
-    with running("up --port 0 --speed 20") as up:
+    with running(f"up --port 0 --speed 20 {CALM}") as up:
         said = up.until("interrupted")
         assert "Job 1 (job) was interrupted at step 1, home." in said
         assert "still" not in said
@@ -111,7 +111,7 @@ def test_the_job_under_way_waits_for_a_person_and_what_waits_stays(job: str) -> 
 @pytest.mark.parametrize("how", ["maya up --on-exit finish", "maya down --finish"])
 def test_the_step_under_way_is_finished_where_that_is_wanted(how: str, job: str) -> None:
     option = " --on-exit finish" if "exit" in how else ""
-    with running(f"up --port 0 --speed 100{option}") as up:
+    with running(f"up --port 0 --speed 100{option} {CALM}") as up:
         up.until("maya home")
         done(f"job submit {job}")
         events_until("step", state="running", index=1)
@@ -119,7 +119,7 @@ def test_the_step_under_way_is_finished_where_that_is_wanted(how: str, job: str)
         assert code == 0
         told = up.end()
         assert (told[0], "Ending after the step of job 1" in told[1]) == (0, True)
-    with running("up --port 0 --speed 100") as up:
+    with running(f"up --port 0 --speed 100 {CALM}") as up:
         assert "between two steps" in up.until("interrupted")
         steps = ask("GET /v1/jobs/1")[1]["steps"]
         assert [step["state"] for step in steps] == ["done", "queued", "queued"]
@@ -139,7 +139,7 @@ def test_a_second_word_does_not_wait(job: str) -> None:
 
 
 def test_a_queue_in_memory_is_gone_with_it(job: str, tmp_path: Path) -> None:
-    with running("up --port 0 --speed 100 --journal memory --json") as up:
+    with running(f"up --port 0 --speed 100 --journal memory --json {CALM}") as up:
         about = up.until('"journal"')
         assert about == '"journal": null,'
         up.until("}")
