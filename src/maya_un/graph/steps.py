@@ -40,8 +40,12 @@ from maya_un.graph.table import EVENT, STEP_COMMAND, STEP_RESULT, STEP_ROBOT, ST
 MOST_WAITING = 1000
 """Steps that may wait; further ones are refused."""
 
-QUIET = 1.0
-"""After a stop or a fault steps are refused until none has come for so long [s, real time]."""
+QUIET = 1.5
+"""After a stop or a fault steps are refused until none has come for so long [s, real time].
+
+The slowest way is Firestore's: a query each `coms.firestore.INTERVAL`, then two more requests before the robot gets a
+step. They may take 0.2 s each.
+"""
 
 _LOOK = 0.5
 """How often the bridge checks whether anybody subscribes to results [s]."""
