@@ -31,7 +31,7 @@ from maya_un.errors import (
 from maya_un.graph.protocol import Ended, Message, Outcome
 from maya_un.graph.step_store import StepStore
 from maya_un.graph.step_text import INTERRUPTED, Progress, Result
-from maya_un.graph.steps import Steps
+from maya_un.graph.steps import QUIET, Steps
 from maya_un.process.journal.file import Lock
 from tests.campaign import Campaign
 from tests.virtual_time import elapse
@@ -171,9 +171,9 @@ async def test_a_halt_ends_the_step_under_way_and_those_behind_it(tmp_path: Path
         results = [await result for result in waiting]
         assert [result.code for result in results] == ["2202", str(StepNotBegun.code), str(StepNotBegun.code)]
         for id_ in ("late 1", "late 2"):  # what was on its way through a broker
-            await elapse(0.9)
+            await elapse(0.9 * QUIET)
             assert (await steps.answer(command(id_))).code == str(StepNotBegun.code)
-        await elapse(1.1)
+        await elapse(1.1 * QUIET)
         assert (await steps.answer(command("late 2"))).code == str(StepNotBegun.code)
         assert (await steps.answer(command("4"))).code is None
     assert (len(robot.begun), robot.stopped) == (2, 1)
