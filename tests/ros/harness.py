@@ -15,6 +15,7 @@ from typing import Any
 from urllib.parse import urlsplit
 from xmlrpc.client import ServerProxy
 
+from tests.ports import free_port
 from tests.ros.driven import Driver
 from tests.ros.programs import Program
 from tests.ros.workspace import BYTECODE, Workspace, python
@@ -165,10 +166,3 @@ def places(folder: Path) -> dict[str, str]:
         "PYTHONUNBUFFERED": "1",
         "PYTHONPYCACHEPREFIX": str(BYTECODE),
     }
-
-
-def free_port() -> int:
-    """Return a TCP port of the loopback that nobody has."""
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        return int(listener.getsockname()[1])

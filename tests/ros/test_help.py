@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.ros.harness import free_port
+from tests.ports import free_port
 from tests.ros.workspace import ROOT, Workspace, run
 
 pytestmark = pytest.mark.system

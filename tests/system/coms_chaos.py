@@ -26,6 +26,7 @@ from maya_un.config import Config
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.values import Joints
 from tests.campaign import Campaign
+from tests.ports import free_port
 from tests.system.processes import Process, Wire
 from tests.system.test_guard import mark, served
 
@@ -184,9 +185,7 @@ class World:
             "MAYA_RUNTIME_DIR": str(folder / "run"),
             "MAYA_STATE_DIR": str(folder / "state"),
         }
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            self._rosbridge: int = free.getsockname()[1]
+        self._rosbridge = free_port()
         self.begun: list[float] = []
         self._start = Joints(*twin.mechanics.true_joints())
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import atexit
 import os
 import shutil
-import socket
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -18,6 +17,7 @@ from pathlib import Path
 import httpx
 import pytest
 
+from tests.ports import free_port
 from tests.waiting import eventually
 
 RULES = Path(__file__).parents[2] / "contrib/firebase/firestore.rules"
@@ -47,9 +47,7 @@ needs_emulator = pytest.mark.skipif(
 @contextmanager
 def emulator(rules: Path) -> Iterator[int]:
     """Run the emulator with a file of rules while the block runs, and yield its port."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port: int = free.getsockname()[1]
+    port = free_port()
     words = ["start", "--host=127.0.0.1", f"--port={port}", f"--rules={rules}"]
     process = subprocess.Popen(
         ["java", "-Duser.language=en", "-cp", str(jar()), _MAIN, *words],

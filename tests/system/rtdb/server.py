@@ -16,6 +16,7 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
+from tests.ports import free_port
 from tests.system.rtdb.documents import Documents
 from tests.system.rtdb.rest import Rest
 from tests.system.rtdb.rules import Rules
@@ -67,9 +68,7 @@ class RealtimeDatabase:
         self._thread.start()
         self._server: uvicorn.Server | None = None
         self._serving: asyncio.Task[None] | None = None
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            self.port: int = free.getsockname()[1]
+        self.port = free_port()
         self.come_back()
 
     @property

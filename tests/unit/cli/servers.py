@@ -52,12 +52,6 @@ def hanging_service() -> Iterator[str]:
         yield f"http://127.0.0.1:{door.getsockname()[1]}"
 
 
-def free_port() -> int:
-    """Return a port that nobody listens on."""
-    with socket.create_server(("127.0.0.1", 0)) as door:
-        return int(door.getsockname()[1])
-
-
 @contextmanager
 def controller(record: bytes) -> Iterator[tuple[int, list[bytes]]]:
     """Accept one connection and answer QR with `record`, everything else with a prompt; yields port and commands."""

@@ -5,7 +5,8 @@ import pytest
 from maya_un import runtime
 from maya_un.cli.client import Client
 from maya_un.errors import CannotPause, NotFound, ServiceNotAnswering, ServiceNotRunning
-from tests.unit.cli.servers import free_port, hanging_service, http_service
+from tests.ports import free_port
+from tests.unit.cli.servers import hanging_service, http_service
 
 
 def test_bodies_go_and_answers_come() -> None:

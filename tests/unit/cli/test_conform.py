@@ -14,7 +14,7 @@ from maya_un.cli import conform
 from maya_un.cli.main import main
 from maya_un.galil.conformance import Demand, Vector
 from maya_un.galil.conformance.vectors import Special, Step
-from tests.unit.cli.servers import free_port
+from tests.ports import free_port
 
 RIGHT = Vector("right", (Step("NO\r", (":",)),), "G", "one", group="g")
 WRONG = Vector("wrong", (Step("NO\r", ("?", "x")),), "GE", "two", group="g")

@@ -13,7 +13,8 @@ from maya_un import runtime
 from maya_un.cli import quick
 from maya_un.cli.main import main
 from maya_un.runtime import Running
-from tests.unit.cli.servers import controller, free_port, hanging_service, http_service
+from tests.ports import free_port
+from tests.unit.cli.servers import controller, hanging_service, http_service
 
 STATE: dict[str, Any] = {
     "mode": "not_homed",

@@ -18,7 +18,8 @@ from maya_un.client.steps import Request, get
 from maya_un.errors import Busy, LeaseHeld, LeaseLost, ServiceNotAnswering, ServiceNotRunning
 from maya_un.loops import run
 from maya_un.values import StopReport
-from tests.unit.cli.servers import free_port, hanging_service, http_service
+from tests.ports import free_port
+from tests.unit.cli.servers import hanging_service, http_service
 from tests.unit.client.stand import Asked, service
 from tests.unit.client.test_plans import NOBODY, REPORT
 

@@ -20,7 +20,7 @@ from maya_un import AsyncClient, Client
 from maya_un.errors import CertificateRefused, NotSignedIn, ServiceNotRunning
 from maya_un.loops import run
 from maya_un.values import State, StopReport
-from tests.unit.cli.servers import free_port
+from tests.ports import free_port
 from tests.unit.client.stand import service
 from tests.unit.client.test_streaming import event, hello, state
 

@@ -12,8 +12,8 @@ from maya_un.controller.torque import Torque
 from maya_un.galil.driver import Driver
 from maya_un.galil.transport import TcpTransport
 from maya_un.virtual.wire.server import VirtualController
+from tests.ports import free_port
 from tests.served import ServedTwin, served
-from tests.unit.cli.servers import free_port
 
 
 def asked(address: str, config: Config | None = None) -> dict[str, Finding]:

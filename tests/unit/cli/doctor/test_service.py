@@ -10,7 +10,8 @@ import pytest
 from maya_un import __version__, runtime
 from maya_un.cli.doctor import service
 from maya_un.cli.doctor.finding import Outcome
-from tests.unit.cli.servers import free_port, hanging_service, http_service
+from tests.ports import free_port
+from tests.unit.cli.servers import hanging_service, http_service
 
 STATE: dict[str, Any] = {
     "mode": "idle",

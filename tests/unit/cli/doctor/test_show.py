@@ -14,7 +14,7 @@ import pytest
 from maya_un.cli.doctor import certificate, controller, house, service, show, words
 from maya_un.cli.doctor.finding import Finding, Outcome, ok
 from maya_un.cli.main import main
-from tests.unit.cli.servers import free_port
+from tests.ports import free_port
 
 
 def test_everything_is_looked_at_and_said(capsys: pytest.CaptureFixture[str]) -> None:

@@ -24,7 +24,8 @@ from maya_un.errors import Busy
 from maya_un.kinematics.workspace import Workspace
 from maya_un.runtime import Running
 from maya_un.values import Joints, Point
-from tests.unit.cli.servers import free_port, http_service
+from tests.ports import free_port
+from tests.unit.cli.servers import http_service
 
 WORKSPACE = Workspace.of(Config())
 HERE = WORKSPACE.require(Point(0.5, 1.1, 0.6))
