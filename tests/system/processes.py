@@ -18,7 +18,7 @@ MAYA = str(Path(sys.executable).with_name("maya"))
 
 CALM_FILE = Path(__file__).parents[1] / "calm.toml"
 CALM = f"--config {CALM_FILE}"
-"""For `maya up --speed`: fewer data records and beats, where they are not what is tested."""
+"""For `maya up --speed`: fewer data records and beats, where they are not what is tested, and nothing is taught."""
 
 
 class Process:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from scripts.tmux import Pane, pane
-from tests.system.processes import CALM, MAYA, done, running
+from tests.system.processes import MAYA, done, running
 
 pytestmark = pytest.mark.system
 
@@ -26,7 +26,7 @@ def robot(places: Path) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("MAYA_RUNTIME_DIR", str(places / "run"))
         patch.setenv("XDG_CONFIG_HOME", str(places / "config"))
-        with running(f"up --port 0 --speed 50 {CALM}") as up:
+        with running("up --port 0 --speed 50") as up:
             up.until("maya home")
             assert done("home", 60.0)[0] == 0
             assert done("approach 0.8 0.8 0.6", 60.0)[0] == 0
