@@ -161,7 +161,7 @@ def places(folder: Path) -> dict[str, str]:
         (folder / place).mkdir(parents=True, exist_ok=True, mode=0o700)
     return {
         **{name: str(folder / place) for name, place in named.items()},
-        "MAYA_CONFIG": shutil.copy(CALM_FILE, folder / "maya.toml"),
+        "MAYA_CONFIG": str(shutil.copy(CALM_FILE, folder / "maya.toml")),
         "ROS_IP": "127.0.0.1",
         "PORT": "0",  # of ros-coms: several launches run beside each other
         "PYTHONUNBUFFERED": "1",
