@@ -353,7 +353,10 @@ def test_wrong_token_after_a_right_one_leaves_nobody(robot: SharedRobot) -> None
     run(visited(robot, "operator", AUTH, story))
 
 
-def test_stop_waits_for_no_token_to_be_looked_at(robot: SharedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("alone", [False, True])
+def test_stop_waits_for_no_token_to_be_looked_at(
+    robot: SharedRobot, monkeypatch: pytest.MonkeyPatch, alone: bool
+) -> None:
     monkeypatch.setattr(callers, "FAILURE_COSTS", 10.0 * PATIENCE)
     stopped = threading.Event()
     stop = robot.stack.service.stop
@@ -364,9 +367,16 @@ def test_stop_waits_for_no_token_to_be_looked_at(robot: SharedRobot, monkeypatch
 
     monkeypatch.setattr(robot.stack.service, "stop", heard)
 
+    async def topics(one: Visitor) -> None:
+        assert await one.call("/rosapi/topics") == 0
+
     async def main() -> None:
         async with asyncio.timeout(PATIENCE), web(robot.rosbridge) as client:
+            if alone:
+                assert await Visitor(client).call("/rosapi/topics") == 4101
             await client.say("auth", **mac("maya_00000000_" + "2" * 48))
+            if alone:
+                await visited(robot, "viewer", HEADER, topics)  # so the message with the token was read by itself
             await client.say("call_service", id="s", service="/controller/stop", args={})
             await asyncio.to_thread(stopped.wait, PATIENCE)
             assert stopped.is_set()

@@ -88,6 +88,7 @@ class Session:
     async def _shown(self, entry: Entry, token: str | None) -> None:
         self._looked_at = True
         self._stop_ahead(self._inbox)
+        self._hear_more()  # reading paused when the message with the token came
         try:
             await entry(token)
         finally:
@@ -128,9 +129,12 @@ class Session:
     def _goes_on(self) -> bool:
         """Tell whether there is more to carry out; where there is none, be ready to hear more."""
         self._at_it = bool(self._inbox) and not self._closed
-        if not self._at_it and self.on_calm is not None:
-            self.on_calm()
+        self._hear_more()
         return self._at_it
+
+    def _hear_more(self) -> None:
+        if not self.busy and self.on_calm is not None:
+            self.on_calm()
 
     def _carry_out(self, text: str | bytes) -> Awaitable[None] | None:
         """Carry out a message; return what is to be awaited for that."""
