@@ -56,10 +56,20 @@ class Peer:
             raise ZeroDivisionError("by design")
         feedback({"a": 1.0, "progress": 0.5})
         if wish is Wish.LASTS:
-            await self._until_cancelled("goal")
+            going_on = asyncio.ensure_future(self._go_on(feedback))
+            try:
+                await self._until_cancelled("goal")
+            finally:
+                going_on.cancel()
         if wish is Wish.TAKES_A_WHILE:
             await work(0.2 * self._node.speed)
         return success()
+
+    async def _go_on(self, feedback: Feedback) -> None:
+        """Tell the progress again and again: rospy drops what comes just after it answered a reader's handshake."""
+        while True:
+            await work(0.2 * self._node.speed)
+            feedback({"a": 1.0, "progress": 0.5})
 
     async def _lasting(self, _: Message) -> Message:
         self._say("asked")
