@@ -155,26 +155,27 @@ class ScaledLoop(asyncio.SelectorEventLoop):
     """
 
     def __init__(self, speed: float) -> None:
-        selector = _ScaledSelector(speed)
+        selector = _ScaledSelector()
         selector.loop = self
-        self._passed = 0.0
+        self._now = 0.0
         self._seen = time.monotonic()
+        self.speed = speed
+        """It may be changed at any time."""
         super().__init__(selector)
         if not 0.0 < speed < float("inf"):
             self.close()
             raise ValueError("speed must be positive and finite")
-        self.speed = speed
         self._clock_resolution *= speed
 
     def time(self) -> float:
         """Return scaled time [s] since the loop was made."""
         self.count(_LONGEST_LAPSE)
-        return self._passed * self.speed
+        return self._now
 
     def count(self, most: float) -> None:
         """Let the clock gain what the wall has since it was looked at last, `most` at most [s, real time]."""
         now = time.monotonic()
-        self._passed += min(now - self._seen, most)
+        self._now += min(now - self._seen, most) * self.speed
         self._seen = now
 
 
@@ -183,12 +184,8 @@ class _ScaledSelector(selectors.SelectSelector):
 
     loop: ScaledLoop
 
-    def __init__(self, speed: float) -> None:
-        super().__init__()
-        self._speed = speed
-
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
-        wait = None if timeout is None else timeout / self._speed
+        wait = None if timeout is None else timeout / self.loop.speed
         self.loop.count(_LONGEST_LAPSE)
         ready = super().select(wait)
         self.loop.count(inf if wait is None else max(wait, 0.0) + _LONGEST_LAPSE)
