@@ -66,6 +66,7 @@ class Execution:
         monitor.reckoning.forget()
         try:
             await driver.send("BGS")
+            run.acknowledged = self._loop.time()
         except CommandRejected as refusal:
             record = await monitor.look()
             raise monitor.motor_off() or self._blocked(record, run, refusal) or refusal from refusal
@@ -119,7 +120,7 @@ class Execution:
             record = await self._monitor.look()
             if not self._monitor.moving():
                 return record
-            if now > run.began + 1.05 * (run.end - run.began) + LATE:
+            if now > run.acknowledged + 1.05 * (run.end - run.began) + LATE:
                 raise EndNotReached(axis="a, b or c", distance="an unknown way, still moving,")
 
     def _due(self, run: Run) -> float:

@@ -75,6 +75,8 @@ class Run:
     ) -> None:
         self.move = move
         self.began = began
+        self.acknowledged = began
+        """When the controller's answer to `BGS` came: it began before that, however slow the link was."""
         self.members = members
         self._factor = factor
         self._paused = False

@@ -34,6 +34,7 @@ from maya_un.errors import (
     Unreachable,
 )
 from maya_un.events import Kind
+from maya_un.galil.driver import Driver
 from maya_un.galil.transport import Transport
 from maya_un.testing import Rig, faults, rig
 from maya_un.values import Joints, Mode
@@ -337,6 +338,19 @@ async def test_a_motion_that_somebody_slows_down_does_not_end_in_time() -> None:
         with pytest.raises(EndNotReached):
             await move
         assert (bench.controller.state.mode, bench.controller.state.moving) == (Mode.FAULT, False)
+
+
+async def test_a_motion_that_begins_late_ends_late(monkeypatch: pytest.MonkeyPatch) -> None:
+    send = Driver.send
+
+    async def sent(driver: Driver, command: str) -> str:
+        await elapse(5.0 if command == "BGS" else 0.0)
+        return await send(driver, command)
+
+    monkeypatch.setattr(Driver, "send", sent)
+    async with homed() as bench:
+        await bench.controller.move(FAR)
+        assert bench.controller.state.mode is Mode.IDLE
 
 
 async def test_a_place_that_is_not_the_commanded_one_is_a_fault() -> None:
