@@ -24,9 +24,9 @@ from maya_un.kinematics import Workspace
 from maya_un.loops import run_virtual
 from maya_un.motion.path import Path
 from maya_un.robot.jaws import Jaws
-from maya_un.robot.pick import Pick
-from maya_un.robot.place import Place
 from maya_un.robot.plan import Pose, Travel
+from maya_un.robot.primitives.pick import Pick
+from maya_un.robot.primitives.place import Place
 from maya_un.robot.robot import MayaRobot
 from maya_un.robot.sketch import Sketch
 from maya_un.testing import Rig

@@ -23,11 +23,11 @@ from maya_un.errors import CannotPause, MayaError, PathRefused, Stopped, Traject
 from maya_un.loops import run_virtual
 from maya_un.motion import Blend, Path
 from maya_un.motion import Space as Straight
-from maya_un.robot.approach import Approach
-from maya_un.robot.gripper import Gripper
-from maya_un.robot.pick import Pick
-from maya_un.robot.place import Place
 from maya_un.robot.primitives import Primitive
+from maya_un.robot.primitives.approach import Approach
+from maya_un.robot.primitives.gripper import Gripper
+from maya_un.robot.primitives.pick import Pick
+from maya_un.robot.primitives.place import Place
 from maya_un.robot.robot import MayaRobot
 from maya_un.testing import Rig
 from maya_un.values import Joints, Mode, Point

@@ -18,7 +18,7 @@ from maya_un.graph.clients.asking import called, done
 from maya_un.graph.protocol import Message
 from maya_un.graph.table import MOVE, Floor, Form, Row
 from maya_un.process.lease import Lease
-from maya_un.robot.move import MoveJoints
+from maya_un.robot.primitives.move import MoveJoints
 from maya_un.server.bridge import Bridge
 from tests.campaign import Campaign
 from tests.graphs import Apart, apart

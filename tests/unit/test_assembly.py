@@ -2,8 +2,8 @@ from __future__ import annotations
 
 from maya_un.assembly import stack
 from maya_un.config import Config
-from maya_un.robot.home import Home
-from maya_un.robot.pick import Pick
+from maya_un.robot.primitives.home import Home
+from maya_un.robot.primitives.pick import Pick
 from maya_un.values import Point
 
 CUBE, CAN = Point(0.5, 1.1, 0.4), Point(1.0, 0.5, 0.4)

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from maya_un.address import SIM
-from maya_un.cli import output, record_commands, teach_commands, zone_commands
+from maya_un.cli import output, primitives, record_commands, teach_commands, zone_commands
 from maya_un.cli.access import commands as access
 from maya_un.cli.calibrate import commands as calibrate
 from maya_un.cli.completion import commands as completion
@@ -41,13 +41,6 @@ dmc.add_typer(gclib, name="gclib")
 
 Length = Annotated[str, typer.Argument(help="a length in m, or like 120mm")]
 Angle = Annotated[str, typer.Argument(help="an angle in rad, or like 30deg")]
-MaybeLength = Annotated[str | None, typer.Argument(metavar="[Z]", help="default: the cell's grasp height")]
-Spot = Annotated[str, typer.Argument(metavar="NAME|X", help="a taught pose or cell, like tray[1,2], or a length")]
-MaybeY = Annotated[str | None, typer.Argument(metavar="[Y]", help="a length in m, or like 120mm")]
-MaybeZ = Annotated[str | None, typer.Argument(metavar="[Z]", help="a length in m, or like 120mm")]
-Goal = Annotated[str, typer.Argument(metavar="NAME|A", help="a taught pose, or an angle in rad, or like 30deg")]
-MaybeB = Annotated[str | None, typer.Argument(metavar="[B]", help="a length in m, or like 120mm")]
-MaybeC = Annotated[str | None, typer.Argument(metavar="[C]", help="a length in m, or like 120mm")]
 Speed = Annotated[float | None, typer.Option(help="how fast the twin's clock runs, up to 1000; the twin only")]
 Seed = Annotated[int | None, typer.Option(help="draws where the twin powers up  [default: 0]")]
 Table = Annotated[str | None, typer.Option(metavar="JOB", help="the parts of this job stand on the twin's table")]
@@ -78,20 +71,6 @@ def run(arguments: list[str], settings: Settings) -> int:
 def _clause(message: str) -> str:
     """Return the parser's words without the end that the sentence of the error adds."""
     return " ".join(message.split()).replace(" Did you mean", " Perhaps you meant").rstrip(".?")
-
-
-def _aimed(command: str, x: str, y: str | None, z: str | None) -> dict[str, object]:
-    if y is None:
-        return {"command": command, "target": _name(x, f"maya {command}", "Y")}
-    target = [length(x, "x"), length(y, "y")]
-    return {"command": command, "target": target if z is None else [*target, length(z, "z")]}
-
-
-def _name(text: str, command: str, missing: str) -> str:
-    """Return the name of a place; raises `InvalidCommandLine` for a number, which is the first of several."""
-    if not text[:1].isalpha():
-        raise InvalidCommandLine(reason=f"{missing} is missing", command=command)
-    return text
 
 
 @app.command(**_HOW)
@@ -175,60 +154,7 @@ def run_job(  # noqa: PLR0913, PLR0917 - every option of a command is a paramete
     return command.run(job, options, settings_of(context))
 
 
-def _wish(primitive: dict[str, object], context: typer.Context) -> int:
-    from maya_un.cli import wishes
-
-    return wishes.wish(primitive, settings_of(context))
-
-
-@app.command(**_HOW)
-def home(context: typer.Context) -> int:
-    """Find the switches and define the position."""
-    return _wish({"command": "home"}, context)
-
-
-@app.command(**_HOW)
-def pick(context: typer.Context, x: Spot, y: MaybeY = None, z: MaybeLength = None) -> int:
-    """Fetch the part that stands at a taught place, or at x, y (z)."""
-    return _wish(_aimed("pick", x, y, z), context)
-
-
-@app.command(**_HOW)
-def place(context: typer.Context, x: Spot, y: MaybeY = None, z: MaybeLength = None) -> int:
-    """Put the part that is held down at a taught place, or at x, y (z)."""
-    return _wish(_aimed("place", x, y, z), context)
-
-
-@app.command(**_HOW)
-def approach(context: typer.Context, x: Spot, y: MaybeY = None, z: MaybeZ = None) -> int:
-    """Go above a taught place, or above x, y, z, by the cell's clearance."""
-    if y is not None and z is None:
-        raise InvalidCommandLine(reason="Z is missing", command="maya approach")
-    return _wish(_aimed("approach", x, y, z), context)
-
-
-@app.command(**_HOW)
-def line(context: typer.Context, x: Spot, y: MaybeY = None, z: MaybeZ = None) -> int:
-    """Go straight to a taught place, or to x, y, z; the straight line is all that is looked at."""
-    if y is not None and z is None:
-        raise InvalidCommandLine(reason="Z is missing", command="maya line")
-    return _wish(_aimed("line", x, y, z), context)
-
-
-@app.command(**_HOW)
-def gripper(context: typer.Context, state: Annotated[Literal["open", "close"], typer.Argument()]) -> int:
-    """Open or close the gripper."""
-    return _wish({"command": "gripper", "open": state == "open"}, context)
-
-
-@app.command(**_HOW)
-def move(context: typer.Context, a: Goal, b: MaybeB = None, c: MaybeC = None) -> int:
-    """Go to a taught pose, or to joints a (rad), b, c (m), on a straight line in joint space."""
-    if b is None:
-        return _wish({"command": "move", "joints": _name(a, "maya move", "B")}, context)
-    if c is None:
-        raise InvalidCommandLine(reason="C is missing", command="maya move")
-    return _wish({"command": "move", "joints": list(joints_of(a, b, c))}, context)
+primitives.register(app, **_HOW)
 
 
 @app.command(**_HOW)

@@ -6,19 +6,18 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Any, Self
 
+from maya_un.client.building import PrimitiveSteps
+from maya_un.client.targets import Spot, plain
 from maya_un.process.files import load_job
 from maya_un.process.job import Job
-
-Spot = str | Sequence[float]
-"""A place: a name (a part, a place, a cell like "tray[1,2]", a taught pose), or x, y and perhaps z [m]."""
 
 Steps = tuple[Any, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class JobBuilder:
+class JobBuilder(PrimitiveSteps):
     """A job built step by step; every method returns a new one, so that a beginning may be used twice.
 
     `JobBuilder("one cube").part("cube", 0.5, 1.1).home().pick("cube").place([1.1, 0.5])`. Nothing is checked before it
@@ -42,37 +41,8 @@ class JobBuilder:
 
     def pallet(self, name: str, corners: Sequence[Spot], rows: int, columns: int, *, full: bool = False) -> Self:
         """Name a grid of places spanned by its corners; with `full` a part stands on every cell at the start."""
-        grid = {"corners": [_plain(corner) for corner in corners], "rows": rows, "columns": columns, "full": full}
+        grid = {"corners": [plain(corner) for corner in corners], "rows": rows, "columns": columns, "full": full}
         return replace(self, pallets={**self.pallets, name: grid})
-
-    def home(self) -> Self:
-        """Find the switches and define the position."""
-        return self.step("home")
-
-    def pick(self, target: Spot) -> Self:
-        """Fetch a part."""
-        return self.step({"pick": _plain(target)})
-
-    def place(self, target: Spot) -> Self:
-        """Put the part that is held down."""
-        return self.step({"place": _plain(target)})
-
-    def approach(self, target: Spot) -> Self:
-        """Go above a place, by the cell's clearance."""
-        return self.step({"approach": _plain(target)})
-
-    def line(self, target: Spot) -> Self:
-        """Go straight to a place."""
-        return self.step({"line": _plain(target)})
-
-    def move(self, goal: Spot) -> Self:
-        """Go to a taught pose, or to joints a, b, c (rad, m, m)."""
-        joints = goal if isinstance(goal, str) else dict(zip("abc", goal, strict=True))
-        return self.step({"move": joints})
-
-    def gripper(self, state: Literal["open", "close"]) -> Self:
-        """Open or close the gripper."""
-        return self.step({"gripper": state})
 
     def for_each(self, pallet: str, steps: JobBuilder) -> Self:
         """Do the steps of another builder for every cell of a pallet; in them `tray[each]` is that cell."""
@@ -108,7 +78,3 @@ def body_of(job: JobLike) -> dict[str, Any]:
             return dict(job)
         case _:
             return body_of(load_job(Path(job)))
-
-
-def _plain(spot: Spot) -> str | list[float]:
-    return spot if isinstance(spot, str) else list(spot)

@@ -7,26 +7,20 @@ from typing import TypeVar
 
 from maya_un.client import pictures
 from maya_un.client.plans import asking, history, jobs, leasing, moving, queue, streaming, teaching
+from maya_un.client.plans.primitives import PrimitiveVerbs
 from maya_un.client.steps import Plan, Source
 from maya_un.client.verb import Awaiting, Blocking, Stream, Verb
 
 T = TypeVar("T")
 
 
-class Verbs:
+class Verbs(PrimitiveVerbs):
     """What can be said to the robot itself."""
 
     status = Verb(asking.status)
     state = Verb(asking.state)
     states = Stream(streaming.states)
     events = Stream(streaming.events)
-    home = Verb(moving.home)
-    pick = Verb(moving.pick)
-    place = Verb(moving.place)
-    approach = Verb(moving.approach)
-    line = Verb(moving.line)
-    move = Verb(moving.move)
-    gripper = Verb(moving.gripper)
     wish = Verb(moving.wish)
     jog = Verb(moving.jog)
     stop = Verb(moving.stop)

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from maya_un.graph.step_text import ARGUMENTS, LONGEST_ID, State
+from maya_un.graph.step_text import LONGEST_ID, State
+from maya_un.robot.primitives import PRIMITIVES
+from maya_un.robot.primitives.arguments import Argument, Switch
 from maya_un.values import FARTHEST
 
 CONNECTIONS = ("ONLINE", "OFFLINE", "CONNECTION_BROKEN")
@@ -21,7 +23,7 @@ _DATE = {
     "description": "ISO 8601 with a time zone",
 }
 _COORDINATE = {"type": "number", "minimum": -FARTHEST, "maximum": FARTHEST, "description": "metres"}
-_VALUES = {"x": _COORDINATE, "y": _COORDINATE, "z": _COORDINATE, "open": {"type": "boolean"}}
+_ANGLE = _COORDINATE | {"description": "radians"}
 
 
 def _schema(name: str, about: str, properties: dict[str, Any], required: list[str], **more: Any) -> dict[str, Any]:
@@ -37,11 +39,18 @@ def _schema(name: str, about: str, properties: dict[str, Any], required: list[st
     }
 
 
-def _args_of(command: str, needed: tuple[str, ...]) -> dict[str, Any]:
+def _args_of(command: str, argument: Argument) -> dict[str, Any]:
     """Return what follows from the name of a command."""
-    args = {"properties": {name: _VALUES[name] for name in needed}, "required": list(needed)}
+    needed = argument.numbers
+    args = {"properties": {name: _value(argument, name) for name in needed}, "required": list(needed)}
     then = {"properties": {"args": args}} | ({"required": ["args"]} if needed else {})
     return {"if": {"properties": {"command": {"const": command}}, "required": ["command"]}, "then": then}
+
+
+def _value(argument: Argument, name: str) -> dict[str, Any]:
+    if isinstance(argument, Switch):
+        return {"type": "boolean"}
+    return _ANGLE if name == "a" else _COORDINATE
 
 
 SCHEMAS: dict[str, dict[str, Any]] = {
@@ -50,13 +59,13 @@ SCHEMAS: dict[str, dict[str, Any]] = {
         "A step for a robot. A command without an id has it in CorrelationData.",
         {
             "id": _ID,
-            "command": {"enum": list(ARGUMENTS)},
+            "command": {"enum": list(PRIMITIVES)},
             "args": {"type": ["object", "null"], "description": "others than the named ones are ignored"},
             "robot": {"type": ["string", "null"], "description": "a robot of another name refuses the step"},
             "deadline": {"anyOf": [_DATE, {"type": "null"}], "description": "the step begins before it, or never"},
         },
         ["id", "command"],
-        allOf=[_args_of(command, needed) for command, needed in ARGUMENTS.items()],
+        allOf=[_args_of(name, primitive.argument) for name, primitive in PRIMITIVES.items()],
     ),
     "progress": _schema(
         "progress",

@@ -1,7 +1,7 @@
 """Primitives as messages (maya_robot/MayaPrimitive) and back.
 
-Besides the manual's six commands `line` goes to its target and `move` to the joints a, b, c that its target holds as
-x, y, z (rad, m, m): both are ours.
+A target is in `target` [m], the state of a switch in `open`. Besides the manual's six commands there are ours: `line`,
+and `move`, whose joints a, b, c stand in `target` as x, y, z (rad, m, m).
 """
 
 from __future__ import annotations
@@ -9,40 +9,37 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from maya_un.robot.approach import Approach
-from maya_un.robot.can_teleop import CanTeleop
-from maya_un.robot.gripper import Gripper
-from maya_un.robot.home import Home
-from maya_un.robot.line import Line
-from maya_un.robot.move import MoveJoints
-from maya_un.robot.pick import Pick
-from maya_un.robot.place import Place
-from maya_un.robot.primitives import Primitive, from_dict
+from maya_un.robot.primitives import PRIMITIVES, Primitive, from_dict
+from maya_un.robot.primitives.arguments import JointTarget, Switch, Target
 
-_TARGETED = {Pick.command, Place.command, Approach.command, Line.command}
+_NOWHERE = (0.0, 0.0, 0.0)
 
 
 def to_message(primitive: Primitive) -> dict[str, Any]:
     """Return the message of a primitive."""
-    target, open_ = (0.0, 0.0, 0.0), False
-    match primitive:
-        case Approach(target) | Pick(target) | Place(target) | Line(target) | MoveJoints(target):
+    target, state = _NOWHERE, False
+    match primitive.argument:
+        case Target() | JointTarget():
+            target = primitive.value
+        case Switch():
+            state = primitive.value
+        case _:
             pass
-        case Gripper(open_):
-            pass
-        case Home() | CanTeleop():
-            pass
-    return {"command": primitive.command, "target": dict(zip("xyz", target, strict=True)), "open": open_}
+    return {"command": primitive.command, "target": dict(zip("xyz", target, strict=True)), "open": state}
 
 
 def from_message(message: Mapping[str, Any]) -> Primitive:
     """Return the primitive of a message (m; rad); raises `UnknownName`, `InvalidValue`."""
-    command, target = message["command"], message["target"]
+    command = message["command"]
+    argument = PRIMITIVES[command].argument if command in PRIMITIVES else None
     data: dict[str, object] = {"command": command}
-    if command in _TARGETED:
-        data["target"] = dict(target)
-    elif command == MoveJoints.command:
-        data["joints"] = [target["x"], target["y"], target["z"]]
-    elif command == Gripper.command:
-        data["open"] = message["open"]
+    match argument:
+        case Target(key=key):
+            data[key] = dict(message["target"])
+        case JointTarget(key=key):
+            data[key] = [message["target"][axis] for axis in "xyz"]
+        case Switch(key=key):
+            data[key] = message["open"]
+        case _:
+            pass
     return from_dict(data, 0.0)

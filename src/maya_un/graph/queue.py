@@ -17,14 +17,6 @@ from maya_un.graph.principals import caller
 from maya_un.graph.protocol import Message
 from maya_un.process.job import Job
 from maya_un.process.view import QueueMode, QueueView
-from maya_un.robot.approach import Approach
-from maya_un.robot.can_teleop import CanTeleop
-from maya_un.robot.gripper import Gripper
-from maya_un.robot.home import Home
-from maya_un.robot.line import Line
-from maya_un.robot.move import MoveJoints
-from maya_un.robot.pick import Pick
-from maya_un.robot.place import Place
 from maya_un.robot.primitives import Primitive
 from maya_un.values import Mode
 
@@ -146,14 +138,6 @@ def told(view: QueueView) -> Message:
 
 def _step(primitive: Primitive, key: str) -> dict[str, object]:
     """Return a primitive as people write the step of a job."""
-    match primitive:
-        case Approach(target) | Pick(target) | Place(target) | Line(target):
-            return {primitive.command: list(target)}
-        case MoveJoints(joints):
-            return {primitive.command: joints._asdict()}
-        case Gripper(open_):
-            return {primitive.command: "open" if open_ else "close"}
-        case Home():
-            return {primitive.command: True}
-        case CanTeleop():
-            raise InvalidJob(key=key, reason="can_teleop is a question; /maya_command answers it")
+    if not primitive.in_jobs:
+        raise InvalidJob(key=key, reason=f"{primitive.command} is a question; /maya_command answers it")
+    return {primitive.command: primitive.argument.step(primitive.value)}

@@ -11,7 +11,7 @@ from typing import Any
 
 from maya_un.errors import InvalidRequest, UnknownName
 from maya_un.graph.step_text import ARGUMENTS
-from maya_un.robot.primitives import Primitive, from_dict, to_dict
+from maya_un.robot.primitives import PRIMITIVES, Primitive, from_dict, to_dict
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,14 +84,9 @@ def _instant(date: str) -> datetime:
 
 
 def _primitive(command: str, args: Mapping[str, Any]) -> Primitive:
-    match ARGUMENTS[command]:
-        case ("x", "y", "z"):
-            target = {name: args[name] for name in "xyz"}
-            return from_dict({"command": command, "target": target}, 0.0)
-        case ("open",):
-            return from_dict({"command": command, "open": args["open"]}, 0.0)
-        case _:
-            return from_dict({"command": command}, 0.0)
+    argument = PRIMITIVES[command].argument
+    value = {argument.key: argument.of_numbers(args)} if argument.key else {}
+    return from_dict({"command": command, **value}, 0.0)
 
 
 def _shown(name: object) -> str:

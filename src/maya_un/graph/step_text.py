@@ -5,9 +5,10 @@
     {"id": "7", "success": true, "error": null, "code": null, "started": …, "finished": …, "warnings": []}
     {"name": "MAYA", "journal": "5b0c…"}
 
-The commands are pick, place and approach (args x, y, z in metres), gripper (args open), home and can_teleop (no args).
-Other args are ignored, and the result lists them. `robot` and `deadline` are optional: a step for another robot and a
-step that would begin after its deadline (ISO 8601 with a time zone) are refused.
+The commands are the primitives: pick, place, approach and line (args x, y, z in metres), move (args a, b, c in radians
+and metres), gripper (args open), home and can_teleop (no args). Other args are ignored, and the result lists them.
+`robot` and `deadline` are optional: a step for another robot and a step that would begin after its deadline (ISO 8601
+with a time zone) are refused.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from math import isfinite
 from typing import Any
 
 from maya_un.errors import InvalidMessage, InvalidRequest, MayaError
+from maya_un.robot.primitives import PRIMITIVES
 
 INTERRUPTED = "INTERRUPTED"
 """The code of a step without a result when the program ended: nobody knows how far it came."""
@@ -34,14 +36,7 @@ _LONGEST_TEXT = 64
 """Characters of a text in `content_of`."""
 
 
-ARGUMENTS: dict[str, tuple[str, ...]] = {
-    "pick": ("x", "y", "z"),
-    "place": ("x", "y", "z"),
-    "approach": ("x", "y", "z"),
-    "gripper": ("open",),
-    "home": (),
-    "can_teleop": (),
-}
+ARGUMENTS = {name: primitive.argument.numbers for name, primitive in PRIMITIVES.items()}
 """The commands, and what each needs."""
 
 

@@ -16,6 +16,7 @@ from maya_un.process.job import Job
 from maya_un.process.pallet import Cell, Pallet
 from maya_un.process.spots import Coordinates, point_of
 from maya_un.process.taught import Taught
+from maya_un.robot.primitives import PRIMITIVES
 from maya_un.values import Joints, Point
 
 Recall = Callable[[], Taught]
@@ -175,7 +176,7 @@ class Names:
 
     def _next(self, name: str, key: str, command: str) -> Cell:
         """Return the first cell of a pallet that no step `command` has been to."""
-        if command not in {"pick", "place"}:
+        if PRIMITIVES[command].harmless():
             raise InvalidJob(key=key, reason=f"{name}[{NEXT}] is for pick and place, which count their cells apart")
         pallet = self._pallet(name, key)
         ahead = self._ahead.setdefault((name, command), pallet.cells())

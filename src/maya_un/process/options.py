@@ -17,9 +17,6 @@ MOST_RETRIES = 10
 LONGEST_NOTES = 2000
 MOST_DEPENDENCIES = 100
 
-HARMLESS = frozenset({"home", "gripper", "move", "approach", "line"})
-"""Steps that may be tried again: doing them twice does what doing them once does. A pick or a place moves a part."""
-
 
 def read_options(data: Mapping[str, object], old: Options = ORDINARY) -> Options:
     """Return `old` with what plain data changes in it; raises `InvalidRequest` for another key, `InvalidValue`."""

@@ -14,6 +14,8 @@ from typing import NamedTuple
 from maya_un.errors import AnswerNeeded, InvalidValue
 from maya_un.process.states import TaskState
 from maya_un.process.view import Choice
+from maya_un.robot.primitives import PRIMITIVES
+from maya_un.robot.primitives.primitive import PartEffect
 
 QUESTION = "is a part in the gripper?"
 
@@ -91,15 +93,15 @@ def decide(situation: Situation, choice: str, holding: bool | None) -> Decision:
 
 def _held_after(command: str) -> bool | str:
     """Return what the gripper holds after a step, "whatever" where that tells nothing of the step."""
-    return {"pick": True, "place": False}.get(command, "whatever")
+    return {PartEffect.TAKES: True, PartEffect.PUTS: False}.get(PRIMITIVES[command].part, "whatever")
 
 
 def _resumed(command: str) -> str:
-    match command:
-        case "pick":
-            return "with the part in the gripper the pick counts as done, otherwise do it again"
-        case "place":
-            return "with the gripper empty the place counts as done, otherwise do it again"
+    match PRIMITIVES[command].part:
+        case PartEffect.TAKES:
+            return f"with the part in the gripper the {command} counts as done, otherwise do it again"
+        case PartEffect.PUTS:
+            return f"with the gripper empty the {command} counts as done, otherwise do it again"
         case _:
             return f"do the {command} again, which does no harm, and go on"
 
@@ -111,7 +113,7 @@ def _needs_answer(situation: Situation, chosen: Chosen) -> bool:
     """
     if chosen is Chosen.ABORT:
         return False
-    if chosen is Chosen.RESUME and situation.command == "place":
+    if chosen is Chosen.RESUME and situation.command and PRIMITIVES[situation.command].part is PartEffect.PUTS:
         return True
     again = chosen in {Chosen.RESUME, Chosen.REDO} and situation.command
     return situation.holding is None and _matters([*([situation.command] if again else []), *situation.rest])
@@ -119,5 +121,5 @@ def _needs_answer(situation: Situation, chosen: Chosen) -> bool:
 
 def _matters(commands: Iterable[str]) -> bool:
     """Whether it matters to these steps what the gripper holds: before it is opened or closed for itself."""
-    first = next((command for command in commands if command in {"pick", "place", "gripper"}), "")
-    return first in {"pick", "place"}
+    parts = (PRIMITIVES[command].part for command in commands)
+    return next((part for part in parts if part is not PartEffect.NONE), None) in {PartEffect.TAKES, PartEffect.PUTS}

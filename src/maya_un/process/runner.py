@@ -23,7 +23,6 @@ from maya_un.process.changes import Changes
 from maya_un.process.foresight import Foresight
 from maya_un.process.items import Item
 from maya_un.process.ledger import Entry, Ledger
-from maya_un.process.options import HARMLESS
 from maya_un.process.pausing import Dates, Pausing
 from maya_un.process.report import JobRecord, StepRecord, where
 from maya_un.process.states import TaskState
@@ -242,7 +241,7 @@ class Runner:
 
     async def _tried(self, step: StepRecord) -> None:
         """Do a step, once more where that was asked for and does no harm; raises its error."""
-        attempts = 1 + (self._item.row.options.retries if step.task.primitive.command in HARMLESS else 0)
+        attempts = 1 + (self._item.row.options.retries if step.task.primitive.harmless() else 0)
         for attempt in range(1, attempts + 1):
             try:
                 await self._shared.robot.run(step.task.primitive, self._on_phase(step))

@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 
 from maya_un.errors import InvalidValue
 from maya_un.process.pallet import check_counts
-from maya_un.robot.primitives import read_joints, read_point
+from maya_un.robot.primitives.arguments import read_joints, read_point
 from maya_un.values import Joints, Point
 
 T = TypeVar("T")

@@ -4,55 +4,84 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from reprlib import repr
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, create_model, model_validator
 
 from maya_un.process.spots import Goal, Name, Spot
+from maya_un.robot.primitives import PRIMITIVES
+from maya_un.robot.primitives.arguments import Argument, JointTarget, Switch, Target
 
-COMMANDS = ("home", "pick", "place", "approach", "line", "gripper", "move")
+COMMANDS = tuple(name for name, primitive in PRIMITIVES.items() if primitive.in_jobs)
 """What a step may be, besides a loop."""
 
+BARE = frozenset(name for name in COMMANDS if not PRIMITIVES[name].argument.key)
+"""Steps that may be written as a word alone."""
 
-class Step(BaseModel):
+
+class _Step(BaseModel):
     """One step: exactly one of its keys is set.
 
-    A name in `pick`, `place`, `approach`, `line` is a part, a place, a cell of a pallet like `tray[1,2]` or a taught
-    pose; one in `move` a taught pose.
+    The place of a primitive may be a name: of a part, a place, a cell of a pallet like `tray[1,2]` or a taught pose.
+    Joints may be the name of a taught pose.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
-    home: Literal[True] | None = None
-    pick: Spot | None = None
-    place: Spot | None = None
-    approach: Spot | None = None
-    line: Spot | None = None
-    gripper: Literal["open", "close"] | None = None
-    move: Goal | None = None
 
     @property
     def command(self) -> str:
         """Which of the keys is set."""
         return next(iter(self.model_fields_set))
 
+    @property
+    def argument(self) -> Any:
+        """The value of the key."""
+        return getattr(self, self.command)
+
     def __str__(self) -> str:
-        argument = getattr(self, self.command)
-        if self.command == "home":
-            return "home"
+        argument = self.argument
+        if argument is True:
+            return self.command
         shown = argument if isinstance(argument, str) else " ".join(f"{number:g}" for number in argument)
         return f"{self.command} {shown}"
 
     @model_validator(mode="before")
     @classmethod
     def _one_command(cls, data: object) -> object:
-        if data == "home":
-            return {"home": True}
+        if isinstance(data, str) and data in BARE:
+            return {data: True}
         if not isinstance(data, Mapping) or len(data) != 1:
             raise ValueError(f"a step is one of {', '.join(COMMANDS)}, like `pick: cube`, not {repr(data)}")
         ((command, argument),) = data.items()
-        if command in COMMANDS and argument is None and command != "home":
+        if argument is None and command in BARE:
+            return {command: True}
+        if argument is None and command in COMMANDS:
             raise ValueError(f"{command} needs a value")
-        return {"home": True} if data == {"home": None} else dict(data)
+        return dict(data)
+
+
+def _type_of(argument: Argument) -> Any:
+    match argument:
+        case Target():
+            return Spot
+        case JointTarget():
+            return Goal
+        case Switch(on=on, off=off):
+            return Literal[on, off]
+        case _:
+            return Literal[True]
+
+
+if TYPE_CHECKING:
+    Step = _Step
+else:
+    Step = create_model(
+        "Step",
+        __base__=_Step,
+        __doc__=_Step.__doc__,
+        __module__=__name__,
+        **{name: (_type_of(PRIMITIVES[name].argument) | None, None) for name in COMMANDS},
+    )
 
 
 class ForEach(BaseModel):

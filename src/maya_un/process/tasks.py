@@ -17,14 +17,9 @@ from maya_un.process.spots import Coordinates, point_of
 from maya_un.process.standing import Standing
 from maya_un.process.step import ForEach, Step
 from maya_un.process.taught import Taught
-from maya_un.robot.approach import Approach
-from maya_un.robot.gripper import Gripper
-from maya_un.robot.home import Home
-from maya_un.robot.line import Line
-from maya_un.robot.move import MoveJoints
-from maya_un.robot.pick import Pick
-from maya_un.robot.place import Place
-from maya_un.robot.primitives import Primitive
+from maya_un.robot.primitives import PRIMITIVES, Primitive
+from maya_un.robot.primitives.arguments import JointTarget, Switch, Target
+from maya_un.robot.primitives.primitive import PartEffect
 from maya_un.values import Point
 
 
@@ -78,20 +73,7 @@ def starting_parts(job: Job, grasp_height: float, recall: Recall = Taught) -> di
 
 def single(primitive: Primitive) -> Expansion:
     """Return the one task of a direct wish."""
-    words = [f"{value:g}" if isinstance(value, float) else str(value) for value in _arguments(primitive)]
-    return Expansion((Task(1, "task", " ".join((primitive.command, *words)), primitive),), {})
-
-
-def _arguments(primitive: Primitive) -> tuple[object, ...]:
-    match primitive:
-        case Gripper(open_):
-            return ("open" if open_ else "close",)
-        case MoveJoints(joints):
-            return joints
-        case Approach(target) | Pick(target) | Place(target) | Line(target):
-            return target
-        case _:
-            return ()
+    return Expansion((Task(1, "task", primitive.words, primitive),), {})
 
 
 class _Planned(NamedTuple):
@@ -141,7 +123,7 @@ class _Table:
         """Return the task of a step and remember what it does to the parts."""
         held, key = self._held, planned.key
         primitive, label = self._primitive(planned)
-        if isinstance(primitive, Pick):
+        if primitive.part is PartEffect.TAKES:
             return Task(index, key, label, primitive, part=self._held)
         if held is None or self._held is not None:
             return Task(index, key, label, primitive)
@@ -150,30 +132,32 @@ class _Table:
     def _primitive(self, planned: _Planned) -> tuple[Primitive, str]:
         """Return what a step does and how it is called, with the cells of pallets by their numbers."""
         step = planned.step
-        if step.pick is not None:
-            target, label = self._spot(step.pick, planned)
-            self._held = self._standing.at(target)
-            return Pick(target), label
-        if step.place is not None:
-            target, label = self._spot(step.place, planned)
-            self._let_go(target)
-            return Place(target), label
-        if step.approach is not None:
-            target, label = self._spot(step.approach, planned)
-            return Approach(target), label
-        if step.line is not None:
-            target, label = self._spot(step.line, planned)
-            return Line(target), label
-        return self._without_place(step, planned.key), str(step)
+        primitive = PRIMITIVES[step.command]
+        label, value = str(step), step.argument
+        match primitive.argument:
+            case Target():
+                value, label = self._spot(step.argument, planned)
+            case JointTarget() if isinstance(value, str):
+                value = self._names.joints(value, f"{planned.key}.{step.command}")
+            case Switch(on=on):
+                value = value == on
+            case _:
+                pass
+        task = primitive(**{primitive.argument.key: value}) if primitive.argument.key else primitive()
+        self._handle(task)
+        return task, label
 
-    def _without_place(self, step: Step, key: str) -> Primitive:
-        if step.gripper is not None:
-            if step.gripper == "open":
+    def _handle(self, task: Primitive) -> None:
+        """Remember what a task does to the parts."""
+        match task.part:
+            case PartEffect.TAKES:
+                self._held = self._standing.at(task.value)
+            case PartEffect.PUTS:
+                self._let_go(task.value)
+            case PartEffect.SETS_GRIPPER if task.value:
                 self._let_go(None)
-            return Gripper(step.gripper == "open")
-        if step.move is None:
-            return Home()
-        return MoveJoints(self._names.joints(step.move, f"{key}.move") if isinstance(step.move, str) else step.move)
+            case _:
+                pass
 
     def _let_go(self, where: Point | None) -> None:
         if self._held is not None:

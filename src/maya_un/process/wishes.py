@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from maya_un.errors import InvalidValue
 from maya_un.process.cells import read_reference
 from maya_un.process.job import Job
-
-_NAMED = {"pick": "target", "place": "target", "approach": "target", "line": "target", "move": "joints"}
+from maya_un.robot.primitives import PRIMITIVES
 
 
 def named(wish: Mapping[str, object]) -> Job | None:
@@ -17,9 +16,12 @@ def named(wish: Mapping[str, object]) -> Job | None:
     Raises `InvalidValue` for the cell of a pallet that only a job can tell.
     """
     command = wish.get("command")
-    key = _NAMED.get(command) if isinstance(command, str) else None
-    name = None if key is None else wish.get(key)
-    if key is None or not isinstance(name, str) or len(wish) != 2:
+    primitive = PRIMITIVES.get(command) if isinstance(command, str) else None
+    if primitive is None or not primitive.argument.nameable:
+        return None
+    key = primitive.argument.key
+    name = wish.get(key)
+    if not isinstance(name, str) or len(wish) != 2:
         return None
     reference = read_reference(name)
     if reference is not None and isinstance(reference.which, str):

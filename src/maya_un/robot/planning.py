@@ -10,7 +10,7 @@ from maya_un.controller.planning import OWN
 from maya_un.controller.protocol import Controller
 from maya_un.errors import Busy, Stopped
 from maya_un.events import Kind
-from maya_un.robot.jaws import JawsMemory
+from maya_un.robot.jaws_memory import JawsMemory
 from maya_un.robot.plan import ActionDetail, Plan, Pose, PrimitivePreview
 from maya_un.robot.plans import Plans, plan
 from maya_un.robot.primitives import Primitive

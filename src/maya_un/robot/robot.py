@@ -5,7 +5,7 @@ from __future__ import annotations
 from maya_un.errors import Busy, Faulted, NotConnected, NotHomed
 from maya_un.robot.plan import Action, Grip, Homing, Travel
 from maya_un.robot.planning import PlanningRobot
-from maya_un.robot.primitives import Gripper, Home, Primitive
+from maya_un.robot.primitives import Primitive
 from maya_un.robot.protocol import OnPhase
 from maya_un.values import Mode
 
@@ -36,7 +36,7 @@ class MayaRobot(PlanningRobot):
                 raise Faulted(fault=state.fault.message if state.fault else "")
             case Mode.HOMING | Mode.MOVING | Mode.STOPPING:
                 raise Busy(doing=state.mode.value)
-            case Mode.NOT_HOMED if not isinstance(primitive, Home | Gripper):
+            case Mode.NOT_HOMED if primitive.needs_homing:
                 raise NotHomed
             case Mode.NOT_HOMED | Mode.IDLE | Mode.PAUSED:  # in a pause the controller holds it until resume
                 pass

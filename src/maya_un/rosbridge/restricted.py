@@ -23,7 +23,7 @@ from maya_un.graph.protocol import (
     Subscription,
 )
 from maya_un.graph.table import MAYA_COMMAND, Form, asked_by_call, asked_by_topic
-from maya_un.robot.can_teleop import CanTeleop
+from maya_un.robot.primitives.can_teleop import CanTeleop
 from maya_un.rosbridge.guest import Guest
 
 _CANCEL = "/cancel"

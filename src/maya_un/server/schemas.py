@@ -10,6 +10,10 @@ from maya_un.config.zones import ZoneConfig
 from maya_un.process.job import Job
 from maya_un.process.journal.rows import Options
 from maya_un.process.spots import Grid
+from maya_un.process.step import BARE, COMMANDS
+from maya_un.robot.primitives import PRIMITIVES
+from maya_un.robot.primitives.arguments import Argument, JointTarget, Switch, Target
+from maya_un.robot.primitives.primitive import Primitive
 from maya_un.values import FARTHEST
 
 REFERENCE = "#/components/schemas/{model}"
@@ -52,34 +56,47 @@ def _or_name(schema: dict[str, Any]) -> dict[str, Any]:
     return {"anyOf": [schema, named]}
 
 
+def _schema_of(argument: Argument) -> dict[str, Any]:
+    match argument:
+        case Target():
+            return _or_name(POINT)
+        case JointTarget():
+            return _or_name(JOINTS)
+        case _:
+            return {"type": "boolean"}
+
+
+def _task(primitive: type[Primitive]) -> dict[str, Any]:
+    argument = primitive.argument
+    value = {argument.key: _schema_of(argument)} if argument.key else {}
+    return _object({"command": {"const": primitive.command}, **value}, primitive.help(units=True))
+
+
 TASK: dict[str, Any] = {
     "title": "Task",
-    "description": "One primitive: what a step of a job is, by itself.",
-    "oneOf": [
-        _object({"command": {"enum": ["home", "can_teleop"]}}, "find the switches; tell whether one may drive by hand"),
-        _object(
-            {"command": {"enum": ["pick", "place", "approach", "line"]}, "target": _or_name(POINT)},
-            "fetch or put down a part, go above a place, go there straight",
-        ),
-        _object({"command": {"const": "gripper"}, "open": {"type": "boolean"}}, "open or close the gripper"),
-        _object({"command": {"const": "move"}, "joints": _or_name(JOINTS)}, "go on a straight line in joint space"),
-    ],
+    "description": "One primitive: a step of a job by itself.",
+    "oneOf": [_task(primitive) for primitive in PRIMITIVES.values()],
 }
-"""One wish."""
+"""One primitive."""
+
+
+def _step(argument: Argument) -> dict[str, Any]:
+    match argument:
+        case Target() | JointTarget():
+            return _schema_of(argument)
+        case Switch(on=on, off=off):
+            return {"enum": [on, off]}
+        case _:
+            return {"const": True}
 
 
 def _job() -> dict[str, Any]:
     schema = TypeAdapter(Job).json_schema(ref_template=REFERENCE)
-    steps = schema["$defs"]["Step"]["properties"]
-    for command in ("pick", "place", "approach", "line"):
-        steps[command] = _or_name(POINT)
-    steps["move"] = _or_name(JOINTS)
-    steps["home"] = {"const": True}
-    steps["gripper"] = {"enum": ["open", "close"]}
+    schema["$defs"]["Step"]["properties"] = {name: _step(PRIMITIVES[name].argument) for name in COMMANDS}
     schema["$defs"]["Step"] |= {"minProperties": 1, "maxProperties": 1}
     for places in ("parts", "places"):
         schema["properties"][places] |= {"additionalProperties": POINT}
-    schema["properties"]["steps"]["items"]["oneOf"].append({"const": "home"})
+    schema["properties"]["steps"]["items"]["oneOf"].append({"enum": sorted(BARE)})
     schema["properties"]["repeat"] |= {"minimum": 1, "maximum": 10_000}
     schema["description"] = "A job as people write it: named parts and places, pallets, steps, how often."
     return schema

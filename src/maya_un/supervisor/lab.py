@@ -25,6 +25,7 @@ from maya_un.coms.retrying import first_to_end, keep
 from maya_un.coms.settings import from_environment, password_warning
 from maya_un.errors import BrokerRefused, MayaError
 from maya_un.graph.step_text import Result
+from maya_un.supervisor.primitives import PrimitiveCommands
 from maya_un.supervisor.step import Step, check, command_text, progress_of, result_of
 
 ONLINE = "ONLINE"
@@ -219,7 +220,7 @@ class Supervisor:
         self._unsent.pop(step.id, None)
 
 
-class Robot:
+class Robot(PrimitiveCommands):
     """One robot. Every method sends a step and returns it; await it for its result.
 
     Coordinates are metres. `deadline` is the time within which the step must begin [s].
@@ -240,30 +241,6 @@ class Robot:
         id_ = str(uuid4())
         until = self._lab.deadline if deadline is None else deadline
         return self._lab.send(id_, self.name, command_text(id_, self.name, command, args, until))
-
-    def home(self, *, deadline: float | None = None) -> Step:
-        """Find the switches and define the position."""
-        return self.do("home", deadline=deadline)
-
-    def pick(self, x: float, y: float, z: float, *, deadline: float | None = None) -> Step:
-        """Fetch a part."""
-        return self.do("pick", deadline=deadline, x=x, y=y, z=z)
-
-    def place(self, x: float, y: float, z: float, *, deadline: float | None = None) -> Step:
-        """Put the part down."""
-        return self.do("place", deadline=deadline, x=x, y=y, z=z)
-
-    def approach(self, x: float, y: float, z: float, *, deadline: float | None = None) -> Step:
-        """Go above a place."""
-        return self.do("approach", deadline=deadline, x=x, y=y, z=z)
-
-    def gripper(self, *, open: bool, deadline: float | None = None) -> Step:
-        """Open or close the gripper."""
-        return self.do("gripper", deadline=deadline, open=open)
-
-    def can_teleop(self, *, deadline: float | None = None) -> Step:
-        """Go to the pose for work by hand."""
-        return self.do("can_teleop", deadline=deadline)
 
 
 def _event_of(message: aiomqtt.Message) -> Event | None:

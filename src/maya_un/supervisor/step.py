@@ -11,6 +11,8 @@ from typing import Any
 from maya_un.errors import InvalidRequest, InvalidValue, MayaError, StepFailed, StepInterrupted, UnknownName, by_code
 from maya_un.errors.lookup import as_said
 from maya_un.graph.step_text import ARGUMENTS, INTERRUPTED, Progress, Result, State, content_of
+from maya_un.robot.primitives import PRIMITIVES
+from maya_un.robot.primitives.arguments import Argument, Switch
 from maya_un.values import FARTHEST, WITHIN
 
 
@@ -26,13 +28,13 @@ def check(command: str, args: Mapping[str, Any]) -> None:
         if name not in needed:
             takes = ", ".join(needed) or "no arguments"
             raise InvalidRequest(key=f"args.{name}", reason=f"{command} takes {takes}")
-        _check_value(name, value)
+        _check_value(PRIMITIVES[command].argument, name, value)
 
 
-def _check_value(name: str, value: object) -> None:
-    if name == "open":
+def _check_value(argument: Argument, name: str, value: object) -> None:
+    if isinstance(argument, Switch):
         if not isinstance(value, bool):
-            raise InvalidValue(key="args.open", value=value, reason="it must be true or false")
+            raise InvalidValue(key=f"args.{name}", value=value, reason="it must be true or false")
     elif isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= FARTHEST:
         raise InvalidValue(key=f"args.{name}", value=value, reason=WITHIN)
 

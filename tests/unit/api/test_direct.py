@@ -17,8 +17,8 @@ from maya_un.controller.homing import homed_pose
 from maya_un.errors import Busy, Cancelled, LeaseHeld, LeaseLost, Stopped
 from maya_un.events import Kind
 from maya_un.process.states import TaskState
-from maya_un.robot.home import Home
-from maya_un.robot.pick import Pick
+from maya_un.robot.primitives.home import Home
+from maya_un.robot.primitives.pick import Pick
 from maya_un.values import Mode, Point
 from tests.campaign import Campaign
 from tests.virtual_time import elapse

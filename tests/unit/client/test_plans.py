@@ -12,8 +12,9 @@ import pytest
 
 from maya_un.api.leasing import LeaseTaken, LeaseView
 from maya_un.api.messages import EventMessage, JobAccepted
+from maya_un.client import targets
 from maya_un.client.driving import Held
-from maya_un.client.plans import history, jobs, leasing, moving, queue
+from maya_un.client.plans import history, jobs, leasing, moving, primitives, queue
 from maya_un.client.plans.patience import PATIENCE, persistently
 from maya_un.client.plans.waiting import StillWaiting
 from maya_un.client.steps import Plan, Request, get
@@ -144,7 +145,7 @@ def test_a_wish_is_waited_for_by_its_events() -> None:
     service = Service(REPORT, ended())
     service.events = [news(41, job=6), news(42, 43)]
     player = Player(service)
-    assert player.perform(moving.home()).state is TaskState.DONE
+    assert player.perform(primitives.home()).state is TaskState.DONE
     asked = [request.query["since"] for request in player.asked if request.path == "/v1/events"]
     assert asked == [40, 41]
     assert player.paths.count("GET /v1/jobs/7") == 2
@@ -153,7 +154,7 @@ def test_a_wish_is_waited_for_by_its_events() -> None:
 def test_a_wish_that_is_not_done_raises_why() -> None:
     player = Player(Service(ended(TaskState.FAILED, 3002, "The gripper is open, so there is nothing to place.")))
     with pytest.raises(GripperEmpty, match="nothing to place"):
-        player.perform(moving.place(0.5, 1.1))
+        player.perform(primitives.place(0.5, 1.1))
 
 
 @pytest.mark.parametrize("interrupt", [KeyboardInterrupt, asyncio.CancelledError])
@@ -165,7 +166,7 @@ def test_whoever_interrupts_his_wish_has_it_cancelled(interrupt: type[BaseExcept
 
     player = Player(script)
     with pytest.raises(interrupt):
-        player.perform(moving.pick(0.5, 1.1))
+        player.perform(primitives.pick(0.5, 1.1))
     assert player.paths[-1] == "DELETE /v1/jobs/7"
 
 
@@ -178,7 +179,7 @@ def test_a_wish_that_is_interrupted_before_its_answer_is_found_by_its_key_and_ca
 
     player = Player(script)
     with pytest.raises(KeyboardInterrupt):
-        player.perform(moving.pick(0.5, 1.1))
+        player.perform(primitives.pick(0.5, 1.1))
     assert player.paths[-3:] == ["POST /v1/tasks", "POST /v1/tasks", "DELETE /v1/jobs/7"]
     assert len({request.key for request in player.asked if request.method == "POST"}) == 1
 
@@ -266,24 +267,24 @@ def test_nothing_is_said_of_a_job_that_goes_on_by_itself() -> None:
     ],
 )
 def test_a_place_is_said_by_name_by_numbers_or_as_a_point(said: tuple[Any, Any, Any], meant: object) -> None:
-    assert moving.spot(*said) == meant
+    assert targets.spot(*said) == meant
 
 
 def test_a_name_with_numbers_is_no_place() -> None:
     with pytest.raises(InvalidValue, match="a name, or numbers"):
-        moving.spot("shelf", 0.4, None)
+        targets.spot("shelf", 0.4, None)
 
 
 @pytest.mark.parametrize(
     ("wish", "body"),
     [
-        (moving.home, {"command": "home"}),
-        (lambda: moving.pick("tray[1,2]"), {"command": "pick", "target": "tray[1,2]"}),
-        (lambda: moving.approach(0.5, 1.1, 0.6), {"command": "approach", "target": [0.5, 1.1, 0.6]}),
-        (lambda: moving.line([0.5, 1.1, 0.6]), {"command": "line", "target": [0.5, 1.1, 0.6]}),
-        (lambda: moving.move(0.5, 1.7, 1.6), {"command": "move", "joints": [0.5, 1.7, 1.6]}),
-        (lambda: moving.move("shelf"), {"command": "move", "joints": "shelf"}),
-        (lambda: moving.gripper("close"), {"command": "gripper", "open": False}),
+        (primitives.home, {"command": "home"}),
+        (lambda: primitives.pick("tray[1,2]"), {"command": "pick", "target": "tray[1,2]"}),
+        (lambda: primitives.approach(0.5, 1.1, 0.6), {"command": "approach", "target": [0.5, 1.1, 0.6]}),
+        (lambda: primitives.line([0.5, 1.1, 0.6]), {"command": "line", "target": [0.5, 1.1, 0.6]}),
+        (lambda: primitives.move(0.5, 1.7, 1.6), {"command": "move", "joints": [0.5, 1.7, 1.6]}),
+        (lambda: primitives.move("shelf"), {"command": "move", "joints": "shelf"}),
+        (lambda: primitives.gripper("close"), {"command": "gripper", "open": False}),
     ],
 )
 def test_primitives_are_said_as_the_service_takes_them(wish: Callable[[], Plan[JobReport]], body: object) -> None:
@@ -295,7 +296,7 @@ def test_primitives_are_said_as_the_service_takes_them(wish: Callable[[], Plan[J
 
 def test_the_gripper_is_opened_or_closed_and_nothing_else() -> None:
     with pytest.raises(InvalidValue, match="'open' or 'close'"):
-        Player(Service()).perform(moving.gripper("ajar"))  # type: ignore[arg-type]
+        Player(Service()).perform(primitives.gripper("ajar"))  # type: ignore[arg-type]
 
 
 def test_a_stop_is_said_behind_nothing_and_once_more_where_its_connection_was_broken() -> None:

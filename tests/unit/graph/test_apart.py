@@ -13,7 +13,7 @@ from maya_un.graph.outcome import error_of, failure, success
 from maya_un.graph.primitives import to_message
 from maya_un.graph.protocol import Ended, Feedback, Message, Outcome, Refused
 from maya_un.graph.table import MAYA_COMMAND, TASK
-from maya_un.robot.home import Home
+from maya_un.robot.primitives.home import Home
 from tests.graphs import CALM, below
 from tests.virtual_time import elapse
 

@@ -8,15 +8,15 @@ from hypothesis import strategies as st
 
 from maya_un.errors import InvalidValue, UnknownName
 from maya_un.graph.primitives import from_message, to_message
-from maya_un.robot.approach import Approach
-from maya_un.robot.can_teleop import CanTeleop
-from maya_un.robot.gripper import Gripper
-from maya_un.robot.home import Home
-from maya_un.robot.line import Line
-from maya_un.robot.move import MoveJoints
-from maya_un.robot.pick import Pick
-from maya_un.robot.place import Place
 from maya_un.robot.primitives import Primitive
+from maya_un.robot.primitives.approach import Approach
+from maya_un.robot.primitives.can_teleop import CanTeleop
+from maya_un.robot.primitives.gripper import Gripper
+from maya_un.robot.primitives.home import Home
+from maya_un.robot.primitives.line import Line
+from maya_un.robot.primitives.move import MoveJoints
+from maya_un.robot.primitives.pick import Pick
+from maya_un.robot.primitives.place import Place
 from maya_un.values import FARTHEST, Joints, Point
 
 NUMBERS = [st.floats(-FARTHEST, FARTHEST)] * 3

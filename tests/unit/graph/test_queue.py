@@ -16,15 +16,15 @@ from maya_un.graph.diagnostics import Level
 from maya_un.graph.queue import Queue, job_of
 from maya_un.process.states import TaskState
 from maya_un.process.tasks import expand
-from maya_un.robot.approach import Approach
-from maya_un.robot.can_teleop import CanTeleop
-from maya_un.robot.gripper import Gripper
-from maya_un.robot.home import Home
-from maya_un.robot.line import Line
-from maya_un.robot.move import MoveJoints
-from maya_un.robot.pick import Pick
-from maya_un.robot.place import Place
 from maya_un.robot.primitives import Primitive
+from maya_un.robot.primitives.approach import Approach
+from maya_un.robot.primitives.can_teleop import CanTeleop
+from maya_un.robot.primitives.gripper import Gripper
+from maya_un.robot.primitives.home import Home
+from maya_un.robot.primitives.line import Line
+from maya_un.robot.primitives.move import MoveJoints
+from maya_un.robot.primitives.pick import Pick
+from maya_un.robot.primitives.place import Place
 from maya_un.robot.robot import MayaRobot
 from maya_un.values import FARTHEST, Joints, Point
 from tests.fakes import FakeController

@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 from maya_un.errors import InvalidMessage, InvalidRequest, InvalidValue, MayaError, UnknownName
 from maya_un.graph.step import step_of
 from maya_un.graph.step_text import Result, content_of, id_of, read
-from maya_un.robot.gripper import Gripper
-from maya_un.robot.home import Home
-from maya_un.robot.pick import Pick
-from maya_un.values import Point
+from maya_un.robot.primitives.gripper import Gripper
+from maya_un.robot.primitives.home import Home
+from maya_un.robot.primitives.move import MoveJoints
+from maya_un.robot.primitives.pick import Pick
+from maya_un.values import Joints, Point
 
 PLACE = {"x": 0.5, "y": 1.1, "z": 0.4}
 JSON = st.recursive(
@@ -38,6 +39,11 @@ def test_a_pick_is_read_with_its_place() -> None:
     assert (step.id, step.primitive, step.warnings) == ("7", Pick(Point(0.5, 1.1, 0.4)), ())
 
 
+def test_joints_are_read_by_their_names() -> None:
+    step = step_of({"id": "7", "command": "move", "args": {"c": 1.6, "a": -0.5, "b": 1.1}}, "7")
+    assert step.primitive == MoveJoints(Joints(-0.5, 1.1, 1.6))
+
+
 def test_what_is_not_needed_is_ignored_and_said() -> None:
     step = step_of({"command": "home", "args": {"w": 1.0, "speed": 3}}, "7")
     assert step.primitive == Home()
@@ -57,7 +63,7 @@ def test_ignored_arguments_make_no_other_content() -> None:
         ({}, InvalidRequest, "command"),
         ({"command": "fly"}, UnknownName, "pick"),
         ({"command": 3}, UnknownName, "3"),
-        ({"command": "line", "args": PLACE}, UnknownName, "line"),
+        ({"command": "fly", "args": PLACE}, UnknownName, "fly"),
         ({"command": "pick"}, InvalidRequest, "args.x"),
         ({"command": "pick", "args": {"x": 1.0, "y": 1.0}}, InvalidRequest, "args.z"),
         ({"command": "pick", "args": [1.0, 1.0, 1.0]}, InvalidRequest, "args"),
@@ -66,6 +72,7 @@ def test_ignored_arguments_make_no_other_content() -> None:
         ({"command": "pick", "args": {**PLACE, "x": float("inf")}}, InvalidValue, "target.x"),
         ({"command": "gripper", "args": {"open": 1}}, InvalidValue, "open"),
         ({"command": "gripper", "args": {}}, InvalidRequest, "args.open"),
+        ({"command": "move", "args": PLACE}, InvalidRequest, "args.a"),
     ],
 )
 def test_what_is_missing_or_wrong_is_named(data: dict[str, Any], error: type[MayaError], says: str) -> None:

@@ -15,7 +15,7 @@ from maya_un.errors import InvalidJob, InvalidRequest, MayaError, Stopped, TooLa
 from maya_un.process.decoding import MOST_VALUES, decode_object
 from maya_un.process.job import MOST_NAMES, Job
 from maya_un.process.states import TaskState
-from maya_un.robot.approach import Approach
+from maya_un.robot.primitives.approach import Approach
 from maya_un.values import Point
 from maya_un.workers import Staff
 from tests.virtual_time import turn

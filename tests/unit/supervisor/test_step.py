@@ -26,7 +26,8 @@ GOOD: list[tuple[str, dict[str, Any]]] = [
     ("home", {}),
     ("can_teleop", {}),
     ("gripper", {"open": True}),
-    *((command, {"x": 0.5, "y": -1, "z": 0.0}) for command in ("pick", "place", "approach")),
+    *((command, {"x": 0.5, "y": -1, "z": 0.0}) for command in ("pick", "place", "approach", "line")),
+    ("move", {"a": -0.5, "b": 1.1, "c": 1.6}),
 ]
 BAD: list[tuple[str, dict[str, Any], type[MayaError]]] = [
     ("dance", {}, UnknownName),
@@ -37,6 +38,8 @@ BAD: list[tuple[str, dict[str, Any], type[MayaError]]] = [
     ("pick", {"x": 0.5, "y": 1.1, "z": True}, InvalidValue),
     ("pick", {"x": 0.5, "y": 1.1, "z": "0.4"}, InvalidValue),
     ("gripper", {"open": 1}, InvalidValue),
+    ("move", {"x": 0.5, "y": 1.1, "z": 0.4}, InvalidRequest),
+    ("move", {"a": 0.5, "b": 1.1, "c": True}, InvalidValue),
 ]
 
 

@@ -9,16 +9,17 @@ from collections.abc import Sequence
 
 from maya_un.cli import output
 from maya_un.cli.fleet.words import word
-from maya_un.cli.quantities import duration, length
+from maya_un.cli.quantities import angle, duration, length
 from maya_un.cli.settings import Settings
 from maya_un.errors import InvalidCommandLine, UnknownName
 from maya_un.graph.step_text import ARGUMENTS, Result
+from maya_un.robot.primitives import PRIMITIVES
+from maya_un.robot.primitives.arguments import Switch
 from maya_un.supervisor import Supervisor
 from maya_un.supervisor.lab import DEADLINE, ONLINE
 from maya_un.supervisor.step import check
 
 _COMMAND = "maya fleet send"
-_GRIPPER = {"open": True, "close": False}
 
 
 def send(
@@ -39,11 +40,14 @@ def _args(command: str, values: Sequence[str]) -> dict[str, float]:
     if len(values) != len(names):
         needed = " ".join(name.upper() for name in names) or "no values"
         raise InvalidCommandLine(reason=f"{command} takes {needed}", command=_COMMAND)
-    if names != ("open",):
-        return {name: length(value, name) for name, value in zip(names, values, strict=True)}
-    if values[0] not in _GRIPPER:
-        raise InvalidCommandLine(reason="gripper takes open or close", command=_COMMAND)
-    return {"open": _GRIPPER[values[0]]}
+    argument = PRIMITIVES[command].argument
+    if not isinstance(argument, Switch):
+        return {
+            name: (angle if name == "a" else length)(value, name) for name, value in zip(names, values, strict=True)
+        }
+    if values[0] not in {argument.on, argument.off}:
+        raise InvalidCommandLine(reason=f"{command} takes {argument.on} or {argument.off}", command=_COMMAND)
+    return {names[0]: values[0] == argument.on}
 
 
 async def _send(

@@ -8,16 +8,15 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Generator, Mapping
-from typing import Any, Literal
+from typing import Any
 
 from maya_un.client import codec
-from maya_un.client.jobs import Spot
 from maya_un.client.plans.asking import status
 from maya_un.client.plans.jobs import cancel, ended, new_key
 from maya_un.client.plans.patience import AT_REST, persistently
 from maya_un.client.steps import Plan, Request, Step, post
 from maya_un.controller.protocol import Jogged
-from maya_un.errors import InvalidValue, ServiceNotAnswering
+from maya_un.errors import ServiceNotAnswering
 from maya_un.process.report import JobReport
 from maya_un.process.states import TaskState
 from maya_un.values import StopReport
@@ -65,53 +64,6 @@ def followed(number: int, since: int, timeout: float | None = None) -> Plan[JobR
     if report.state is not TaskState.DONE:
         raise codec.as_error(report.code, report.message)
     return report
-
-
-def home() -> Plan[JobReport]:
-    """Find the switches and define the position."""
-    return (yield from wish({"command": "home"}))
-
-
-def pick(x: Spot | float, y: float | None = None, z: float | None = None) -> Plan[JobReport]:
-    """Fetch the part that stands at a taught place, or at x, y and perhaps z [m]."""
-    return (yield from wish({"command": "pick", "target": spot(x, y, z)}))
-
-
-def place(x: Spot | float, y: float | None = None, z: float | None = None) -> Plan[JobReport]:
-    """Put the part that is held down at a taught place, or at x, y and perhaps z [m]."""
-    return (yield from wish({"command": "place", "target": spot(x, y, z)}))
-
-
-def approach(x: Spot | float, y: float | None = None, z: float | None = None) -> Plan[JobReport]:
-    """Go above a taught place, or above x, y, z [m], by the cell's clearance."""
-    return (yield from wish({"command": "approach", "target": spot(x, y, z)}))
-
-
-def line(x: Spot | float, y: float | None = None, z: float | None = None) -> Plan[JobReport]:
-    """Go straight to a taught place, or to x, y, z [m]; the straight line is all that is looked at."""
-    return (yield from wish({"command": "line", "target": spot(x, y, z)}))
-
-
-def move(a: Spot | float, b: float | None = None, c: float | None = None) -> Plan[JobReport]:
-    """Go to a taught pose, or to joints a (rad), b, c (m), on a straight line in joint space."""
-    return (yield from wish({"command": "move", "joints": spot(a, b, c)}))
-
-
-def gripper(state: Literal["open", "close"]) -> Plan[JobReport]:
-    """Open or close the gripper."""
-    if state not in {"open", "close"}:
-        raise InvalidValue(key="state", value=repr(state), reason="it is 'open' or 'close'")
-    return (yield from wish({"command": "gripper", "open": state == "open"}))
-
-
-def spot(first: Spot | float, second: float | None, third: float | None) -> str | list[float]:
-    """Return a place however it was said: by its name, as numbers, as a sequence of them; raises `InvalidValue`."""
-    rest = [number for number in (second, third) if number is not None]
-    if not isinstance(first, int | float):
-        if rest:
-            raise InvalidValue(key="target", value=repr((first, *rest)), reason="it is a name, or numbers")
-        return first if isinstance(first, str) else [float(number) for number in first]
-    return [float(first), *rest]
 
 
 def jog(axis: str, distance: float, *, speed: float = 1.0, clip: bool = True) -> Plan[Jogged]:

@@ -13,11 +13,11 @@ from maya_un.graph.clients.stopping import stoppable
 from maya_un.graph.primitives import to_message
 from maya_un.graph.protocol import Graph, Message
 from maya_un.graph.table import TASK
-from maya_un.robot.gripper import Gripper
 from maya_un.robot.jaws import Jaws
-from maya_un.robot.pick import Pick
 from maya_un.robot.planning import PlanningRobot
 from maya_un.robot.primitives import Primitive
+from maya_un.robot.primitives.gripper import Gripper
+from maya_un.robot.primitives.pick import Pick
 from maya_un.robot.protocol import OnPhase
 
 AGAIN = 0.2

@@ -14,8 +14,8 @@ from maya_un.graph.outcome import failure, success
 from maya_un.graph.primitives import from_message
 from maya_un.graph.protocol import Feedback, Graph, Message
 from maya_un.graph.table import MAYA_COMMAND, PRIMITIVE, TASK
-from maya_un.robot.can_teleop import CanTeleop
 from maya_un.robot.primitives import Primitive
+from maya_un.robot.primitives.can_teleop import CanTeleop
 from maya_un.robot.protocol import OnPhase
 from maya_un.values import Mode, Progress, State
 

@@ -17,8 +17,8 @@ from maya_un.graph.clients.robot import GraphRobot
 from maya_un.graph.outcome import failure, success
 from maya_un.graph.protocol import Feedback, Message, Refused
 from maya_un.graph.table import TASK
-from maya_un.robot.home import Home
-from maya_un.robot.pick import Pick
+from maya_un.robot.primitives.home import Home
+from maya_un.robot.primitives.pick import Pick
 from maya_un.values import Point
 from tests.graphs import CALM
 from tests.virtual_time import elapse

@@ -17,13 +17,13 @@ from maya_un.graph.bus import Bus, BusNode
 from maya_un.graph.doors.robot import RobotDoor, why_not
 from maya_un.graph.primitives import to_message
 from maya_un.graph.protocol import Message, Outcome
-from maya_un.robot.can_teleop import CanTeleop
-from maya_un.robot.gripper import Gripper
-from maya_un.robot.home import Home
-from maya_un.robot.line import Line
-from maya_un.robot.move import MoveJoints
-from maya_un.robot.pick import Pick
 from maya_un.robot.primitives import Primitive
+from maya_un.robot.primitives.can_teleop import CanTeleop
+from maya_un.robot.primitives.gripper import Gripper
+from maya_un.robot.primitives.home import Home
+from maya_un.robot.primitives.line import Line
+from maya_un.robot.primitives.move import MoveJoints
+from maya_un.robot.primitives.pick import Pick
 from maya_un.robot.robot import MayaRobot
 from maya_un.values import Joints, Mode, Notice, Point
 from tests.fakes import FakeController, state_of

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING
 
-from maya_un.robot.sketch import Sketch
+from maya_un.robot.primitives.arguments import TARGET
+from maya_un.robot.primitives.primitive import Primitive
 from maya_un.values import Point
+
+if TYPE_CHECKING:
+    from maya_un.robot.sketch import Sketch
 
 
 @dataclass(frozen=True, slots=True)
-class Approach:
+class Approach(Primitive):
     """Go to the cell's clearance above `target` [m], across the table without coming low."""
 
-    command: ClassVar[str] = "approach"
+    command = "approach"
+    summary = "Go above {argument}, by the cell's clearance."
+    argument = TARGET
     target: Point
 
     def draw(self, sketch: Sketch) -> None:

@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING
 
 from maya_un.errors import GripperEmpty
 from maya_un.robot.jaws import Jaws
-from maya_un.robot.sketch import Sketch
+from maya_un.robot.primitives.arguments import GRASP
+from maya_un.robot.primitives.primitive import PartEffect, Primitive
 from maya_un.values import Point
+
+if TYPE_CHECKING:
+    from maya_un.robot.sketch import Sketch
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class Place(Primitive):
     """Open the gripper at `target` [m], coming from above, and rise by the clearance."""
 
-    command: ClassVar[str] = "place"
+    command = "place"
+    summary = "Put down the held part at {argument}."
+    argument = GRASP
+    part = PartEffect.PUTS
     target: Point
 
     def draw(self, sketch: Sketch) -> None:

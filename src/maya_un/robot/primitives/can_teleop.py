@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING
 
-from maya_un.robot.sketch import Sketch
+from maya_un.robot.primitives.primitive import Primitive
+
+if TYPE_CHECKING:
+    from maya_un.robot.sketch import Sketch
 
 
 @dataclass(frozen=True, slots=True)
-class CanTeleop:
+class CanTeleop(Primitive):
     """Do nothing; succeeds where the robot is homed and not moving, and is refused with the reason otherwise."""
 
-    command: ClassVar[str] = "can_teleop"
+    command = "can_teleop"
+    summary = "Tell whether the robot is ready for a command; nothing moves."
+    in_jobs = False
 
     def draw(self, sketch: Sketch) -> None:
         """Draw nothing; raises `NotHomed` where the pose is not known."""

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING
 
-from maya_un.robot.sketch import Sketch
+from maya_un.robot.primitives.primitive import Primitive
+
+if TYPE_CHECKING:
+    from maya_un.robot.sketch import Sketch
 
 
 @dataclass(frozen=True, slots=True)
-class Home:
+class Home(Primitive):
     """Home all axes, from wherever the robot is. The gripper stays as it is."""
 
-    command: ClassVar[str] = "home"
+    command = "home"
+    summary = "Find the switches and define the position."
+    needs_homing = False
 
     def draw(self, sketch: Sketch) -> None:
         """Draw one phase: `home`."""

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING
 
-from maya_un.robot.sketch import Sketch
+from maya_un.robot.primitives.arguments import TARGET
+from maya_un.robot.primitives.primitive import Primitive
 from maya_un.values import Point
+
+if TYPE_CHECKING:
+    from maya_un.robot.sketch import Sketch
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class Line(Primitive):
     """Go to `target` [m] in a straight line from wherever the gripper is: nothing keeps it above the parts."""
 
-    command: ClassVar[str] = "line"
+    command = "line"
+    summary = "Go in a straight line to {argument}. Nothing keeps the gripper above the parts."
+    argument = TARGET
     target: Point
 
     def draw(self, sketch: Sketch) -> None:

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING
 
-from maya_un.robot.sketch import Sketch
+from maya_un.robot.primitives.arguments import JOINTS
+from maya_un.robot.primitives.primitive import Primitive
 from maya_un.values import Joints
+
+if TYPE_CHECKING:
+    from maya_un.robot.sketch import Sketch
 
 
 @dataclass(frozen=True, slots=True)
-class MoveJoints:
+class MoveJoints(Primitive):
     """Go to `joints` (rad, m, m), straight in joint space: the way sags, and nothing keeps it above the parts."""
 
-    command: ClassVar[str] = "move"
+    command = "move"
+    summary = "Go to {argument}, in a straight line in joint space."
+    argument = JOINTS
     joints: Joints
 
     def draw(self, sketch: Sketch) -> None:

@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING
 
-from maya_un.robot.sketch import Sketch
+from maya_un.robot.primitives.arguments import OPEN
+from maya_un.robot.primitives.primitive import PartEffect, Primitive
+
+if TYPE_CHECKING:
+    from maya_un.robot.sketch import Sketch
 
 
 @dataclass(frozen=True, slots=True)
-class Gripper:
+class Gripper(Primitive):
     """Bring the gripper to a state: open where `open` is true, closed otherwise. Needs no homing."""
 
-    command: ClassVar[str] = "gripper"
+    command = "gripper"
+    summary = "Open or close the gripper."
+    argument = OPEN
+    part = PartEffect.SETS_GRIPPER
+    needs_homing = False
     open: bool
 
     def draw(self, sketch: Sketch) -> None:

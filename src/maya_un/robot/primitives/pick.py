@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING
 
 from maya_un.errors import GripperNotEmpty
 from maya_un.robot.jaws import Jaws
-from maya_un.robot.sketch import Sketch
+from maya_un.robot.primitives.arguments import GRASP
+from maya_un.robot.primitives.primitive import PartEffect, Primitive
 from maya_un.values import Point
+
+if TYPE_CHECKING:
+    from maya_un.robot.sketch import Sketch
 
 
 @dataclass(frozen=True, slots=True)
-class Pick:
+class Pick(Primitive):
     """Close the gripper on the part whose grasp point is `target` [m], and lift it by the clearance."""
 
-    command: ClassVar[str] = "pick"
+    command = "pick"
+    summary = "Pick up the part at {argument}."
+    argument = GRASP
+    part = PartEffect.TAKES
     target: Point
 
     def draw(self, sketch: Sketch) -> None:

@@ -1,0 +1,37 @@
+"""Places, joints and states as the users of a client write them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from maya_un.errors import InvalidValue
+
+Spot = str | Sequence[float]
+"""A place: a name (a part, a place, a cell like "tray[1,2]", a taught pose), or x, y and perhaps z [m]."""
+
+
+def spot(first: Spot | float, second: float | None, third: float | None) -> str | list[float]:
+    """Return a place however it was said: by its name, as numbers, as a sequence of them; raises `InvalidValue`."""
+    rest = [number for number in (second, third) if number is not None]
+    if not isinstance(first, int | float):
+        if rest:
+            raise InvalidValue(key="target", value=repr((first, *rest)), reason="it is a name, or numbers")
+        return first if isinstance(first, str) else [float(number) for number in first]
+    return [float(first), *rest]
+
+
+def plain(spot: Spot) -> str | list[float]:
+    """Return a place as JSON has it."""
+    return spot if isinstance(spot, str) else list(spot)
+
+
+def joints(goal: Spot) -> str | dict[str, float]:
+    """Return a taught pose, or joints a, b, c (rad, m, m), as the step of a job has them."""
+    return goal if isinstance(goal, str) else dict(zip("abc", goal, strict=True))
+
+
+def state_of(state: str, on: str, off: str) -> bool:
+    """Return whether a state is `on`; raises `InvalidValue` if it is neither that nor `off`."""
+    if state not in {on, off}:
+        raise InvalidValue(key="state", value=repr(state), reason=f"it is {on!r} or {off!r}")
+    return state == on

@@ -1,0 +1,135 @@
+"""A new primitive is one file and its name in the list: every edge has it, and what is generated is generated again.
+
+The package is copied, the primitive is added to the copy, and real processes run from there. This is also the example
+for those who add one: docs/how-to/add-a-primitive.md shows the file.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from maya_un.loops import run
+from tests.rosbridging import web
+from tests.system.processes import CALM, done, running
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = ROOT / "docs" / "how-to" / "add-a-primitive.md"
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a copy of the project with the primitive `tap`, as the page says."""
+    copy = tmp_path_factory.mktemp("tree")
+    for folder in ("src", "scripts"):
+        shutil.copytree(ROOT / folder, copy / folder, ignore=shutil.ignore_patterns("__pycache__"))
+    primitives = copy / "src" / "maya_un" / "robot" / "primitives"
+    file, into, entry = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    (primitives / "tap.py").write_text(file, encoding="utf-8")
+    listed = (primitives / "__init__.py").read_text(encoding="utf-8")
+    before, after = entry.splitlines()
+    assert before in listed
+    last = "from maya_un.robot.primitives.primitive import Primitive\n"
+    text = listed.replace(last, last + into).replace(before, after)
+    (primitives / "__init__.py").write_text(text, encoding="utf-8")
+    return copy
+
+
+@pytest.fixture(scope="module")
+def environment(tree: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Return the environment of commands that run from the copy, with folders of their own."""
+    own = tmp_path_factory.mktemp("own")
+    return {
+        "PYTHONPATH": str(tree / "src"),
+        "MAYA_RUNTIME_DIR": str(own / "run"),
+        "XDG_CONFIG_HOME": str(own),
+        "XDG_STATE_HOME": str(own),
+    }
+
+
+@pytest.fixture(scope="module")
+def rosbridge(environment: dict[str, str]) -> Iterator[str]:
+    """Run a homed robot from the copy; return the address of its rosbridge."""
+    with running(f"up --port 0 --rosbridge-port 0 --journal memory --speed 100 {CALM}", environment) as process:
+        url = process.until("rosbridge: ").rpartition(" ")[2]
+        process.until("Ctrl-C")
+        assert done("home", env=environment)[0] == 0
+        yield url
+
+
+def python(program: str, tree: Path, environment: dict[str, str]) -> str:
+    """Return what a program prints that runs from the copy."""
+    paths = f"{environment['PYTHONPATH']}:{tree / 'scripts'}"
+    known = {**os.environ, **environment, "PYTHONPATH": paths}
+    ended = subprocess.run([sys.executable, "-c", program], env=known, capture_output=True, text=True, check=False)
+    assert ended.returncode == 0, ended.stderr
+    return ended.stdout
+
+
+@pytest.mark.usefixtures("rosbridge")
+def test_command_line_has_it(environment: dict[str, str]) -> None:
+    code, said = done("tap --help", env=environment)
+    assert (code, "Touch a taught place or x, y, z from above" in said) == (0, True)
+    code, said = done("tap 0.5 1.1 0.5 --json", env=environment)
+    assert code == 0, said
+    assert done("tap 0.5", env=environment) == (2, "maya: error 4008: Y is missing. See `maya tap --help`.\n")
+
+
+@pytest.mark.usefixtures("rosbridge")
+def test_jobs_and_taught_places_have_it(environment: dict[str, str], tmp_path: Path) -> None:
+    job = tmp_path / "job.json"
+    job.write_text(json.dumps({"places": {"pad": [0.5, 1.1, 0.5]}, "steps": [{"tap": "pad"}, {"tap": [0.6, 1.1]}]}))
+    code, said = done(f"run {job} --json", env=environment)
+    assert code == 0, said
+
+
+@pytest.mark.usefixtures("rosbridge")
+def test_client_has_it_once_its_methods_are_generated(tree: Path, environment: dict[str, str]) -> None:
+    generate = [sys.executable, str(tree / "scripts" / "gen_primitives.py")]
+    known = {**os.environ, **environment}
+    assert subprocess.run([*generate, "--check"], env=known, capture_output=True, check=False).returncode == 1
+    assert subprocess.run(generate, env=known, capture_output=True, check=False).returncode == 0
+    program = (
+        "from maya_un import Client, JobBuilder; import client_page; "
+        "print(Client().tap(0.5, 1.1, 0.5).state, JobBuilder().tap('pad').body()['steps']); print(client_page.page())"
+    )
+    said = python(program, tree, environment)
+    assert said.startswith("done [{'tap': 'pad'}]\n")
+    assert "Touch a taught place or x, y, z [m] from above" in said
+
+
+def test_http_describes_it(tree: Path, environment: dict[str, str]) -> None:
+    said = python("from maya_un.server.schemas import JOB, TASK; print(TASK, JOB)", tree, environment)
+    assert said.count("'tap'") == 2
+
+
+def test_supervisors_have_it(tree: Path, environment: dict[str, str]) -> None:
+    said = python("from maya_un.coms.schemas import SCHEMAS; print(SCHEMAS['commands'])", tree, environment)
+    assert said.count("'tap'") == 2
+
+
+def test_graph_has_it(rosbridge: str) -> None:
+    async def main() -> None:
+        async with web(rosbridge) as client:
+            task = {"command": "tap", "target": {"x": 0.5, "y": 1.1, "z": 0.5}}
+            await client.say(
+                "send_action_goal", action="/task", action_type="maya_robot/Task", id="t", args={"task": task},
+                feedback=True,
+            )  # fmt: skip
+            phases = set()
+            while (found := await client.hear())["op"] != "action_result":
+                phases.add(found["values"]["phase"])
+            assert found["result"], found
+            assert phases <= {"approach", "down", "up"}
+
+    run(main())
