@@ -15,7 +15,7 @@ from bench_driver import Answerer, over
 from harness import Case, Goal, Sample, measure, report, timed
 
 from maya_un.config import Config, RecorderConfig
-from maya_un.events import Event, Kind
+from maya_un.events import MotionEnded
 from maya_un.galil.driver import Driver
 from maya_un.galil.transport import TcpTransport
 from maya_un.interpreter import quiet_collector
@@ -81,7 +81,7 @@ def filled(loop: asyncio.AbstractEventLoop, folder: Path) -> Recorder:
                 ring.piece(SENT, b"QR\r")
                 ring.piece(RECEIVED, bytes(bytearray(record)))
                 ring.state(state(loop.time()))
-        ring.event(Event(1, loop.time(), Kind.IDLE))
+        ring.event(MotionEnded(seq=1, time=loop.time()))
         return recorder
 
     return loop.run_until_complete(fill())
@@ -116,7 +116,7 @@ def main() -> None:
         bare = loop.run_until_complete(open_driver(None))
         recorded = loop.run_until_complete(open_driver(recorder))
         ring = recorder.ring
-        some, event = state(1.0), Event(1, 1.0, Kind.IDLE)
+        some, event = state(1.0), MotionEnded(seq=1, time=1.0)
         driver = [
             Case(BARE, in_loop(loop, lambda: beat(bare))),
             Case(RECORDED, in_loop(loop, lambda: beat(recorded)), goal=Goal(MOST, to=BARE)),

@@ -9,7 +9,7 @@ import maya_un.graph
 from maya_un.graph import types
 from maya_un.graph.doors.acting import FEEDBACK_RATE
 from maya_un.graph.doors.sensors import DRAWING_RATE
-from maya_un.graph.events import REFUSED, SAID
+from maya_un.graph.events import REFUSED, words
 from maya_un.graph.goals import KEPT, PERIOD
 from maya_un.graph.table import TABLE, Form, Row
 
@@ -127,9 +127,9 @@ def _lines() -> Iterator[str]:
     yield MORE
     yield RULES
     yield EVENTS
-    words = sorted(kind.value for kind in SAID)
-    yield f"Words of the manual: {', '.join(word for word in words if word in MANUAL)}. Ours:"
-    yield f"{', '.join(word for word in words if word not in MANUAL)}, {REFUSED}.\n"
+    events = [word for word in sorted(words()) if word != REFUSED]
+    yield f"Words of the manual: {', '.join(word for word in events if word in MANUAL)}. Ours:"
+    yield f"{', '.join(word for word in events if word not in MANUAL)}, {REFUSED}.\n"
     yield BYTES
     yield "## Types"
     yield from _definitions()

@@ -13,7 +13,7 @@ from maya_un.controller.planner import Planner
 from maya_un.controller.protocol import Jogged, Preview
 from maya_un.controller.run import OnVia
 from maya_un.errors import Busy, MayaError, Stopped
-from maya_un.events import EventLog, Kind
+from maya_un.events import EventLog, GripperClosed, GripperOpened, HomingBegun, HomingDone
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
@@ -97,10 +97,10 @@ class FakeController:
 
     async def home(self) -> None:
         """Take a minute and stand at the homed pose."""
-        self.events.emit(Kind.HOMING)
+        self.events.emit(HomingBegun())
         await self._take("home", None, HOMING_TIME)
         self.state = state_of(self._exact(homed_pose(self.config)), closed=self.state.gripper_closed)
-        self.events.emit(Kind.HOMED)
+        self.events.emit(HomingDone())
 
     async def move(self, target: Joints, *, speed: float = 1.0) -> None:
         """Take the move's time and stand at its end."""
@@ -129,7 +129,7 @@ class FakeController:
         """Take the settle time."""
         await self._take("gripper", open_, self.config.gripper.settle_time)
         self.state = replace(self.state, gripper_closed=not open_)
-        self.events.emit(Kind.GRIPPER_OPEN if open_ else Kind.GRIPPER_CLOSED)
+        self.events.emit(GripperOpened() if open_ else GripperClosed())
 
     async def stop(self) -> StopReport:
         """End what is under way with `Stopped`."""

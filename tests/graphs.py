@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from maya_un.config import Config
 from maya_un.config.load import parse
-from maya_un.events import Kind
+from maya_un.events import Event
 from maya_un.graph.apart import robot_floor, tasks_handed_on
 from maya_un.graph.bus import Bus, BusNode
 from maya_un.graph.clients.controller import GraphController
@@ -110,11 +110,11 @@ class Apart:
             if not state.moving and self.below.rig.controller.progress() is None:
                 return
 
-    async def until(self, kind: Kind, **detail: object) -> None:
+    async def until(self, kind: type[Event], **detail: object) -> None:
         """Wait for an event of the process floor's node, from now on."""
         events = self.controller.events
         async for event in events.follow(len(events)):
-            if event.kind is kind and all(event.detail.get(key) == value for key, value in detail.items()):
+            if isinstance(event, kind) and all(event.detail.get(key) == value for key, value in detail.items()):
                 return
 
 

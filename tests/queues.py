@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from maya_un.errors import StorageFailed
-from maya_un.events import Event, Kind
+from maya_un.events import Event, JobAdvanced, StepAdvanced
 from maya_un.process.job import Job
 from maya_un.process.journal import tables
 from maya_un.process.journal.memory import MemoryJournal
@@ -93,28 +93,32 @@ class Floor:
         self.controller.events.heard_by(self._check)
 
     def _check(self, event: Event) -> None:
-        if event.kind is Kind.JOB:
+        if isinstance(event, JobAdvanced):
             row, _ = self.journal.now(int(str(event.detail["job"])))
             assert _is_or_follows(row.state, row.code, event)
-        elif event.kind is Kind.STEP and "attempt" not in event.detail:
+        elif isinstance(event, StepAdvanced) and "attempt" not in event.detail:
             _, steps = self.journal.now(int(str(event.detail["job"])))
             kept = {step.index: step for step in steps}[int(str(event.detail["index"]))]
             assert _is_or_follows(kept.state, kept.code, event)
 
-    def told(self, kind: Kind) -> list[Event]:
+    def told(self, kind: type[Event]) -> list[Event]:
         """Return the events of a kind."""
-        return [event for event in self.controller.events.since(0) if event.kind is kind]
+        return [event for event in self.controller.events.since(0) if isinstance(event, kind)]
 
     def states(self, number: int) -> list[str]:
         """Return the states of a job, in the order in which they were announced."""
-        jobs = (event.detail for event in self.told(Kind.JOB))
+        jobs = (event.detail for event in self.told(JobAdvanced))
         return [str(detail["state"]) for detail in jobs if detail["job"] == number]
 
     async def until(self, number: int, index: int, state: str = "running") -> None:
         """Wait until a step of a job is in a state."""
         async for event in self.controller.events.follow():
             detail = event.detail
-            if event.kind is Kind.STEP and (detail["job"], detail["index"], detail["state"]) == (number, index, state):
+            if isinstance(event, StepAdvanced) and (detail["job"], detail["index"], detail["state"]) == (
+                number,
+                index,
+                state,
+            ):
                 return
 
 

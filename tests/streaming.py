@@ -25,12 +25,15 @@ from maya_un.api.messages import EventMessage
 from maya_un.api.people import People
 from maya_un.api.service import Service
 from maya_un.controller.latest import Latest
-from maya_un.events import Event, EventLog, Kind
+from maya_un.events import Event, EventLog, PhaseBegun
 from maya_un.server.bridge import Bridge
 from maya_un.server.stream import add_stream
 from maya_un.server.stream_ring import MOST_EVENTS
 from maya_un.server.thread import bound_socket, served
 from maya_un.values import Mode, State
+
+PHASE = PhaseBegun("down")
+"""An event that leaves the queue as it is."""
 
 REST = State(
     time=0.0,
@@ -104,10 +107,10 @@ class Watched:
         self.show(counts=(further, 0, 0))
         return further
 
-    def happen(self, times: int = 1, kind: Kind = Kind.PHASE, **detail: object) -> None:
-        """Add events, without more of a kind that leaves the queue as it is."""
+    def happen(self, times: int = 1, event: Event = PHASE, **more: object) -> None:
+        """Add events with `more` details; without an event such as leave the queue as it is."""
         for _ in range(times):
-            self.log.emit(kind, 0, **detail)
+            self.log.emit(replace(event, more=more))
 
     async def status(self) -> Facts:
         """Return what the stream begins with."""

@@ -340,7 +340,7 @@ def keep_events(events: EventLog, journal: Journal, calendar: Calendar | None) -
     def keep(event: Event) -> None:
         date = "" if calendar is None else calendar.now()
         detail = {key: plain(value) for key, value in event.detail.items()}
-        journal.note(EventRow(journal.run, event.seq, date, event.time, event.kind.value, event.code, detail))
+        journal.note(EventRow(journal.run, event.seq, date, event.time, event.kind, event.code, detail))
 
     events.heard_by(keep)
 

@@ -3,69 +3,333 @@
 State is something else (`values.State`, the latest value). A reader that comes late asks for what it missed by
 number. Memory keeps the newest; a reader that is so slow that his next was forgotten is told, and slows nobody. Older
 ones are what a journal kept of them.
+
+An event is declared once, as a class below. Its word on /maya_event and in JSON, its sentence in each language, its
+level in the log and its row in docs/reference/events.md follow from the declaration.
 """
 
 from __future__ import annotations
 
 import asyncio
+import logging
 from collections.abc import AsyncGenerator, Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
-from enum import StrEnum
+from dataclasses import dataclass, field, fields, replace
+from string import Formatter
 from types import MappingProxyType
+from typing import Any, ClassVar, TypeVar, cast
 
 from maya_un.errors import EventsForgotten
 
 KEPT = 20_000
 """So many of the newest events are kept, and up to an eighth more."""
 
-Listener = Callable[["Event"], None]
-"""Told of every event, before anybody else goes on."""
+DECLARED: dict[str, type[Event]] = {}
+"""Every declared event by its word, in the order of the declarations."""
 
 
-class Kind(StrEnum):
-    """What can happen; the first word on /maya_event (design: interface)."""
-
-    CONNECTED = "connected"
-    DISCONNECTED = "disconnected"
-    NOT_HOMED = "not_homed"
-    HOMING = "homing"
-    HOMED = "homed"
-    MOVING = "moving"
-    IDLE = "idle"
-    STOPPED = "stopped"
-    PAUSED = "paused"
-    RESUMED = "resumed"
-    SPEED = "speed"
-    ZONES = "zones"
-    GRIPPER_OPEN = "gripper_open"
-    GRIPPER_CLOSED = "gripper_closed"
-    LIMIT = "limit"
-    FAULT = "fault"
-    ESTOP = "estop"
-    RECOVERED = "recovered"
-    PHASE = "phase"
-    JOB = "job"
-    STEP = "step"
-    QUEUE = "queue"
-    LEASE = "lease"
-    STORAGE = "storage"
-    RECORDING = "recording"
-
-
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, kw_only=True)
 class Event:
-    """One fact. `seq` counts from 1 without gaps; `time` is the event loop's [s]; `code` is 0 or an error's."""
+    """One fact. `seq` counts from 1 without gaps; `time` is the event loop's [s]; `code` is 0 or an error's.
 
-    seq: int
-    time: float
-    kind: Kind
+    A subclass with a `word` declares an event. Its fields are the details of the event. Details that are None are left
+    out of JSON. `sentences` has a template over the fields in each language. The field `message`, if an event has it,
+    is the sentence of an error. `more` holds details that a newer program sends and that are not declared here.
+    """
+
+    word: ClassVar[str] = ""
+    sentences: ClassVar[Mapping[str, str]] = {}
+    narrated: ClassVar[bool] = False
+    level: ClassVar[int] = logging.INFO
+
+    seq: int = 0
+    time: float = 0.0
     code: int = 0
-    detail: Mapping[str, object] = field(default_factory=lambda: MappingProxyType({}))
+    more: Mapping[str, object] = field(default_factory=dict[str, object])
+
+    def __init_subclass__(
+        cls, *, word: str = "", en: str = "", es: str = "", narrated: bool = False, level: int = logging.INFO
+    ) -> None:
+        """Declare an event: its word, its sentences, whether the command line narrates it, and its level in the log."""
+        if word:
+            cls.word, cls.sentences, cls.narrated, cls.level = word, {"en": en, "es": es}, narrated, level
+            DECLARED[word] = cls
+
+    @property
+    def kind(self) -> str:
+        """The word of this event."""
+        return self.word
+
+    @property
+    def detail(self) -> Mapping[str, object]:
+        """What it says besides, as JSON has it."""
+        own = {name: value for name, value in vars(self).items() if name not in _ENVELOPE and value is not None}
+        return MappingProxyType({**own, **self.more})
+
+    def sentence(self, language: str = "en") -> str:
+        """Return what happened as a sentence, without code and message."""
+        try:
+            return self.sentences.get(language, self.sentences["en"]).format_map(self.detail)
+        except (LookupError, ValueError, TypeError, AttributeError):  # a newer program has other details
+            return str(self)
+
+    def narration(self, language: str = "en") -> str | None:
+        """Return the line of the command line: sentence, code, message; None for what is not narrated."""
+        if not self.narrated:
+            return None
+        text = f"{self.sentence(language)} ({self.code})" if self.code else self.sentence(language)
+        return f"{text} {self.detail.get('message', '')}".rstrip()
+
+    def report(self, language: str = "en") -> str:
+        """Return all of it but the code: the sentence, the details that it leaves out, the message."""
+        said = self.sentence(language)
+        if said == str(self):
+            return said
+        shown = {name for _, name, _, _ in Formatter().parse(self.sentences["en"])} | {"message"}
+        rest = " ".join(f"{key}={value}" for key, value in self.detail.items() if key not in shown)
+        return "  ".join(part for part in (said.strip(), rest, str(self.detail.get("message", ""))) if part)
 
     def __str__(self) -> str:
         words = " ".join(f"{key}={value}" for key, value in self.detail.items())
         return f"{self.kind} {words}".rstrip()
+
+
+_ENVELOPE = {one.name for one in fields(Event)}
+
+
+@dataclass(frozen=True)
+class UnknownEvent(Event):
+    """An event that is not declared here, as of a newer program; all of its details are in `more`."""
+
+    name: str
+
+    @property
+    def kind(self) -> str:
+        """The word that it came with."""
+        return self.name
+
+    @property
+    def detail(self) -> Mapping[str, object]:
+        """What it says besides."""
+        return MappingProxyType(dict(self.more))
+
+
+def event_of(kind: str, detail: Mapping[str, object], code: int = 0, *, seq: int = 0, time: float = 0.0) -> Event:
+    """Return the event that JSON tells of; one that is not declared here, or lacks a field, is an `UnknownEvent`."""
+    declared = DECLARED.get(kind)
+    if declared is not None:
+        names = {one.name for one in fields(declared)} - _ENVELOPE
+        own = {name: value for name, value in detail.items() if name in names}
+        more = {name: value for name, value in detail.items() if name not in names}
+        try:
+            return cast("Any", declared)(**own, seq=seq, time=time, code=code, more=more)
+        except TypeError:
+            pass  # a field is missing
+    return UnknownEvent(kind, seq=seq, time=time, code=code, more=detail)
+
+
+class ControllerEvent(Event):
+    """Something that happens to the machine; it is published on /maya_event."""
+
+
+@dataclass(frozen=True)
+class Trouble(ControllerEvent):
+    """Something that ends motion. `message` is the sentence of the error; None if only the mode is known."""
+
+    message: str | None = None
+
+
+@dataclass(frozen=True)
+class Connected(ControllerEvent, word="connected", en="connected to {address}", es="conectado a {address}"):
+    """The controller answers at `address`. `firmware` is its version; None over a graph, which does not tell it."""
+
+    address: str
+    firmware: str | None = None
+
+
+@dataclass(frozen=True)
+class Disconnected(
+    Trouble, word="disconnected", en="disconnected", es="desconectado", narrated=True, level=logging.WARNING
+):
+    """The link to the controller is lost, or the node of the controller is gone."""
+
+
+@dataclass(frozen=True)
+class HomingNeeded(ControllerEvent, word="not_homed", en="not homed", es="sin origen"):
+    """The position is not known: it was never measured, or it was lost."""
+
+
+@dataclass(frozen=True)
+class HomingBegun(ControllerEvent, word="homing", en="homing", es="buscando origen"):
+    """A homing begins."""
+
+
+@dataclass(frozen=True)
+class HomingDone(ControllerEvent, word="homed", en="homed", es="con origen", narrated=True):
+    """The position is known: a homing has ended, or an earlier one was taken over."""
+
+
+@dataclass(frozen=True)
+class MotionBegun(ControllerEvent, word="moving", en="moving", es="en movimiento", level=logging.DEBUG):
+    """A motion begins. `to` is its end as text: a [rad], b and c [m]; None if only the mode is known."""
+
+    to: str | None = None
+
+
+@dataclass(frozen=True)
+class MotionEnded(ControllerEvent, word="idle", en="at rest", es="en reposo", level=logging.DEBUG):
+    """A motion has reached its end."""
+
+
+@dataclass(frozen=True)
+class MotionStopped(ControllerEvent, word="stopped", en="stopped", es="detenido", narrated=True):
+    """The robot was stopped. `message` says why if nobody asked for it here."""
+
+    message: str | None = None
+
+
+@dataclass(frozen=True)
+class MotionPaused(ControllerEvent, word="paused", en="paused", es="en pausa", narrated=True):
+    """All motion brakes on its path and is held."""
+
+
+@dataclass(frozen=True)
+class MotionResumed(ControllerEvent, word="resumed", en="resumed", es="continúa", narrated=True):
+    """Motion continues after a pause."""
+
+
+@dataclass(frozen=True)
+class SpeedChanged(ControllerEvent, word="speed", en="speed {ratio:.0%}", es="velocidad {ratio:.0%}", narrated=True):
+    """The speed of all motion was changed. `ratio` is its factor, from 0.01 to 1."""
+
+    ratio: float
+
+
+@dataclass(frozen=True)
+class ZonesChanged(ControllerEvent, word="zones", en="zones: {names}", es="zonas: {names}"):
+    """The zones that the robot keeps out of were changed. `names` has all of them, separated by commas."""
+
+    names: str
+
+
+@dataclass(frozen=True)
+class GripperOpened(ControllerEvent, word="gripper_open", en="gripper open", es="pinza abierta", narrated=True):
+    """The gripper has opened."""
+
+
+@dataclass(frozen=True)
+class GripperClosed(ControllerEvent, word="gripper_closed", en="gripper closed", es="pinza cerrada", narrated=True):
+    """The gripper has closed."""
+
+
+@dataclass(frozen=True)
+class LimitHit(
+    Trouble, word="limit", en="limit switch", es="interruptor de límite", narrated=True, level=logging.WARNING
+):
+    """An axis met a limit switch. A person recovers."""
+
+
+@dataclass(frozen=True)
+class FaultEntered(Trouble, word="fault", en="fault", es="falla", narrated=True, level=logging.ERROR):
+    """Motion ended with another fault. A person recovers."""
+
+
+@dataclass(frozen=True)
+class EmergencyStopped(
+    Trouble, word="estop", en="emergency stop", es="parada de emergencia", narrated=True, level=logging.ERROR
+):
+    """The abort input stopped the robot, as the emergency stop does. A person recovers."""
+
+
+@dataclass(frozen=True)
+class FaultCleared(ControllerEvent, word="recovered", en="recovered", es="recuperado", narrated=True):
+    """A person has cleared the fault."""
+
+
+@dataclass(frozen=True)
+class PhaseBegun(Event, word="phase", en="{name}", es="{name}", narrated=True, level=logging.DEBUG):
+    """A phase begins, `name`, of a homing or of the primitive `primitive`; None for a homing."""
+
+    name: str
+    primitive: str | None = None
+
+
+@dataclass(frozen=True)
+class JobAdvanced(Event, word="job", en="job {job}, {name}: {state}", es="trabajo {job}, {name}: {state}"):
+    """A job enters a state. `job` is its number, `name` its name, `owner` the user that it belongs to."""
+
+    job: int
+    name: str
+    state: str
+    owner: str
+
+
+@dataclass(frozen=True)
+class StepAdvanced(Event, word="step", en="{index:>4} {step}: {state}", es="{index:>4} {step}: {state}", narrated=True):
+    """A step of job number `job` enters a state. `index` counts from 1; `step` is what it does, as `pick cube`.
+
+    `attempt` is the number of the attempt that follows one that failed, from 2; None for the first.
+    """
+
+    job: int
+    index: int
+    step: str
+    state: str
+    attempt: int | None = None
+
+    def narration(self, language: str = "en") -> str | None:
+        """Return the line of the command line; None for a step that is only queued."""
+        return None if self.state == "queued" else super().narration(language)
+
+
+@dataclass(frozen=True)
+class QueueChanged(Event, word="queue", en="queue {state}", es="cola: {state}"):
+    """The queue begins jobs again (`state` running) or begins none (paused), for `reason`, by the user `by`."""
+
+    state: str
+    reason: str
+    by: str
+
+
+@dataclass(frozen=True)
+class LeaseChanged(Event, word="lease", en="control {change}", es="control: {change}"):
+    """The control lease was taken, given back or lost: `change` says which. `holder` has it now, "" for nobody.
+
+    `source` is where the holder works from. `implicit`: it was taken by a command and not asked for. `before` had it
+    until now. If it is offered or asked for, `by` did that; `to` is who gets the offer.
+    """
+
+    change: str
+    holder: str
+    source: str
+    implicit: bool
+    before: str | None = None
+    to: str | None = None
+    by: str | None = None
+
+
+@dataclass(frozen=True)
+class StorageChanged(Event, word="storage", en="journal: {state}", es="diario: {state}", level=logging.ERROR):
+    """The journal cannot be written (`state` failing, with the `reason`), or can be written again (working)."""
+
+    state: str
+    reason: str | None = None
+
+
+@dataclass(frozen=True)
+class RecordingSaved(Event, word="recording", en="recording ({reason})", es="grabación ({reason})"):
+    """A recording was saved because of `reason`: its `name` and size (`bytes`). Or `message` says why it was not."""
+
+    reason: str
+    message: str | None = None
+    name: str | None = None
+    bytes: int | None = None
+
+
+Listener = Callable[[Event], None]
+"""Told of every event, before anybody else goes on."""
+
+E = TypeVar("E", bound=Event)
 
 
 class EventLog:
@@ -97,9 +361,9 @@ class EventLog:
         """Number of the oldest event that is kept; before the first, the number that it will have."""
         return self._forgotten + 1
 
-    def emit(self, kind: Kind, code: int = 0, **detail: object) -> Event:
-        """Add a fact and hand it to every listener and reader; returns it with its number."""
-        event = Event(len(self) + 1, self._clock(), kind, code, MappingProxyType(detail))
+    def emit(self, event: E) -> E:
+        """Add a fact and hand it to every listener and reader; returns it with its number and time."""
+        event = replace(event, seq=len(self) + 1, time=self._clock())
         self._events.append(event)
         if len(self._events) > self._kept + self._kept // 8:
             self._forget()

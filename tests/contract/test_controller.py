@@ -25,7 +25,17 @@ from maya_un.errors import (
     UnknownName,
     Unreachable,
 )
-from maya_un.events import Kind
+from maya_un.events import (
+    EmergencyStopped,
+    Event,
+    FaultEntered,
+    HomingBegun,
+    HomingDone,
+    MotionBegun,
+    MotionEnded,
+    MotionStopped,
+    PhaseBegun,
+)
 from maya_un.graph.bus import Bus
 from maya_un.motion.path import Path
 from maya_un.testing import faults
@@ -67,8 +77,8 @@ async def ends(wish: Awaitable[object]) -> MayaError:
     return raised.value
 
 
-def kinds(held: Held, since: int = 0) -> list[Kind]:
-    return [event.kind for event in held.controller.events.since(since)]
+def kinds(held: Held, since: int = 0) -> list[type[Event]]:
+    return [type(event) for event in held.controller.events.since(since)]
 
 
 REFUSALS: dict[str, tuple[Callable[[Controller], Awaitable[object]], type[MayaError]]] = {
@@ -128,7 +138,7 @@ async def test_homing_finds_the_lengths_and_measures_the_strokes(where: str) -> 
         assert workspace != wide
         assert workspace == robot.rig.controller.workspace
         told = kinds(robot)
-        assert told.index(Kind.HOMING) < told.index(Kind.PHASE) < told.index(Kind.HOMED)
+        assert told.index(HomingBegun) < told.index(PhaseBegun) < told.index(HomingDone)
 
 
 @pytest.mark.parametrize("where", WHERE)
@@ -139,7 +149,7 @@ async def test_a_motion_ends_where_the_preview_says_in_its_time(where: str) -> N
         await robot.controller.move(FAR)
         assert robot.controller.state.joints == robot.exact == preview.end
         assert asyncio.get_running_loop().time() - began == pytest.approx(preview.duration, abs=0.8)
-        assert kinds(robot)[-2:] == [Kind.MOVING, Kind.IDLE]
+        assert kinds(robot)[-2:] == [MotionBegun, MotionEnded]
         assert robot.controller.progress() is None
 
 
@@ -200,7 +210,7 @@ async def test_stop_ends_a_motion_on_its_path_with_an_answer(where: str) -> None
         assert isinstance(await ends(motion), Stopped)
         assert robot.controller.state.joints == robot.exact != HERE
         assert not robot.rig.controller.state.moving
-        assert kinds(robot)[-1] is Kind.STOPPED
+        assert kinds(robot)[-1] is MotionStopped
         assert robot.controller.state.mode is Mode.IDLE
         await robot.controller.move(HERE)
         assert not (await robot.controller.stop()).was_moving
@@ -293,7 +303,7 @@ async def test_a_fault_is_raised_kept_and_recovered_from(where: str) -> None:
         await robot.controller.recover()
         assert robot.controller.state.mode in {Mode.IDLE, Mode.NOT_HOMED}
         assert robot.controller.state.fault is None
-        assert Kind.ESTOP in kinds(robot) or Kind.FAULT in kinds(robot)
+        assert EmergencyStopped in kinds(robot) or FaultEntered in kinds(robot)
 
 
 @pytest.mark.parametrize("where", WHERE)

@@ -15,7 +15,7 @@ import pytest
 
 from maya_un.config.load import parse
 from maya_un.graph import types
-from maya_un.graph.events import WORDS
+from maya_un.graph.events import words
 from maya_un.graph.table import TABLE, Form, Row
 from maya_un.ros.constants import constants
 from tests.conventions.source import ROOT
@@ -102,9 +102,9 @@ def test_a_constant_is_filled_with_the_value_of_its_own_name() -> None:
 
 
 def test_the_words_of_events_are_those_of_the_graph() -> None:
-    words = {name: ast.literal_eval(value) for name, value in assigned("events.py").items()}
-    assert set(words.values()) == WORDS
-    assert all(name == word.upper() for name, word in words.items())
+    found = {name: ast.literal_eval(value) for name, value in assigned("events.py").items()}
+    assert list(found.values()) == words()
+    assert all(name == word.upper() for name, word in found.items())
 
 
 @pytest.mark.parametrize("file", ARGUMENTS)

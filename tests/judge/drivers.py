@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from maya_un.events import Event, Kind
+from maya_un.events import Event, LeaseChanged
 
 NEW = {"taken", "handed over", "broken"}
 """Changes after which somebody drives."""
@@ -39,7 +39,7 @@ def spans(events: Iterable[Event]) -> list[Span]:
         if event.seq != last + 1:
             raise Inconsistent(f"event {event.seq} follows {last}")
         last = event.seq
-        if event.kind is not Kind.LEASE:
+        if not isinstance(event, LeaseChanged):
             continue
         change, holder = str(event.detail["change"]), str(event.detail["holder"])
         if change in TALK:

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from maya_un.errors import EndNotReached, MayaError, PathRefused, Stopped
-from maya_un.events import Event, Kind
+from maya_un.events import Event, JobAdvanced, StepAdvanced
 from maya_un.process.journal.rows import OnFailure
 from maya_un.process.states import TRANSITIONS, TaskState
 from maya_un.process.view import QueueMode
@@ -99,9 +99,9 @@ class World:
 
     def _judge(self, event: Event) -> None:
         detail = event.detail
-        if event.kind is Kind.JOB:
+        if isinstance(event, JobAdvanced):
             self._hear_job(int(str(detail["job"])), TaskState(str(detail["state"])))
-        elif event.kind is Kind.STEP and detail["state"] == "running" and "attempt" not in detail:
+        elif isinstance(event, StepAdvanced) and detail["state"] == "running" and "attempt" not in detail:
             self._hear_step((int(str(detail["job"])), int(str(detail["index"]))))
 
     def _hear_job(self, number: int, state: TaskState) -> None:

@@ -30,7 +30,7 @@ from maya_un.api.access.caller import LOCAL
 from maya_un.assembly import Stack, Twin
 from maya_un.config.load import parse
 from maya_un.errors import AnswerNeeded
-from maya_un.events import Event, Kind
+from maya_un.events import Event, HomingBegun, HomingDone, JobAdvanced, PhaseBegun, StepAdvanced
 from maya_un.loops import JumpingLoop, run
 from maya_un.process.job import Job
 from maya_un.process.journal.sqlite import SqliteJournal
@@ -347,9 +347,9 @@ def hear(robot: Stack, twin: Twin, ledger: Ledger) -> None:
     """Have the ledger hold what is announced."""
 
     def heard(event: Event) -> None:
-        if event.kind in {Kind.JOB, Kind.STEP, Kind.PHASE, Kind.HOMING, Kind.HOMED}:
+        if isinstance(event, JobAdvanced | StepAdvanced | PhaseBegun | HomingBegun | HomingDone):
             twin.controller.sync()
-            ledger.write(event.kind.value, detail={key: str(value) for key, value in event.detail.items()})
+            ledger.write(event.kind, detail={key: str(value) for key, value in event.detail.items()})
 
     robot.controller.events.heard_by(heard)
 

@@ -15,7 +15,7 @@ import pytest
 from maya_un.config import Config
 from maya_un.config.load import parse
 from maya_un.errors import MayaError
-from maya_un.events import Kind
+from maya_un.events import GripperClosed, HomingBegun, HomingDone, PhaseBegun
 from maya_un.loops import run_virtual
 from maya_un.process.job import Job
 from maya_un.process.process import Process
@@ -70,18 +70,18 @@ EXPECTED = [
 ]
 
 PHASES = {
-    "homing": (Kind.HOMING, "", 1),
-    "approach": (Kind.PHASE, "approach", 1),
-    "down to the part": (Kind.PHASE, "down", 1),
-    "grasp": (Kind.GRIPPER_CLOSED, "", 1),
-    "up with the part": (Kind.PHASE, "up", 1),
-    "across": (Kind.PHASE, "approach", 2),
-    "down to the tray": (Kind.PHASE, "down", 2),
-    "release": (Kind.PHASE, "open", 1),
-    "up and away": (Kind.PHASE, "up", 2),
-    "paused across": (Kind.PHASE, "approach", 2),
-    "slowed across": (Kind.PHASE, "approach", 2),
-    "at rest": (Kind.HOMED, "", 1),
+    "homing": (HomingBegun, "", 1),
+    "approach": (PhaseBegun, "approach", 1),
+    "down to the part": (PhaseBegun, "down", 1),
+    "grasp": (GripperClosed, "", 1),
+    "up with the part": (PhaseBegun, "up", 1),
+    "across": (PhaseBegun, "approach", 2),
+    "down to the tray": (PhaseBegun, "down", 2),
+    "release": (PhaseBegun, "open", 1),
+    "up and away": (PhaseBegun, "up", 2),
+    "paused across": (PhaseBegun, "approach", 2),
+    "slowed across": (PhaseBegun, "approach", 2),
+    "at rest": (HomingDone, "", 1),
 }
 """When a phase begins: with the n-th event of a kind, and where it has a name, of that name."""
 
@@ -135,7 +135,9 @@ def _job(phase: str) -> Job:
 async def _begun(bench: Rig, phase: str, number: int, process: Process) -> None:
     """Wait until a phase has begun; a job of that many steps has every one of them."""
     kind, name, count = PHASES[phase]
-    while sum(e.kind is kind and e.detail.get("name", "") == name for e in bench.controller.events.since(0)) < count:
+    while (
+        sum(isinstance(e, kind) and e.detail.get("name", "") == name for e in bench.controller.events.since(0)) < count
+    ):
         report = await process.shown.report(number)
         assert report.state not in (TaskState.DONE, TaskState.FAILED), f"the job ended before {phase}"
         await elapse(0.1)

@@ -24,7 +24,7 @@ from maya_un.errors import (
     NotHomed,
     Stopped,
 )
-from maya_un.events import Kind
+from maya_un.events import EmergencyStopped, Event, FaultEntered, LimitHit
 from maya_un.galil.transport import Transport
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode
@@ -68,17 +68,17 @@ async def heal(bench: Rig) -> None:
 
 Cause = Callable[[Rig], Awaitable[None]]
 FAULTS = [
-    (press_abort, AbortInput, Kind.ESTOP),
-    (break_amplifier, AmplifierFault, Kind.FAULT),
-    (block_a_line, FollowingError, Kind.FAULT),
-    (fake_a_limit, LimitReached, Kind.LIMIT),
+    (press_abort, AbortInput, EmergencyStopped),
+    (break_amplifier, AmplifierFault, FaultEntered),
+    (block_a_line, FollowingError, FaultEntered),
+    (fake_a_limit, LimitReached, LimitHit),
 ]
 
 
 @pytest.mark.parametrize("live", [True, False])
 @pytest.mark.parametrize(("cause", "error", "kind"), FAULTS)
 async def test_a_fault_in_motion_is_named_and_waits_for_a_person(
-    cause: Cause, error: type[MachineError], kind: Kind, live: bool
+    cause: Cause, error: type[MachineError], kind: type[Event], live: bool
 ) -> None:
     async with homed(live=live) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
@@ -88,7 +88,7 @@ async def test_a_fault_in_motion_is_named_and_waits_for_a_person(
         with pytest.raises(error):
             await move
         assert bench.controller.state.mode is Mode.FAULT
-        assert [event.kind for event in bench.controller.events.since(seen) if event.code] == [kind]
+        assert [type(event) for event in bench.controller.events.since(seen) if event.code] == [kind]
         with pytest.raises(Faulted):
             await bench.controller.move(FAR)
         await heal(bench)

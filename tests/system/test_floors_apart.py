@@ -11,7 +11,7 @@ from random import Random
 import pytest
 
 from maya_un.errors import AbortInput, Busy, Cancelled, NodeGone, NotConnected, Stopped
-from maya_un.events import Event, Kind
+from maya_un.events import Disconnected, Event, GripperClosed, MotionEnded, PhaseBegun
 from maya_un.graph.apart import robot_floor, tasks_handed_on
 from maya_un.graph.outcome import error_of
 from maya_un.graph.primitives import to_message
@@ -93,7 +93,7 @@ async def test_the_phases_are_those_of_the_floor_and_in_its_order() -> None:
         assert floors.robot.holding is True
         await floors.robot.run(Place(TRAY), phases.append)
         assert phases[4:] == ["approach", "down", "open", "up"]
-        told = [event.detail["name"] for event in floors.controller.events.since(0) if event.kind is Kind.PHASE]
+        told = [event.detail["name"] for event in floors.controller.events.since(0) if isinstance(event, PhaseBegun)]
         assert told == phases
 
 
@@ -264,7 +264,7 @@ async def test_the_controllers_node_dies_and_everybody_above_says_so() -> None:
         await elapse(0.5)
         assert floors.controller.state.mode is Mode.DISCONNECTED
         assert (floors.process.shown.mode, floors.process.shown.reason) == (QueueMode.PAUSED, "fault")
-        gone = [event for event in floors.controller.events.since(0) if event.kind is Kind.DISCONNECTED]
+        gone = [event for event in floors.controller.events.since(0) if isinstance(event, Disconnected)]
         assert [event.code for event in gone] == [NodeGone.code]
         with pytest.raises(NotConnected):
             await floors.process.submit(PICK_AND_PLACE)
@@ -300,14 +300,14 @@ async def test_whoever_followed_a_path_and_died_has_it_stopped() -> None:
 
 
 @pytest.mark.parametrize("word", ["stop", "abort"])
-@pytest.mark.parametrize("kind", [Kind.IDLE, Kind.GRIPPER_CLOSED])
-async def test_a_stop_between_two_motions_of_a_primitive_ends_it_too(word: str, kind: Kind) -> None:
+@pytest.mark.parametrize("kind", [MotionEnded, GripperClosed])
+async def test_a_stop_between_two_motions_of_a_primitive_ends_it_too(word: str, kind: type[Event]) -> None:
     """Just there nothing moves that could be stopped: the next motion is still on its way over the graph."""
     async with apart(parts={"cube": CUBE}) as floors:
         somebody, saying = floors.bus.node("somebody"), list[asyncio.Task[object]]()
 
         def hear(event: Event) -> None:
-            if event.kind is kind and not saying:
+            if isinstance(event, kind) and not saying:
                 call = somebody.call(f"/controller/{word}", {}, "std_srvs/Trigger")
                 saying.append(asyncio.get_running_loop().create_task(call))
 

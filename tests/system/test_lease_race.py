@@ -29,7 +29,7 @@ from maya_un.assembly import Stack, stack
 from maya_un.config import Config
 from maya_un.config.load import parse
 from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded, MayaError, NotAllowed
-from maya_un.events import Event, Kind
+from maya_un.events import Event, LeaseChanged
 from maya_un.loops import run
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
@@ -122,7 +122,7 @@ class Race:
 
     def watch(self, event: Event) -> None:
         """Note when a held jog has to end because its driver does not drive any more."""
-        changed = event.kind is Kind.LEASE and event.detail["change"] not in {"asked", "offered"}
+        changed = isinstance(event, LeaseChanged) and event.detail["change"] not in {"asked", "offered"}
         if changed and self.held_by and event.detail["holder"] != self.held_by:
             if self.moving:
                 self.halts.append(event.time)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from maya_un.assembly import Stack, stack
 from maya_un.config import Config
 from maya_un.errors import Busy
-from maya_un.events import Kind
+from maya_un.events import Disconnected, FaultEntered, LimitHit
 from maya_un.loops import run_virtual
 from maya_un.process.job import Job
 from maya_un.values import Mode, Point
@@ -54,9 +54,11 @@ async def _cut_during_job(seed: int, instant: float) -> None:
             assert min(start, end) - 1000.0 <= now <= max(start, end) + 1000.0
         await elapse(300.0)
         assert _positions(robot) == rest
-        lost = [event for event in robot.controller.events.since(seen) if event.kind is Kind.DISCONNECTED]
+        lost = [event for event in robot.controller.events.since(seen) if isinstance(event, Disconnected)]
         assert [event.code for event in lost] == [1001]
-        assert not [event for event in robot.controller.events.since(seen) if event.kind in {Kind.FAULT, Kind.LIMIT}]
+        assert not [
+            event for event in robot.controller.events.since(seen) if isinstance(event, FaultEntered | LimitHit)
+        ]
         assert b"BG" not in sent
         assert robot.controller.state.mode is Mode.FAULT
         await _recover(robot)

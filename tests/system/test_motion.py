@@ -9,7 +9,7 @@ import pytest
 
 from maya_un.config import Config
 from maya_un.errors import PathRefused, Stopped, Unreachable
-from maya_un.events import Kind
+from maya_un.events import MotionStopped
 from maya_un.loops import run_virtual
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode
@@ -82,7 +82,7 @@ async def test_a_stop_keeps_to_the_line() -> None:
         assert max(shares) - min(shares) < 2e-4
         assert 0.0 < report.duration < 1.5
         assert bench.controller.events.last is not None
-        assert bench.controller.events.last.kind is Kind.STOPPED
+        assert isinstance(bench.controller.events.last, MotionStopped)
 
 
 async def test_the_prediction_is_what_happens() -> None:

@@ -9,7 +9,7 @@ import pytest
 from maya_un.assembly import Stack, stack
 from maya_un.config import Config
 from maya_un.errors import AnswerNeeded, NotHomed
-from maya_un.events import Kind
+from maya_un.events import StepAdvanced
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.process.states import TaskState
 from maya_un.process.view import QueueMode
@@ -23,7 +23,7 @@ JOB = {"name": "carry", "steps": ["home", {"pick": list(CUBE)}, {"place": list(T
 async def reached(robot: Stack, step: int, state: str) -> None:
     """Wait until a step of the first job is in a state."""
     async for event in robot.controller.events.follow():
-        if event.kind is Kind.STEP and (event.detail["index"], event.detail["state"]) == (step, state):
+        if isinstance(event, StepAdvanced) and (event.detail["index"], event.detail["state"]) == (step, state):
             return
 
 

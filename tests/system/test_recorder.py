@@ -14,9 +14,9 @@ from typing import NamedTuple
 import pytest
 
 from maya_un.errors import MayaError
+from maya_un.events import Trouble
 from maya_un.loops import run_virtual
 from maya_un.recorder import mcap_file
-from maya_un.recorder.recorder import FAULTS
 from maya_un.values import Joints
 from maya_un.virtual.wire.faults import Value
 from tests.campaign import Campaign
@@ -77,11 +77,11 @@ async def _trial(case: Case, rng: Random, folder: Path) -> None:
 def _judge(case: Case, folder: Path) -> None:
     (kept,) = shelf(folder).list()
     taken = mcap_file.read(folder / kept.name)
-    told = [event for event in taken.events if event.kind in FAULTS and event.code]
+    told = [event for event in taken.events if isinstance(event, Trouble) and event.code]
     assert told, f"{case.fault}: the fault is not in its recording"
     assert {event.code for event in told} <= case.codes
     first = told[0]
-    assert (taken.header.cause.seq, taken.header.reason) == (first.seq, first.kind.value)
+    assert (taken.header.cause.seq, taken.header.reason) == (first.seq, first.kind)
     assert taken.span[0] <= first.time - BEFORE
     assert taken.header.saved >= first.time + 4.9
     around = [state for state in taken.states if first.time - BEFORE <= state.time <= first.time]

@@ -18,7 +18,7 @@ from maya_un.api.access.caller import LOCAL
 from maya_un.api.access.operations import Operation
 from maya_un.assembly import Stack, stack
 from maya_un.config import Config
-from maya_un.events import KEPT, Kind
+from maya_un.events import KEPT, PhaseBegun
 from maya_un.loops import run
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
@@ -83,7 +83,7 @@ def test_a_stop_is_obeyed_however_many_want_all_of_the_past(campaign: Campaign) 
     async def main() -> tuple[list[float], list[float], list[float]]:
         async with stack(Config()) as robot:
             for number in range(KEPT):
-                robot.controller.events.emit(Kind.PHASE, name="x" * 60, number=number)
+                robot.controller.events.emit(PhaseBegun(f"{number:60}"))
             stops, loop = tapped(robot), asyncio.get_running_loop()
             bridge = Bridge(loop, robot.service, gate=robot.gate, callers=robot.entrance.callers)
             with bound_socket(0) as door:

@@ -19,7 +19,7 @@ import pytest
 from maya_un import assembly
 from maya_un.assembly import Stack
 from maya_un.config.load import parse
-from maya_un.events import Kind
+from maya_un.events import SpeedChanged
 from maya_un.loops import JumpingLoop, run
 from maya_un.process import items
 from maya_un.process.journal import file
@@ -76,7 +76,7 @@ async def fill(robot: Stack) -> None:
     """Bring everything that is bounded to its bound."""
     robot.controller.events._kept = EVENTS
     for _ in range(2 * EVENTS):
-        robot.controller.events.emit(Kind.SPEED, ratio=1.0)
+        robot.controller.events.emit(SpeedChanged(ratio=1.0))
     held = Options(held=True)
     await asyncio.gather(*(robot.service.submit(CARRY[0], options=held) for _ in range(REMEMBERED)))
     await robot.service.queue.clear()

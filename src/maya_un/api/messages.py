@@ -141,7 +141,7 @@ class EventMessage:
     def of(cls, event: Event) -> EventMessage:
         """Return the message for an event; details that are not plain become text."""
         detail = {key: plain(value) for key, value in event.detail.items()}
-        return cls(event.seq, event.time, event.kind.value, event.code, detail)
+        return cls(event.seq, event.time, event.kind, event.code, detail)
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,7 @@ from maya_un.cli.display import Display
 from maya_un.cli.narrate import tell
 from maya_un.cli.settings import Settings
 from maya_un.cli.words import word
+from maya_un.events import event_of
 
 PATIENCE = 0.2
 """How long the service keeps a question for news before it answers that there are none [s]."""
@@ -41,7 +42,7 @@ def _to_the_end(client: Client, job: int, since: int, display: Display, language
         events = client.get(f"/v1/events?since={since}&wait={PATIENCE}")
         for event in events:
             since = event["seq"]
-            tell(event, display)
+            tell(event_of(event["kind"], event["detail"], event["code"]), display, language)
         if events:
             report = client.get(f"/v1/jobs/{job}")
         animate(client, display)

@@ -67,7 +67,7 @@ def show(name: str, settings: Settings) -> int:
     recording = mcap_file.read(path)
     header = recording.header
     begin, end = recording.span
-    kinds = Counter(event.kind.value for event in recording.events)
+    kinds = Counter(event.kind for event in recording.events)
     data = {
         "file": str(path),
         "reason": header.reason,

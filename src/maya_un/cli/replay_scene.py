@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import inf
 
 from maya_un.config import Config, Units
-from maya_un.events import Kind
+from maya_un.events import HomingBegun
 from maya_un.galil.framing import Record, Reply
 from maya_un.galil.hardware import LETTERS
 from maya_un.galil.record import DataRecord, decode
@@ -79,7 +79,7 @@ def _homed(recording: Recording, time: float) -> bool:
     if next((state.homed for state in reversed(recording.states) if state.time <= time), False):
         return True
     later = next((state.time for state in recording.states if state.time > time and state.homed), -inf)
-    begun = (event.time for event in recording.events if event.kind is Kind.HOMING)
+    begun = (event.time for event in recording.events if isinstance(event, HomingBegun))
     return later > time and not any(time <= began <= later for began in begun)
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from maya_un.address import SIM
-from maya_un.api.messages import EventMessage, to_data
+from maya_un.api.messages import to_data
 from maya_un.assembly import Stack, stack
 from maya_un.cli import output
 from maya_un.cli.client import Client
@@ -232,7 +232,7 @@ class _Performance:
 
     async def _narrate(self, robot: Stack) -> None:
         async for event in robot.controller.events.follow():
-            tell(to_data(EventMessage.of(event)), self._display)
+            tell(event, self._display, self._settings.language)
 
     async def _animate(self, robot: Stack) -> None:
         while self._pace is not None:

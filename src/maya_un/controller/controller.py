@@ -36,7 +36,19 @@ from maya_un.errors import (
     PositionNotKept,
     Stopped,
 )
-from maya_un.events import EventLog, Kind
+from maya_un.events import (
+    EventLog,
+    FaultCleared,
+    GripperClosed,
+    GripperOpened,
+    HomingBegun,
+    HomingDone,
+    HomingNeeded,
+    MotionBegun,
+    MotionEnded,
+    MotionStopped,
+    ZonesChanged,
+)  # fmt: skip
 from maya_un.galil.driver import Driver
 from maya_un.galil.record import DataRecord
 from maya_un.kinematics.mechanism import Mechanism
@@ -110,7 +122,7 @@ class GalilController:
             if monitor.moving():
                 raise Busy(doing="the axes finish what was sent before")
             monitor.workspace = monitor.workspace.with_zones(zones)
-        self.events.emit(Kind.ZONES, names=", ".join(zone.name for zone in zones))
+        self.events.emit(ZonesChanged(", ".join(zone.name for zone in zones)))
 
     @property
     def events(self) -> EventLog:
@@ -187,7 +199,7 @@ class GalilController:
             monitor.displaced = None
             await monitor.power(driver)
             monitor.hold(driver)
-            self.events.emit(Kind.HOMED)
+            self.events.emit(HomingDone())
             monitor.publish()
 
     async def home(self) -> None:
@@ -208,7 +220,7 @@ class GalilController:
             await marker.erase(driver)
             await monitor.power(driver)
             await self._lookout.wake_guard(driver)
-            self.events.emit(Kind.HOMING)
+            self.events.emit(HomingBegun())
             monitor.seeking = True
             monitor.reckoning.forget()
             seeker = Seeker(driver, self.config, self.units, wish.wait, self._loop.time, self._lookout.load)
@@ -219,7 +231,7 @@ class GalilController:
             monitor.seeking, monitor.phase = False, None
             await monitor.look()
             monitor.hold(driver)
-            self.events.emit(Kind.HOMED)
+            self.events.emit(HomingDone())
         monitor.publish()
 
     async def move(self, target: Joints, *, speed: float = 1.0) -> None:
@@ -266,7 +278,7 @@ class GalilController:
             await self._lookout.output(driver, grip.output, high=high)
             await wish.wait(self._loop.time() + grip.settle_time)
             await monitor.look()
-            self.events.emit(Kind.GRIPPER_OPEN if open_ else Kind.GRIPPER_CLOSED)
+            self.events.emit(GripperOpened() if open_ else GripperClosed())
             wish.check()
 
     async def stop(self) -> StopReport:
@@ -349,9 +361,9 @@ class GalilController:
             monitor.hold(driver)
             monitor.fault = None
             monitor.release()
-            self.events.emit(Kind.RECOVERED)
+            self.events.emit(FaultCleared())
             if not monitor.homed:
-                self.events.emit(Kind.NOT_HOMED)
+                self.events.emit(HomingNeeded())
             monitor.publish()
 
     def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
@@ -372,10 +384,10 @@ class GalilController:
                     plan = await self._planned(wish, way, speed)
                     continue
                 wish.check()
-                self.events.emit(Kind.MOVING, to=str(tuple(round(value, 4) for value in plan.end)))
+                self.events.emit(MotionBegun(str(tuple(round(value, 4) for value in plan.end))))
                 begun = await self._execution.carry_out(wish, driver, plan, on_via)
         if plan.move is not None:
-            self.events.emit(Kind.IDLE)
+            self.events.emit(MotionEnded())
 
     async def _planned(self, wish: Wish, way: _Way, speed: float) -> Plan:
         """Return the plan from where the reference is by the newest record; raises what motion raises."""
@@ -454,7 +466,7 @@ class GalilController:
                 raise PositionNotKept(axis=AXES[axis], distance=monitor.reckoning.shown(axis, here - counts))
 
     def _tell_stopped(self) -> None:
-        self.events.emit(Kind.STOPPED)
+        self.events.emit(MotionStopped())
 
     def _release_stopped(self) -> None:
         self._monitor.release()

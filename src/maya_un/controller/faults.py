@@ -16,7 +16,7 @@ from maya_un.errors import (
     Stopped,
     UnexpectedStop,
 )
-from maya_un.events import Kind
+from maya_un.events import EmergencyStopped, FaultEntered, LimitHit, MotionStopped, Trouble
 from maya_un.galil.codes import STOP_TEXTS
 from maya_un.galil.hardware import LETTERS
 from maya_un.galil.record import DataRecord
@@ -82,14 +82,14 @@ def cause(record: DataRecord, order: Order, members: Sequence[int]) -> MayaError
     return Stopped() if any(axis.stop_code == _ST for _, axis in axes) else None
 
 
-def kind(error: MayaError) -> Kind:
+def kind(error: MayaError) -> type[Trouble | MotionStopped]:
     """Return the event that announces an error."""
     match error:
         case LimitReached():
-            return Kind.LIMIT
+            return LimitHit
         case AbortInput():
-            return Kind.ESTOP
+            return EmergencyStopped
         case Stopped():
-            return Kind.STOPPED
+            return MotionStopped
         case _:
-            return Kind.FAULT
+            return FaultEntered

@@ -27,7 +27,7 @@ from maya_un.errors import (
     NotHomed,
     OwnershipLost,
 )
-from maya_un.events import EventLog, Kind
+from maya_un.events import Connected, Disconnected, EventLog, HomingNeeded, PhaseBegun
 from maya_un.galil.driver import Driver
 from maya_un.galil.record import DataRecord
 from maya_un.kinematics.mechanism import Mechanism
@@ -87,8 +87,8 @@ class Monitor:
 
     def announce(self) -> None:
         """Tell that the controller is connected and not homed."""
-        self.events.emit(Kind.CONNECTED, address=self.link.address, firmware=self.link.firmware)
-        self.events.emit(Kind.NOT_HOMED)
+        self.events.emit(Connected(self.link.address, self.link.firmware))
+        self.events.emit(HomingNeeded())
         self.publish()
 
     async def close(self) -> None:
@@ -216,7 +216,7 @@ class Monitor:
     def enter_phase(self, name: str) -> None:
         """Begin a phase of homing."""
         self.phase = (name, self._loop.time())
-        self.events.emit(Kind.PHASE, name=name)
+        self.events.emit(PhaseBegun(name))
         self.publish()
 
     def release(self) -> None:
@@ -242,7 +242,7 @@ class Monitor:
         """Enter the fault state with an error, whatever is under way."""
         self.fault = error
         self.release()
-        self.events.emit(faults.kind(error), error.code, message=str(error))
+        self.events.emit(faults.kind(error)(str(error), code=error.code))
         self.publish()
 
     def publish(self) -> None:
@@ -259,7 +259,7 @@ class Monitor:
         self.registers.forget()
         self.fault = reason
         self.release()
-        self.events.emit(Kind.DISCONNECTED, reason.code, message=str(reason))
+        self.events.emit(Disconnected(str(reason), code=reason.code))
         if self.desk.current is not None:
             self.desk.current.interrupt(reason)
         self.publish()
@@ -275,7 +275,7 @@ class Monitor:
                 return  # lost again: the link's keeper dials again
             self.fault, lost = error, False  # it answers, but makes no sense
         self._down = False
-        self.events.emit(Kind.CONNECTED, address=self.link.address, firmware=self.link.firmware)
+        self.events.emit(Connected(self.link.address, self.link.firmware))
         if lost:
             self.homed = False
             self.enter_fault(ControllerReset())

@@ -10,7 +10,7 @@ import asyncio
 
 from maya_un.controller.monitor import Monitor
 from maya_un.errors import CannotPause, CommandRejected, Faulted, InvalidValue, NotPaused
-from maya_un.events import Kind
+from maya_un.events import MotionPaused, MotionResumed, SpeedChanged
 from maya_un.galil.driver import Driver
 from maya_un.motion.move import speed_ratio
 from maya_un.values import StopReport
@@ -36,7 +36,7 @@ class Pacing:
         before = monitor.pace.override
         monitor.pace.change(override=ratio)
         if monitor.pace.override != before:
-            monitor.events.emit(Kind.SPEED, ratio=monitor.pace.override)
+            monitor.events.emit(SpeedChanged(monitor.pace.override))
         await self._tell()
 
     async def pause(self, *, ahead: bool) -> StopReport:
@@ -50,7 +50,7 @@ class Pacing:
         report = _NOTHING if monitor.run is None else monitor.run.stop_report(now)
         if not monitor.pace.paused:
             monitor.pace.change(paused=True)
-            monitor.events.emit(Kind.PAUSED)
+            monitor.events.emit(MotionPaused())
             await self._tell()
         return report
 
@@ -61,7 +61,7 @@ class Pacing:
             raise NotPaused
         _ = monitor.link.driver
         monitor.pace.change(paused=False)
-        monitor.events.emit(Kind.RESUMED)
+        monitor.events.emit(MotionResumed())
         await self._tell()
 
     def _require_pausable(self, *, ahead: bool) -> None:

@@ -11,7 +11,7 @@ from maya_un.controller import faults
 from maya_un.controller.monitor import Monitor
 from maya_un.controller.seek import SETTLE, brake, strays
 from maya_un.errors import CommandRejected, MachineError, NotConnected, Stopped
-from maya_un.events import Kind
+from maya_un.events import MotionStopped
 from maya_un.galil.driver import Driver
 from maya_un.galil.record import DataRecord
 from maya_un.values import StopReport
@@ -44,7 +44,7 @@ class Stopping:
             await sent
         record = await self._stop_strays(driver)
         if wish is None:  # at rest as well: a process between two steps must not go on
-            monitor.events.emit(Kind.STOPPED)
+            monitor.events.emit(MotionStopped())
         return report or self._braking(record)
 
     async def rest(

@@ -15,7 +15,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from maya_un.errors import InvalidMessage
-from maya_un.events import Event, Kind
+from maya_un.events import (
+    DECLARED,
+    ControllerEvent,
+    Disconnected,
+    Event,
+    FaultEntered,
+    HomingBegun,
+    HomingNeeded,
+    MotionBegun,
+    MotionEnded,
+    MotionPaused,
+)  # fmt: skip
 from maya_un.kinematics.workspace import Workspace
 from maya_un.values import Mode, Notice, State
 
@@ -25,28 +36,23 @@ Strokes = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 REFUSED = "refused"
 """The word for a wish on a topic that was refused: its code says why."""
 
-SAID = frozenset({
-    Kind.CONNECTED, Kind.DISCONNECTED, Kind.NOT_HOMED, Kind.HOMING, Kind.HOMED, Kind.MOVING, Kind.IDLE, Kind.STOPPED,
-    Kind.PAUSED, Kind.RESUMED, Kind.SPEED, Kind.ZONES, Kind.GRIPPER_OPEN, Kind.GRIPPER_CLOSED, Kind.LIMIT, Kind.FAULT,
-    Kind.ESTOP, Kind.RECOVERED,
-})  # fmt: skip
-"""Events that are told on the graph; phases, jobs, steps, the lease and what is kept are not."""
-
-WORDS = frozenset({*(kind.value for kind in SAID), REFUSED})
-"""Every word that /maya_event begins with."""
-
 _BY_MODE = {
-    Mode.DISCONNECTED: Kind.DISCONNECTED,
-    Mode.NOT_HOMED: Kind.NOT_HOMED,
-    Mode.HOMING: Kind.HOMING,
-    Mode.IDLE: Kind.IDLE,
-    Mode.MOVING: Kind.MOVING,
-    Mode.PAUSED: Kind.PAUSED,
-    Mode.STOPPING: Kind.MOVING,
-    Mode.FAULT: Kind.FAULT,
+    Mode.DISCONNECTED: Disconnected,
+    Mode.NOT_HOMED: HomingNeeded,
+    Mode.HOMING: HomingBegun,
+    Mode.IDLE: MotionEnded,
+    Mode.MOVING: MotionBegun,
+    Mode.PAUSED: MotionPaused,
+    Mode.STOPPING: MotionBegun,
+    Mode.FAULT: FaultEntered,
 }
-_BEGINS = {Kind.MOVING.value: Mode.MOVING, Kind.HOMING.value: Mode.HOMING}
+_BEGINS = {MotionBegun.word: Mode.MOVING, HomingBegun.word: Mode.HOMING}
 _AT_REST = frozenset({Mode.IDLE, Mode.NOT_HOMED})
+
+
+def words() -> list[str]:
+    """Return every word that /maya_event begins with."""
+    return [*(word for word, event in DECLARED.items() if issubclass(event, ControllerEvent)), REFUSED]
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +78,7 @@ class Standing:
     @property
     def word(self) -> str:
         """The word that says this by itself, without anything having happened."""
-        return _BY_MODE[self.mode].value
+        return _BY_MODE[self.mode].word
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,10 +96,10 @@ class Told:
 
         When a motion begins, that is told before the axes move and the state shows it.
         """
-        mode = _BEGINS.get(event.kind.value)
+        mode = _BEGINS.get(event.kind)
         if mode is not None and standing.mode in _AT_REST:
             standing = replace(standing, mode=mode, moving=True)
-        return cls(event.kind.value, standing, event.code, event.detail)
+        return cls(event.kind, standing, event.code, event.detail)
 
     def text(self) -> str:
         """Return it as it stands on the topic."""
@@ -115,7 +121,7 @@ class Told:
 def read(text: str) -> Told:
     """Return what an event on the topic tells; raises `InvalidMessage` for what none of ours tells."""
     word, _, rest = text.partition(" ")
-    if word not in WORDS:
+    if word not in words():
         raise InvalidMessage(name="/maya_event", reason=f"it begins with {word[:40]!r}, which is no word of it")
     try:
         data = json.loads(rest)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from maya_un.errors import DependencyFailed
-from maya_un.events import EventLog, Kind
+from maya_un.events import EventLog, JobAdvanced, StepAdvanced
 from maya_un.process.items import Item, Items
 from maya_un.process.journal.rows import Cleared, JobRow, StepRow
 from maya_un.process.ledger import Entry
@@ -72,7 +72,7 @@ class Changes:
     def tell_cleared(self, row: Cleared, jobs: Sequence[tuple[int, str, str]]) -> None:
         """Announce the end of jobs, given by number, name and owner."""
         for number, name, owner in jobs:
-            self._events.emit(Kind.JOB, row.code, job=number, name=name, state=row.state.value, owner=owner)
+            self._events.emit(JobAdvanced(number, name, row.state.value, owner, code=row.code))
 
     def step(self, item: Item, record: StepRecord, row: StepRow, *, sure: bool = True, quiet: bool = False) -> Entry:
         """Return the change of a step to `row`; a `quiet` one is no event."""
@@ -88,14 +88,12 @@ class Changes:
 
     def tell(self, row: JobRow) -> None:
         """Announce how a job stands."""
-        self._events.emit(Kind.JOB, row.code, job=row.id, name=row.name, state=row.state.value, owner=row.owner.name)
+        self._events.emit(JobAdvanced(row.id, row.name, row.state.value, row.owner.name, code=row.code))
 
-    def tell_step(self, item: Item, record: StepRecord, row: StepRow, **detail: object) -> None:
+    def tell_step(self, item: Item, record: StepRecord, row: StepRow, attempt: int | None = None) -> None:
         """Announce how a step stands."""
         task = record.task
-        self._events.emit(
-            Kind.STEP, row.code, job=item.number, index=task.index, step=task.label, state=row.state.value, **detail
-        )
+        self._events.emit(StepAdvanced(item.number, task.index, task.label, row.state.value, attempt, code=row.code))
 
     def _dependents(self, row: JobRow, among: Collection[Item]) -> list[Entry]:
         dependents = [one for one in self._items.dependents(row.id) if one not in among]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from maya_un.config import Config, Units
-from maya_un.events import Event, EventLog, Kind
+from maya_un.events import Event, EventLog, HomingBegun, HomingDone
 
 _STROKES = 2.0
 """So often each line passes its stroke, the ways between the switches and the slow approaches included."""
@@ -18,9 +18,9 @@ class HomingTime:
         events.heard_by(self._hear)
 
     def _hear(self, event: Event) -> None:
-        if event.kind is Kind.HOMING:
+        if isinstance(event, HomingBegun):
             self._began = event.time
-        elif event.kind is Kind.HOMED and self._began is not None:
+        elif isinstance(event, HomingDone) and self._began is not None:
             self.seconds = event.time - self._began
             self._began = None
 

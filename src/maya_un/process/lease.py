@@ -17,7 +17,7 @@ from typing import Any
 
 from maya_un.cancellation import cancel_once
 from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded
-from maya_un.events import EventLog, Kind
+from maya_un.events import EventLog, LeaseChanged
 
 PATIENCE = 10.0
 """A lease that is not renewed for so long ends [s, real time]."""
@@ -322,11 +322,11 @@ class Lease:
                 report = {"message": "a change of the lease was not taken notice of", "exception": defect}
                 asyncio.get_running_loop().call_exception_handler(report)
 
-    def _tell(self, why: str, **detail: str) -> None:
+    def _tell(self, why: str, *, before: str | None = None, to: str | None = None, by: str | None = None) -> None:
         holder = self._holder
         name, source = ("", "") if holder is None else (holder.name, holder.source)
         implicit = holder is not None and holder.implicit
-        self._events.emit(Kind.LEASE, 0, change=why, holder=name, source=source, implicit=implicit, **detail)
+        self._events.emit(LeaseChanged(why, name, source, implicit, before, to, by))
 
     def _held(self, holder: Holder) -> LeaseHeld:
         return LeaseHeld(holder=holder.name, since=f"{self.held_for:.0f} s")

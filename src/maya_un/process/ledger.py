@@ -12,7 +12,7 @@ from contextlib import suppress
 from typing import NamedTuple
 
 from maya_un.errors import StorageFailed
-from maya_un.events import EventLog, Kind
+from maya_un.events import EventLog, StorageChanged
 from maya_un.process.journal.protocol import Journal
 from maya_un.process.journal.rows import Cleared, JobRow, QueueRow, StepRow
 
@@ -131,7 +131,7 @@ class Ledger:
                 self._unwritten.append(entry)
         before, self._failing = self._failing, str(error.details["reason"])
         if not before:
-            self._events.emit(Kind.STORAGE, error.code, state="failing", reason=self._failing)
+            self._events.emit(StorageChanged("failing", self._failing, code=error.code))
         self.on_failure()
         if self._unwritten and self._retry is None:
             self._set_retry(RETRY)
@@ -146,7 +146,7 @@ class Ledger:
         self._set_retry(None)
         if self._failing:
             self._failing = ""
-            self._events.emit(Kind.STORAGE, state="working")
+            self._events.emit(StorageChanged("working"))
 
     def _set_retry(self, delay: float | None) -> None:
         if self._retry is not None:

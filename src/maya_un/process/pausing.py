@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from maya_un.events import EventLog, Kind
+from maya_un.events import EventLog, QueueChanged
 from maya_un.process.journal.rows import QueueRow
 from maya_un.process.ledger import Entry, Ledger
 
@@ -68,4 +68,4 @@ class Pausing:
 
     def _tell(self, row: QueueRow, by: str = "") -> None:
         state = "paused" if row.paused else "running"
-        self._events.emit(Kind.QUEUE, state=state, reason=row.reason, by=by or row.by)
+        self._events.emit(QueueChanged(state, row.reason, by or row.by))

@@ -17,7 +17,7 @@ from maya_un.errors import (
     Stopped,
     StorageFailed,
 )
-from maya_un.events import Event, Kind
+from maya_un.events import Event, Trouble
 from maya_un.process.items import Item, Items
 from maya_un.process.journal.rows import OnFailure, Owner
 from maya_un.process.lease import Lease
@@ -30,8 +30,6 @@ from maya_un.values import Mode, StopReport
 
 _PASSED_ON = {"taken", "released", "handed over", "broken"}
 """Changes of the lease after which somebody drives, or whoever drove has said that he does no more."""
-
-_TROUBLE = {Kind.FAULT, Kind.LIMIT, Kind.ESTOP, Kind.DISCONNECTED}
 
 
 class Turns:
@@ -298,7 +296,7 @@ class Turns:
             await self.resume_motion()
 
     def _hear(self, event: Event) -> None:
-        if event.kind in _TROUBLE and not self._closed:
+        if isinstance(event, Trouble) and not self._closed:
             self.pause_by_itself("fault")
 
     def _on_storage(self) -> None:

@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator
 from functools import cache
 from heapq import merge
 from pathlib import Path
-from types import MappingProxyType
 from typing import IO, Any, NamedTuple, TypeVar
 
 from mcap import writer as library
@@ -19,7 +18,7 @@ from mcap.writer import CompressionType, Writer
 from pydantic import TypeAdapter, ValidationError
 
 from maya_un.errors import FileUnreadable
-from maya_un.events import Event, Kind
+from maya_un.events import Event, event_of
 from maya_un.galil.framing import Record
 from maya_un.galil.transcript import Piece
 from maya_un.recorder import exchanges, schemas
@@ -103,7 +102,7 @@ def _joints(header: Header, state: State) -> bytes:
 
 
 def _event(event: Event) -> bytes:
-    found = {"seq": event.seq, "time": event.time, "kind": event.kind.value, "code": event.code}
+    found = {"seq": event.seq, "time": event.time, "kind": event.kind, "code": event.code}
     return json.dumps({**found, "detail": plain(event.detail)}).encode()
 
 
@@ -162,8 +161,8 @@ def read_from(file: IO[bytes]) -> Recording:
 
 
 def _read_event(found: dict[str, Any]) -> Event:
-    detail = MappingProxyType(dict(found["detail"]))
-    return Event(int(found["seq"]), float(found["time"]), Kind(found["kind"]), int(found["code"]), detail)
+    kind, code, seq, time = str(found["kind"]), int(found["code"]), int(found["seq"]), float(found["time"])
+    return event_of(kind, dict(found["detail"]), code, seq=seq, time=time)
 
 
 def _read_piece(found: dict[str, Any]) -> Piece:

@@ -11,7 +11,7 @@ from typing import Protocol
 
 from maya_un.config import RecorderConfig
 from maya_un.errors import InternalError, MayaError
-from maya_un.events import Event, EventLog, Kind
+from maya_un.events import Connected, Event, EventLog, RecordingSaved, Trouble
 from maya_un.galil.transcript import Piece
 from maya_un.galil.transport import Datagrams, Transport
 from maya_un.recorder.header import Cause, Header, Origin, Software
@@ -20,9 +20,6 @@ from maya_un.recorder.ring import Contents, Entry, Ring
 from maya_un.recorder.shelf import Kept, Shelf
 from maya_un.recorder.wire import RecordedDatagrams, RecordedTransport
 from maya_un.values import State
-
-FAULTS = frozenset({Kind.FAULT, Kind.ESTOP, Kind.LIMIT, Kind.DISCONNECTED})
-"""Events after which the last minutes are saved, where they carry an error's code."""
 
 LONGEST = 6.0
 """Faults that follow each other belong to one recording; it is saved after so many times `after` at the latest."""
@@ -134,22 +131,22 @@ class Recorder:
                 work = self._loop.run_in_executor(None, self._write, self.shelf, header, entries)
                 kept = await asyncio.shield(work)
         except MayaError as error:
-            self._tell(reason, code=error.code, message=str(error))
+            self._tell(RecordingSaved(reason, str(error), code=error.code))
             raise
         except Exception as defect:
             error = InternalError(reason=repr(defect))
-            self._tell(reason, code=error.code, message=str(error))
+            self._tell(RecordingSaved(reason, str(error), code=error.code))
             raise error from defect
-        self._tell(reason, name=kept.name, bytes=kept.bytes)
+        self._tell(RecordingSaved(reason, name=kept.name, bytes=kept.bytes))
         return kept
 
     def _write(self, shelf: Shelf, header: Header, entries: list[Entry]) -> Kept:
         with _giving_way():
             return shelf.save(self._composed(header, self._ring.contents(entries)))
 
-    def _tell(self, reason: str, *, code: int = 0, **detail: object) -> None:
+    def _tell(self, event: RecordingSaved) -> None:
         if self._source is not None:
-            self._source.events.emit(Kind.RECORDING, code, reason=reason, **detail)
+            self._source.events.emit(event)
 
     async def _watch(self, source: Source) -> None:
         async for state in source.watch():
@@ -157,9 +154,9 @@ class Recorder:
 
     def _event(self, event: Event) -> None:
         self._ring.event(event)
-        if event.kind is Kind.CONNECTED and self._opened_at is None:
+        if isinstance(event, Connected) and self._opened_at is None:
             self._keep_opening(event.time)
-        if event.kind in FAULTS and event.code:
+        if isinstance(event, Trouble) and event.code:
             self._begin_incident(event)
 
     def _keep_opening(self, time: float) -> None:
@@ -188,13 +185,13 @@ class Recorder:
 
     async def _save_incident(self, event: Event) -> None:
         with suppress(MayaError):  # that it cannot be written has been told
-            await self.save(event.kind.value, _cause(event))
+            await self.save(event.kind, _cause(event))
 
     async def _end_incident(self) -> None:
         """Save what still waits to be saved."""
         if self._timer is not None and self._incident is not None:
             self._timer.cancel()
-            self._last_words(self._incident.kind.value, _cause(self._incident))
+            self._last_words(self._incident.kind, _cause(self._incident))
             self._incident = self._timer = None
         await asyncio.gather(*self._savers)
 
@@ -206,9 +203,9 @@ class Recorder:
             kept = self.shelf.save(self.taken(reason, cause))
         except Exception as error:  # noqa: BLE001 - something else has gone wrong, and is what must be told
             code = error.code if isinstance(error, MayaError) else InternalError.code
-            self._tell(reason, code=code, message=str(error))
+            self._tell(RecordingSaved(reason, str(error), code=code))
         else:
-            self._tell(reason, name=kept.name, bytes=kept.bytes)
+            self._tell(RecordingSaved(reason, name=kept.name, bytes=kept.bytes))
 
     def _header(self, reason: str, cause: Cause) -> Header:
         return Header(
@@ -244,4 +241,4 @@ def _giving_way() -> Iterator[None]:
 
 
 def _cause(event: Event) -> Cause:
-    return Cause(event.seq, event.kind.value, event.code, str(event.detail.get("message", "")))
+    return Cause(event.seq, event.kind, event.code, str(event.detail.get("message", "")))

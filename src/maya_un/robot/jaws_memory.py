@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from maya_un.events import Event, EventLog, Kind
+from maya_un.events import Event, EventLog, GripperClosed, GripperOpened, HomingBegun
 from maya_un.robot.jaws import Jaws
 from maya_un.values import State
 
@@ -52,12 +52,12 @@ class JawsMemory:
         return True if self._grasped else None
 
     def _hear(self, event: Event) -> None:
-        match event.kind:
-            case Kind.GRIPPER_OPEN:
+        match event:
+            case GripperOpened():
                 self._commanded = self._grasped = self._seen_empty = False
-            case Kind.GRIPPER_CLOSED:
+            case GripperClosed():
                 self._commanded, self._grasped, self._seen_empty = True, False, False
-            case Kind.HOMING:
+            case HomingBegun():
                 self._homing = True
             case _:
                 pass

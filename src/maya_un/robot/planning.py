@@ -9,7 +9,7 @@ from maya_un.config import Config
 from maya_un.controller.planning import OWN
 from maya_un.controller.protocol import Controller
 from maya_un.errors import Busy, Stopped
-from maya_un.events import Kind
+from maya_un.events import PhaseBegun
 from maya_un.robot.jaws_memory import JawsMemory
 from maya_un.robot.plan import ActionDetail, Plan, Pose, PrimitivePreview
 from maya_un.robot.plans import Plans, plan
@@ -91,7 +91,7 @@ class PlanningRobot:
 
     def _enter(self, phase: str, primitive: Primitive, on_phase: OnPhase | None) -> None:
         """Tell that a phase begins."""
-        self._controller.events.emit(Kind.PHASE, name=phase, primitive=primitive.command)
+        self._controller.events.emit(PhaseBegun(phase, primitive.command))
         if on_phase is not None:
             on_phase(phase)
 

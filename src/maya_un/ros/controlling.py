@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 
 import rospy
 
 from maya_un.assembly import ControllerFloor
 from maya_un.config import Config
 from maya_un.errors import MayaError
-from maya_un.events import Event, Kind
+from maya_un.events import Connected, ControllerEvent, Disconnected, Event
 from maya_un.graph.attended import Attended
 from maya_un.graph.doors.controller import ControllerDoor
-from maya_un.graph.events import SAID
 from maya_un.graph.table import POSITION
 from maya_un.ros.node import Node
 from maya_un.ros.rights import rights_of_node
 
-_QUIET = {Kind.PHASE, Kind.MOVING, Kind.IDLE}
-_GRAVE = {Kind.FAULT, Kind.ESTOP}
-_STRANGE = {Kind.DISCONNECTED, Kind.LIMIT}
-_OF_THE_CONTROLLER = SAID - {Kind.CONNECTED, Kind.DISCONNECTED}  # whether its node is there is news of whoever looks
+_WRITE = {
+    logging.DEBUG: rospy.logdebug,
+    logging.INFO: rospy.loginfo,
+    logging.WARNING: rospy.logwarn,
+    logging.ERROR: rospy.logerr,
+}
 
 
 def ros_time() -> float:
@@ -30,17 +32,13 @@ def ros_time() -> float:
 
 def log_event(event: Event) -> None:
     """Write an event to the log of this node."""
-    write = rospy.logdebug if event.kind in _QUIET else rospy.loginfo
-    if event.kind in _STRANGE:
-        write = rospy.logwarn
-    if event.kind in _GRAVE:
-        write = rospy.logerr
-    write("%s", f"{event} [{event.code}]" if event.code else event)
+    _WRITE[event.level]("%s", f"{event} [{event.code}]" if event.code else event)
 
 
 def log_own_event(event: Event) -> None:
     """Write an event of a floor above the controller's; what that tells, its own node has in its log already."""
-    if event.kind not in _OF_THE_CONTROLLER:
+    news = isinstance(event, Connected | Disconnected)  # whether the node is there, which only others notice
+    if news or not isinstance(event, ControllerEvent):
         log_event(event)
 
 

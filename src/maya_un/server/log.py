@@ -22,7 +22,7 @@ from typing import Any, TextIO
 
 from maya_un.config.state import own_state_folder, state_folder
 from maya_un.errors import MayaError
-from maya_un.events import Event, Kind
+from maya_un.events import DECLARED, Event
 from maya_un.files import private_opener
 
 ROOT = "maya"
@@ -40,17 +40,6 @@ MOST_LINES = 10_000
 LAST_WORDS = 2.0
 """How long the end waits for what is still to be written [s]."""
 
-_EVENT_LEVELS = {
-    Kind.PHASE: logging.DEBUG,
-    Kind.MOVING: logging.DEBUG,
-    Kind.IDLE: logging.DEBUG,
-    Kind.FAULT: logging.ERROR,
-    Kind.ESTOP: logging.ERROR,
-    Kind.STORAGE: logging.ERROR,
-    Kind.DISCONNECTED: logging.WARNING,
-    Kind.LIMIT: logging.WARNING,
-}
-
 
 def log_path() -> Path:
     """Return the log's place: maya.log in the folder of state."""
@@ -64,13 +53,13 @@ def note(logger: str, level: int, message: str, **fields: object) -> None:
 
 def level_of(kind: str) -> int:
     """Return how grave an event of a kind is; phases and single motions are for those who want everything."""
-    return _EVENT_LEVELS.get(Kind(kind), logging.INFO) if kind in set(Kind) else logging.INFO
+    return DECLARED.get(kind, Event).level
 
 
 def note_event(event: Event) -> None:
     """Write what happened to the robot; phases and single motions only where everything is wanted."""
-    level = level_of(event.kind)
-    note("events", level, str(event), seq=event.seq, kind=event.kind.value, code=event.code, detail=dict(event.detail))
+    facts = {"seq": event.seq, "kind": event.kind, "code": event.code, "detail": dict(event.detail)}
+    note("events", event.level, str(event), **facts)
 
 
 def note_defect(error: BaseException) -> str:

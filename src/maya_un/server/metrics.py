@@ -11,7 +11,7 @@ from prometheus_client.exposition import CONTENT_TYPE_LATEST, generate_latest
 
 from maya_un.api.messages import Status
 from maya_un.errors import by_code
-from maya_un.events import Event, Kind
+from maya_un.events import Event, FaultEntered, JobAdvanced, StepAdvanced
 from maya_un.process.states import TaskState
 from maya_un.process.view import QueueMode, QueueView
 from maya_un.values import AXES, Mode
@@ -79,14 +79,16 @@ class Metrics:
 
     def happened(self, event: Event) -> None:
         """Count an event."""
-        self._events.labels(event.kind.value).inc()
-        ended = event.detail.get("state")
-        if event.kind is Kind.JOB and ended in _ENDED:
-            self._jobs.labels(ended).inc()
-        elif event.kind is Kind.STEP and ended in _ENDED:
-            self._steps.labels(ended).inc()
-        elif event.kind is Kind.FAULT:
-            self._faults.labels(str(event.code if event.code in by_code() else 0)).inc()
+        self._events.labels(event.kind).inc()
+        match event:
+            case JobAdvanced(state=state) if state in _ENDED:
+                self._jobs.labels(state).inc()
+            case StepAdvanced(state=state) if state in _ENDED:
+                self._steps.labels(state).inc()
+            case FaultEntered(code=code):
+                self._faults.labels(str(code if code in by_code() else 0)).inc()
+            case _:
+                pass
 
     def timer(self, speed: float) -> Callable[[str, bytes], None]:
         """Return a tap of the link in the running loop, whose clock runs `speed` times as fast: it times the replies.

@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import suppress
 from typing import NamedTuple, Protocol
 
-from maya_un.events import Event, Kind
+from maya_un.events import Event, JobAdvanced, LeaseChanged, QueueChanged, StepAdvanced
 from maya_un.server.stream_messages import content
 from maya_un.values import State
 
@@ -17,7 +17,7 @@ QUEUE_PERIOD = 0.1
 QUEUE_LOOK = 2.0
 """While somebody wants to see the queue, it is looked at so often without an event too, for predictions [s]."""
 
-_STIRRING = frozenset({Kind.JOB, Kind.STEP, Kind.QUEUE, Kind.LEASE})
+_STIRRING = (JobAdvanced, StepAdvanced, QueueChanged, LeaseChanged)
 """Events after which the queue is another."""
 
 
@@ -107,7 +107,7 @@ class Tap:
         async for event in self._source.follow_events(since):
             self._events.append(event)
             self._flush_soon()
-            if event.kind in _STIRRING:
+            if isinstance(event, _STIRRING):
                 self._stirred.set()
 
     async def _follow_queue(self) -> None:

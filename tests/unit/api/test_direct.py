@@ -15,7 +15,7 @@ from maya_un.assembly import Stack, stack
 from maya_un.config import Config
 from maya_un.controller.homing import homed_pose
 from maya_un.errors import Busy, Cancelled, LeaseHeld, LeaseLost, Stopped
-from maya_un.events import Kind
+from maya_un.events import FaultEntered
 from maya_un.process.states import TaskState
 from maya_un.robot.primitives.home import Home
 from maya_un.robot.primitives.pick import Pick
@@ -197,8 +197,8 @@ async def test_the_end_of_everything_where_nothing_runs_does_nothing() -> None:
     async with robot() as floors:
         before = len(floors.controller.events)
         await floors.service.direct.end_all()
-        kinds = [event.kind for event in floors.controller.events.since(before)]
-        assert Kind.FAULT not in kinds
+        kinds = [type(event) for event in floors.controller.events.since(before)]
+        assert FaultEntered not in kinds
         await floors.service.direct.move(AWAY)
 
 

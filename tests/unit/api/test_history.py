@@ -6,7 +6,7 @@ import pytest
 
 from maya_un.api.history import History
 from maya_un.errors import EventsForgotten, NotFound
-from maya_un.events import EventLog, Kind
+from maya_un.events import EventLog, MotionBegun
 from maya_un.process import items
 from maya_un.process.journal.protocol import Filter
 from maya_un.process.journal.rows import AuditRow, EventRow
@@ -55,8 +55,8 @@ async def test_events_come_from_memory_and_older_ones_from_the_journal() -> None
         log.run = 3
         history = History(floor.process, log)
         for _ in range(12):
-            event = log.emit(Kind.MOVING)
-            floor.journal.note(EventRow(3, event.seq, "", 0.0, event.kind.value, 0, {}))
+            event = log.emit(MotionBegun())
+            floor.journal.note(EventRow(3, event.seq, "", 0.0, event.kind, 0, {}))
         assert log.oldest > 1
         assert [event.seq for event in await history.events(3, 0, limit=5)] == [1, 2, 3, 4, 5]
         assert [event.seq for event in await history.events(3, 10)] == [11, 12]
@@ -69,9 +69,9 @@ async def test_events_that_nobody_keeps_are_not_left_out_in_silence() -> None:
         log = EventLog(lambda: 0.0, kept=8)
         history = History(floor.process, log)
         for number in range(12):
-            event = log.emit(Kind.MOVING)
+            event = log.emit(MotionBegun())
             if number > 1:
-                floor.journal.note(EventRow(1, event.seq, "", 0.0, event.kind.value, 0, {}))
+                floor.journal.note(EventRow(1, event.seq, "", 0.0, event.kind, 0, {}))
         with pytest.raises(EventsForgotten, match="oldest that is kept is 3"):
             await history.events(1, 0)
         assert [event.seq for event in await history.events(1, 2)] == list(range(3, 13))

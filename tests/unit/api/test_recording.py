@@ -13,7 +13,7 @@ from maya_un.assembly import stack
 from maya_un.config import Config
 from maya_un.config.load import parse
 from maya_un.errors import InvalidRequest, NotFound
-from maya_un.events import Kind
+from maya_un.events import Connected
 from maya_un.loops import run_virtual
 from maya_un.recorder import mcap_file
 from tests.recorded import recorded, shelf
@@ -33,7 +33,7 @@ async def test_a_recording_is_saved_listed_and_found(tmp_path: Path) -> None:
     assert source is not None
     assert source.seed == 5
     assert taken.wire[0].event == "open"
-    assert taken.events[0].kind is Kind.CONNECTED
+    assert taken.events[0].kind is Connected
 
 
 async def test_a_fault_of_the_whole_stack_is_saved(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from maya_un.api.messages import EventMessage, to_data, to_json
 from maya_un.api.service import Service
 from maya_un.controller.protocol import Jogged
 from maya_un.errors import Busy, InvalidJob, InvalidRequest, NotFound, Unreachable
-from maya_un.events import Event, Kind
+from maya_un.events import Event, FaultEntered
 from maya_un.process.process import Process
 from maya_un.robot.primitives import Home
 from maya_un.robot.robot import MayaRobot
@@ -264,7 +264,7 @@ async def test_everything_that_leaves_is_json() -> None:
 
 
 def test_details_that_are_not_plain_become_text() -> None:
-    message = EventMessage.of(Event(1, 0.0, Kind.FAULT, 2308, {"axis": "b", "where": (1, 2), "n": 3}))
+    message = EventMessage.of(FaultEntered(code=2308, more={"axis": "b", "where": (1, 2), "n": 3}))
     assert message.detail == {"axis": "b", "where": "(1, 2)", "n": 3}
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from maya_un.cli.replay_scene import Scene, commands_before, forget_stop_codes, scene_of
 from maya_un.config import Config
-from maya_un.events import Event, Kind
+from maya_un.events import HomingBegun
 from maya_un.galil.framing import Record
 from maya_un.galil.record import AxisRecord, DataRecord, Status, decode, encode
 from maya_un.galil.transcript import Piece
@@ -87,7 +87,7 @@ def test_counts_mean_lengths_where_a_homing_was_taken_over_later() -> None:
     states = (state(90.0, homed=False), state(95.0))
     over = replace(LATER, states=states)
     assert scene_of(over).homed
-    homing = replace(over, events=(Event(1, 92.0, Kind.HOMING),))
+    homing = replace(over, events=(HomingBegun(seq=1, time=92.0),))
     assert not scene_of(homing).homed
 
 

@@ -12,6 +12,17 @@ from maya_un.cli.output import concluded, exit_code
 from maya_un.cli.report import as_data, as_text, table
 from maya_un.cli.settings import Settings
 from maya_un.errors import by_code
+from maya_un.events import (
+    Event,
+    FaultEntered,
+    GripperOpened,
+    MotionBegun,
+    MotionPaused,
+    PhaseBegun,
+    SpeedChanged,
+    StepAdvanced,
+    event_of,
+)  # fmt: skip
 
 STEP: dict[str, Any] = {
     "index": 1,
@@ -80,21 +91,22 @@ def test_columns_line_up() -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "code", "detail", "text"),
+    ("event", "english", "spanish"),
     [
-        ("step", 0, {"index": 3, "step": "home", "state": "done"}, "   3 home: done"),
-        ("step", 2101, {"index": 3, "step": "home", "state": "failed"}, "   3 home: failed (2101)"),
-        ("step", 0, {"index": 3, "step": "home", "state": "queued"}, None),
-        ("phase", 0, {"name": "down"}, "       down"),
-        ("fault", 2302, {"message": "Stuck."}, "       fault (2302) Stuck."),
-        ("gripper_open", 0, {}, "       gripper open"),
-        ("moving", 0, {"to": "x"}, None),
-        ("paused", 0, {}, "       paused"),
-        ("speed", 0, {"ratio": 0.5}, "       speed 50%"),
+        (StepAdvanced(1, 3, "home", "done"), "   3 home: done", "   3 home: done"),
+        (StepAdvanced(1, 3, "home", "failed", code=2101), "   3 home: failed (2101)", "   3 home: failed (2101)"),
+        (StepAdvanced(1, 3, "home", "queued"), None, None),
+        (PhaseBegun("down"), "       down", "       down"),
+        (FaultEntered("Stuck.", code=2302), "       fault (2302) Stuck.", "       falla (2302) Stuck."),
+        (GripperOpened(), "       gripper open", "       pinza abierta"),
+        (MotionBegun("x"), None, None),
+        (MotionPaused(), "       paused", "       en pausa"),
+        (SpeedChanged(0.5), "       speed 50%", "       velocidad 50%"),
+        (event_of("dance", {"name": "tango"}), None, None),
     ],
 )
-def test_events_as_lines(kind: str, code: int, detail: dict[str, Any], text: str | None) -> None:
-    assert line({"kind": kind, "code": code, "detail": detail}) == text
+def test_events_as_lines(event: Event, english: str | None, spanish: str | None) -> None:
+    assert (line(event, "en"), line(event, "es")) == (english, spanish)
 
 
 def test_only_done_is_success(capsys: pytest.CaptureFixture[str]) -> None:
@@ -126,7 +138,7 @@ def test_the_display_suits_the_screen(monkeypatch: pytest.MonkeyPatch, capsys: p
 
 def test_bars_print_facts_and_leave_the_screen_clean(capsys: pytest.CaptureFixture[str]) -> None:
     with Bars("en") as bars:
-        tell({"kind": "phase", "code": 0, "detail": {"name": "down"}}, bars)
+        tell(PhaseBegun("down"), bars, "en")
         bars.motion("follow", 3.0, 10.0)
         bars.note("a [fact] is not markup")
         bars.rest()

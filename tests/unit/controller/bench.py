@@ -11,7 +11,7 @@ from maya_un.config.load import parse
 from maya_un.controller import marker
 from maya_un.controller.controller import GalilController
 from maya_un.controller.registers import operands, wanted
-from maya_un.events import Kind
+from maya_un.events import Event
 from maya_un.galil.driver import Driver
 from maya_un.galil.record import AxisRecord, DataRecord
 from maya_un.galil.transport import Transport
@@ -115,9 +115,9 @@ def when_sent(bench: Rig, command: str, act: Callable[[], object]) -> None:
     bench.virtual.tap = look
 
 
-def kinds(bench: Rig, since: int = 0) -> list[Kind]:
+def kinds(bench: Rig, since: int = 0) -> list[type[Event]]:
     """Return the kinds of the events from number `since` on."""
-    return [event.kind for event in bench.controller.events.since(since)]
+    return [type(event) for event in bench.controller.events.since(since)]
 
 
 def commands_in(sent: bytes) -> list[str]:

@@ -33,7 +33,16 @@ from maya_un.errors import (
     UnknownName,
     Unreachable,
 )
-from maya_un.events import Kind
+from maya_un.events import (
+    Connected,
+    FaultCleared,
+    GripperClosed,
+    GripperOpened,
+    HomingNeeded,
+    MotionBegun,
+    MotionEnded,
+    MotionStopped,
+)
 from maya_un.galil.driver import Driver
 from maya_un.galil.transport import Transport
 from maya_un.testing import Rig, faults, rig
@@ -199,7 +208,7 @@ class second:  # noqa: N801 - used as a context
 
 async def test_opening_tells_who_is_there() -> None:
     async with rig() as bench:
-        assert kinds(bench) == [Kind.CONNECTED, Kind.NOT_HOMED]
+        assert kinds(bench) == [Connected, HomingNeeded]
         assert bench.controller.events.since(0)[0].detail == {"address": "twin", "firmware": "DMC4133 Rev 1.3k"}
         assert (bench.controller.address, bench.controller.firmware) == ("twin", "DMC4133 Rev 1.3k")
 
@@ -229,7 +238,7 @@ async def test_a_move_takes_the_time_and_ends_where_its_preview_said(speed: floa
         assert now() - began == pytest.approx(preview.duration, abs=0.02)
         assert controller.state.joints == pytest.approx(preview.end, abs=2e-6)
         assert preview.end == pytest.approx(FAR, abs=5e-5)
-        assert kinds(bench)[-2:] == [Kind.MOVING, Kind.IDLE]
+        assert kinds(bench)[-2:] == [MotionBegun, MotionEnded]
         assert bench.mechanics.record.lowest >= preview.lowest - 1e-4
 
 
@@ -287,7 +296,7 @@ async def test_a_jog_moves_one_axis_by_its_distance(axis: str, distance: float) 
 async def test_the_gripper_is_wired_as_configured(closed_by: str, output: int, opening: str, closing: str) -> None:
     config = parse({"gripper": {"closed_by": closed_by, "output": output, "settle_time": 0.8}})
     async with rig(config) as bench:
-        for open_, command, kind in ((True, opening, Kind.GRIPPER_OPEN), (False, closing, Kind.GRIPPER_CLOSED)):
+        for open_, command, kind in ((True, opening, GripperOpened), (False, closing, GripperClosed)):
             del bench.sent[:]
             began = now()
             await bench.controller.gripper(open_)
@@ -372,7 +381,7 @@ async def test_after_a_limit_only_homing_helps() -> None:
         with pytest.raises(LimitReached):
             await move
         await bench.controller.recover()
-        assert kinds(bench)[-2:] == [Kind.RECOVERED, Kind.NOT_HOMED]
+        assert kinds(bench)[-2:] == [FaultCleared, HomingNeeded]
         assert await foreign(bench, "MG mayahome", "MG _ZAA", "MG _CN0") == ["0.0000", "0.0000", "-1.0000"]
         with pytest.raises(MarkerMissing):
             await bench.controller.skip_home()
@@ -415,7 +424,7 @@ async def test_the_end_of_a_move_that_was_cancelled_is_at_rest() -> None:
         assert move.cancelled()
         assert still_moving(bench) == 0.0
         assert (bench.controller.state.mode, bench.controller.state.moving) == (Mode.IDLE, False)
-        assert kinds(bench)[-1] is Kind.STOPPED
+        assert kinds(bench)[-1] is MotionStopped
         await bench.controller.jog("a", 0.01)
 
 
@@ -431,7 +440,7 @@ async def test_a_stop_whose_move_is_cancelled_while_it_brakes_is_told(later: flo
         await asyncio.wait({move})
         assert move.cancelled()
         assert still_moving(bench) == 0.0
-        assert kinds(bench, before) == [Kind.STOPPED]
+        assert kinds(bench, before) == [MotionStopped]
         await bench.controller.jog("a", 0.01)
 
 
@@ -444,7 +453,7 @@ async def test_a_move_that_is_cancelled_twice_is_told() -> None:
         move.cancel()
         await asyncio.wait({move})
         assert still_moving(bench) == 0.0
-        assert kinds(bench)[-1] is Kind.STOPPED
+        assert kinds(bench)[-1] is MotionStopped
 
 
 async def test_a_fault_whose_move_is_cancelled_while_it_comes_to_rest_is_a_fault() -> None:

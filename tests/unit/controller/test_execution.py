@@ -9,7 +9,7 @@ import pytest
 from maya_un.config.load import parse
 from maya_un.controller.run import OnVia
 from maya_un.errors import Busy, LinkLost, Stopped
-from maya_un.events import Kind
+from maya_un.events import MotionEnded
 from maya_un.motion.path import Path
 from maya_un.testing import Rig
 from maya_un.values import Joints, Mode, Point
@@ -145,7 +145,7 @@ async def test_a_paused_motion_whose_host_comes_back_is_never_gone_on_with() -> 
         await bench.controller.recover()
         assert places(bench) == pytest.approx(stands, abs=1e-4)
         await bench.controller.move(HERE)
-        assert kinds(bench)[-1] is Kind.IDLE
+        assert kinds(bench)[-1] is MotionEnded
 
 
 async def test_a_homing_never_lets_what_stands_in_the_controller_go_on() -> None:

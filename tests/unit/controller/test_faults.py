@@ -18,7 +18,7 @@ from maya_un.errors import (
     Stopped,
     UnexpectedStop,
 )
-from maya_un.events import Kind
+from maya_un.events import EmergencyStopped, Event, FaultEntered, LimitHit, MotionStopped
 from maya_un.galil.codes import STOP_TEXTS
 from maya_un.galil.record import AxisRecord, DataRecord, Status
 from tests.unit.controller.bench import record_of
@@ -122,13 +122,13 @@ def test_axes_are_named_as_maya_does_wherever_they_are_wired() -> None:
 @pytest.mark.parametrize(
     ("error", "kind"),
     [
-        (LimitReached(axis="b", side="forward"), Kind.LIMIT),
-        (AbortInput(), Kind.ESTOP),
-        (Stopped(), Kind.STOPPED),
-        (FollowingError(axis="a"), Kind.FAULT),
-        (AmplifierFault(status="0x1"), Kind.FAULT),
-        (EndNotReached(axis="a", distance="3 counts"), Kind.FAULT),
+        (LimitReached(axis="b", side="forward"), LimitHit),
+        (AbortInput(), EmergencyStopped),
+        (Stopped(), MotionStopped),
+        (FollowingError(axis="a"), FaultEntered),
+        (AmplifierFault(status="0x1"), FaultEntered),
+        (EndNotReached(axis="a", distance="3 counts"), FaultEntered),
     ],
 )
-def test_how_an_error_is_announced(error: MayaError, kind: Kind) -> None:
+def test_how_an_error_is_announced(error: MayaError, kind: type[Event]) -> None:
     assert faults.kind(error) is kind

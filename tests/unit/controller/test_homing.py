@@ -21,7 +21,7 @@ from maya_un.errors import (
     SwitchNotFound,
     WiringContradictsCn,
 )
-from maya_un.events import Kind
+from maya_un.events import FaultEntered, HomingBegun, HomingDone, MotionStopped, PhaseBegun
 from maya_un.kinematics.workspace import Workspace
 from maya_un.testing import Rig, rig
 from maya_un.values import Mode
@@ -74,9 +74,9 @@ async def test_a_homing_tells_its_phases_and_leaves_its_mark_last() -> None:
     async with rig() as bench:
         await bench.controller.home()
         events = bench.controller.events.since(0)
-        assert [event.detail["name"] for event in events if event.kind is Kind.PHASE] == PHASES
-        assert kinds(bench)[2] is Kind.HOMING
-        assert kinds(bench)[-1] is Kind.HOMED
+        assert [event.detail["name"] for event in events if isinstance(event, PhaseBegun)] == PHASES
+        assert kinds(bench)[2] is HomingBegun
+        assert kinds(bench)[-1] is HomingDone
         sent = commands_in(bytes(bench.sent))
         first, last = sent.index("BGS"), len(sent) - sent[::-1].index("BGS")
         assert {"mayahome=0", "ZAA=0"} < set(sent[:first])
@@ -124,7 +124,7 @@ async def test_a_stop_in_any_phase_leaves_the_robot_at_rest_and_not_homed(phase:
         state = bench.controller.state
         assert (state.mode, state.homed, state.moving, state.fault) == (Mode.NOT_HOMED, False, False, None)
         assert bench.controller.progress() is None
-        assert kinds(bench)[-1] is Kind.STOPPED
+        assert kinds(bench)[-1] is MotionStopped
         assert await foreign(bench, "MG mayahome", "MG _ZAA") == ["0.0000", "0.0000"]
         rest = bench.mechanics.true_joints()
         await elapse(60.0)
@@ -163,7 +163,7 @@ async def test_what_homing_cannot_trust_is_named_and_waits_for_a_person(
         assert found == details
         assert bench.controller.state.mode is Mode.FAULT
         assert not bench.controller.state.moving
-        assert kinds(bench)[-1] is Kind.FAULT
+        assert kinds(bench)[-1] is FaultEntered
         assert await foreign(bench, "MG _ZAA") == ["0.0000"]
 
 

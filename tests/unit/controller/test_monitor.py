@@ -10,7 +10,7 @@ from maya_un.errors import (
     LinkLost,
     NotConnected,
 )
-from maya_un.events import Kind
+from maya_un.events import Connected, Disconnected, FaultCleared, FaultEntered
 from maya_un.testing import rig
 from maya_un.values import Mode, State
 from tests.unit.controller.bench import FAR, HERE, OWN, commands_in, foreign, homed, kinds
@@ -88,12 +88,12 @@ async def test_a_lost_link_is_one_event_and_a_fault_that_a_person_clears() -> No
         with pytest.raises(NotConnected):
             await bench.controller.stop()
         await elapse(10.0)
-        assert kinds(bench, seen) == [Kind.DISCONNECTED, Kind.CONNECTED]
+        assert kinds(bench, seen) == [Disconnected, Connected]
         assert bench.controller.state.mode is Mode.FAULT
         with pytest.raises(Faulted):
             await bench.controller.move(FAR)
         await bench.controller.recover()
-        assert kinds(bench, seen)[2:] == [Kind.RECOVERED]
+        assert kinds(bench, seen)[2:] == [FaultCleared]
         assert (bench.controller.state.mode, bench.controller.state.homed) == (Mode.IDLE, True)
 
 
@@ -122,7 +122,7 @@ async def test_a_controller_that_was_switched_off_and_on_is_noticed_when_it_is_b
         bench.virtual.cut()
         await foreign(bench, "RS")
         await elapse(10.0)
-        assert kinds(bench, seen) == [Kind.DISCONNECTED, Kind.CONNECTED, Kind.FAULT]
+        assert kinds(bench, seen) == [Disconnected, Connected, FaultEntered]
         assert bench.controller.state.fault is not None
         assert bench.controller.state.fault.code == ControllerReset.code
         assert not bench.controller.state.homed

@@ -20,7 +20,7 @@ from maya_un.errors import (
     OwnerErased,
     OwnershipLost,
 )
-from maya_un.events import Kind
+from maya_un.events import FaultEntered
 from maya_un.galil.commands import LINE_LIMIT
 from maya_un.galil.driver import Driver
 from maya_un.galil.transport import Transport
@@ -305,7 +305,7 @@ async def test_a_living_owner_is_taken_over_at_rest_only_and_is_told() -> None:
             assert bench.controller.state.mode is Mode.FAULT
             assert bench.controller.state.fault is not None
             assert bench.controller.state.fault.code == OwnershipLost.code
-            assert Kind.FAULT in kinds(bench, seen)
+            assert FaultEntered in kinds(bench, seen)
             await other.skip_home()
             await other.move(HERE)
 

@@ -22,7 +22,7 @@ from maya_un.errors import (
     Stopped,
     Unreachable,
 )
-from maya_un.events import Kind
+from maya_un.events import HomingDone, MotionBegun, MotionEnded, MotionPaused, MotionResumed, SpeedChanged
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode
 from maya_un.virtual.maya.start import Start
@@ -100,7 +100,7 @@ async def test_a_pause_stands_where_it_says_and_resume_arrives_when_it_says(afte
         await move
         assert now() - begun == pytest.approx(left + SETTLE, abs=0.02)
         assert places(bench) == pytest.approx(FAR, abs=5e-5)
-        assert kinds(bench)[-5:] == [Kind.HOMED, Kind.MOVING, Kind.PAUSED, Kind.RESUMED, Kind.IDLE]
+        assert kinds(bench)[-5:] == [HomingDone, MotionBegun, MotionPaused, MotionResumed, MotionEnded]
 
 
 async def test_a_pause_leaves_the_straight_line_by_no_count() -> None:
@@ -134,7 +134,7 @@ async def test_an_override_holds_for_later_motions_until_it_is_changed() -> None
     async with homed() as bench:
         plain = duration_of(bench)
         await bench.controller.override(0.5)
-        assert kinds(bench)[-1] is Kind.SPEED
+        assert kinds(bench)[-1] is SpeedChanged
         times: list[float] = []
         for target in (FAR, HERE):
             begun = now()

@@ -8,6 +8,7 @@ import pytest
 from maya_un.config import Config
 from maya_un.controller.reckoning import SETTLED, Reckoning
 from maya_un.errors import Faulted, ForeignMotion, MachineError, NotHomed, PositionChanged, PositionNotKept
+from maya_un.events import FaultEntered
 from maya_un.galil.record import AxisRecord, DataRecord, Status
 from maya_un.testing import faults
 from maya_un.values import Mode
@@ -96,7 +97,7 @@ async def test_position_defined_at_rest_is_found_before_a_motion_that_nobody_wat
         await foreign(bench, "DPB=1400000")
         with pytest.raises(PositionChanged):
             await bench.controller.move(FAR)
-        assert kinds(bench)[-1].value == "fault"
+        assert kinds(bench)[-1] is FaultEntered
 
 
 async def test_position_defined_in_a_fault_makes_the_homing_void() -> None:

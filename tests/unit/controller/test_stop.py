@@ -12,7 +12,7 @@ from maya_un.config.load import parse
 from maya_un.controller.controller import GalilController
 from maya_un.controller.seek import SETTLE
 from maya_un.errors import AbortInput, NotHomed, Stopped
-from maya_un.events import Kind
+from maya_un.events import GripperClosed, MotionStopped
 from maya_un.galil.record import AxisRecord, Status
 from maya_un.galil.transport import Transport, loopback_pair
 from maya_un.testing import Rig, rig
@@ -73,7 +73,7 @@ async def test_a_stop_in_motion_tells_what_then_happens(after: float, target: Jo
     async with homed() as bench:
         await stopped(bench, after, asyncio.create_task(bench.controller.move(target, speed=speed)))
         assert bench.controller.state.mode is Mode.IDLE
-        assert kinds(bench)[-1] is Kind.STOPPED
+        assert kinds(bench)[-1] is MotionStopped
 
 
 @pytest.mark.parametrize("before_end", [2.0, 1.0, 0.5, 0.2, 0.05, 0.01])
@@ -124,7 +124,7 @@ async def test_a_stop_while_a_move_is_sent_keeps_it_from_beginning(at: str) -> N
         assert await stops[0] == NOTHING
         assert "BGS" not in commands_in(bytes(bench.sent))
         assert bench.controller.state.mode is Mode.IDLE
-        assert kinds(bench)[-1] is Kind.STOPPED
+        assert kinds(bench)[-1] is MotionStopped
         await bench.controller.move(FAR)
 
 
@@ -169,7 +169,7 @@ async def test_a_stop_at_rest_changes_nothing_and_is_reported() -> None:
         del bench.sent[:]
         assert await bench.controller.stop() == NOTHING
         assert commands_in(bytes(bench.sent)) == ["ST S", "QR"]
-        assert kinds(bench, seen) == [Kind.STOPPED]
+        assert kinds(bench, seen) == [MotionStopped]
         assert bench.controller.state.mode is Mode.IDLE
         await bench.controller.move(FAR)
 
@@ -191,7 +191,7 @@ async def test_two_stops_are_one() -> None:
         assert (await bench.controller.stop()).was_moving
         with pytest.raises(Stopped):
             await move
-        assert kinds(bench).count(Kind.STOPPED) == 1
+        assert kinds(bench).count(MotionStopped) == 1
 
 
 @pytest.mark.parametrize("stop", ["ST S", "ABC"])
@@ -205,7 +205,7 @@ async def test_a_stop_reaches_what_somebody_else_began(stop: str) -> None:
         assert report.duration == pytest.approx(still_moving(bench), abs=0.03)
         await elapse(report.duration + 0.05)
         assert still_moving(bench) == 0.0
-        assert kinds(bench)[-1] is Kind.STOPPED
+        assert kinds(bench)[-1] is MotionStopped
 
 
 async def test_a_refused_stop_of_the_sequence_does_not_spare_axes_that_move_alone() -> None:
@@ -309,7 +309,7 @@ async def test_a_stop_during_the_last_look_at_the_gripper_is_not_lost() -> None:
         await controller.stop()
         with pytest.raises(Stopped):
             await closing
-        assert kinds(bench)[-1] is Kind.GRIPPER_CLOSED  # it has moved, whatever was said
+        assert kinds(bench)[-1] is GripperClosed  # it has moved, whatever was said
 
 
 async def test_after_a_stop_the_state_is_where_the_axes_have_come_to_rest() -> None:

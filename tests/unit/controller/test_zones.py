@@ -8,7 +8,7 @@ import pytest
 
 from maya_un.config.load import parse
 from maya_un.errors import Busy, MayaError, PathRefused, Unreachable
-from maya_un.events import Kind
+from maya_un.events import ZonesChanged
 from maya_un.kinematics import Box, HalfSpace
 from maya_un.testing import rig
 from maya_un.values import Joints, Mode, Point
@@ -110,5 +110,5 @@ async def test_a_change_is_announced() -> None:
     async with homed() as bench:
         seen = len(bench.controller.events)
         bench.controller.set_zones([WALL, around(Point(0.5, 0.5, 0.5), 0.1)])
-        assert kinds(bench, seen) == [Kind.ZONES]
+        assert kinds(bench, seen) == [ZonesChanged]
         assert bench.controller.events.since(seen)[0].detail["names"] == "wall, cage"

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from maya_un.config import Config
 from maya_un.errors import InvalidMessage
-from maya_un.events import Event, Kind
-from maya_un.graph.events import REFUSED, SAID, WORDS, Standing, Told, read
+from maya_un.events import Event, GripperOpened, HomingBegun, MotionBegun
+from maya_un.graph.events import REFUSED, Standing, Told, read, words
 from maya_un.kinematics.workspace import Workspace
 from maya_un.values import Joints, Mode, Notice
 from tests.fakes import state_of
@@ -32,7 +32,7 @@ STANDINGS = st.builds(
 PLAIN = st.none() | st.booleans() | st.integers() | NUMBERS | st.text()
 
 
-@given(st.sampled_from(sorted(WORDS)), STANDINGS, st.integers(0, 9999), st.dictionaries(st.text(), PLAIN))
+@given(st.sampled_from(words()), STANDINGS, st.integers(0, 9999), st.dictionaries(st.text(), PLAIN))
 def test_what_is_told_is_read_again(word: str, standing: Standing, code: int, detail: dict[str, object]) -> None:
     told = Told(word, standing, code, detail)
     assert read(told.text()) == told
@@ -53,10 +53,11 @@ def test_the_words_are_those_of_the_interface_and_ours() -> None:
         "connected", "disconnected", "not_homed", "homing", "homed", "moving", "idle", "stopped", "gripper_open",
         "gripper_closed", "limit", "fault", "estop",
     }  # fmt: skip
-    assert manual <= WORDS
-    assert WORDS - manual == {"paused", "resumed", "speed", "zones", "recovered", REFUSED}
-    assert {Kind.PHASE, Kind.JOB, Kind.STEP, Kind.LEASE, Kind.QUEUE, Kind.STORAGE}.isdisjoint(SAID)
-    assert {Standing(mode, False, False, False).word for mode in Mode} <= WORDS
+    ours = set(words()) - manual
+    assert manual <= set(words())
+    assert {"paused", "resumed", "speed", "zones", "recovered", REFUSED} <= ours
+    assert ours.isdisjoint({"phase", "job", "step", "lease", "queue", "storage", "recording"})
+    assert {Standing(mode, False, False, False).word for mode in Mode} <= set(words())
 
 
 def test_strokes_are_those_that_homing_measured() -> None:
@@ -68,19 +69,19 @@ def test_strokes_are_those_that_homing_measured() -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "mode", "shown"),
+    ("event", "mode", "shown"),
     [
-        (Kind.MOVING, Mode.IDLE, Mode.MOVING),
-        (Kind.HOMING, Mode.NOT_HOMED, Mode.HOMING),
-        (Kind.HOMING, Mode.IDLE, Mode.HOMING),
-        (Kind.MOVING, Mode.PAUSED, Mode.PAUSED),
-        (Kind.MOVING, Mode.FAULT, Mode.FAULT),
-        (Kind.GRIPPER_OPEN, Mode.IDLE, Mode.IDLE),
+        (MotionBegun(), Mode.IDLE, Mode.MOVING),
+        (HomingBegun(), Mode.NOT_HOMED, Mode.HOMING),
+        (HomingBegun(), Mode.IDLE, Mode.HOMING),
+        (MotionBegun(), Mode.PAUSED, Mode.PAUSED),
+        (MotionBegun(), Mode.FAULT, Mode.FAULT),
+        (GripperOpened(), Mode.IDLE, Mode.IDLE),
     ],
 )
-def test_a_motion_is_under_way_as_soon_as_it_is_told(kind: Kind, mode: Mode, shown: Mode) -> None:
+def test_a_motion_is_under_way_as_soon_as_it_is_told(event: Event, mode: Mode, shown: Mode) -> None:
     standing = replace(Standing.of(state_of(None), Workspace.of(Config())), mode=mode)
-    assert Told.of(Event(1, 0.0, kind), standing).standing.mode is shown
+    assert Told.of(event, standing).standing.mode is shown
 
 
 @pytest.mark.parametrize(

@@ -1,16 +1,17 @@
 from __future__ import annotations
 
 import re
+from dataclasses import fields
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from maya_ui.robot import Wish
-from maya_ui.words import WORDS, phrase, sentence, word
+from maya_ui.words import WORDS, happened, phrase, sentence, word
 
 from maya_un import messages
 from maya_un.errors import Busy, Unreachable
-from maya_un.graph.events import WORDS as EVENTS
+from maya_un.events import DECLARED, ControllerEvent, Event
 from maya_un.values import Mode
 
 
@@ -26,10 +27,23 @@ def test_a_word_stands_in_both_languages_and_fills_in_the_same(key: str) -> None
     assert names(english) == names(spanish)
 
 
-def test_every_mode_every_event_and_every_wish_has_words() -> None:
+def test_every_mode_and_every_wish_has_words() -> None:
     assert {f"mode_{mode.value}" for mode in Mode} <= WORDS.keys()
-    assert {f"event_{event}" for event in EVENTS} <= WORDS.keys()
     assert {f"wish_{wish.value}" for wish in Wish} <= WORDS.keys()
+
+
+@pytest.mark.parametrize("event", [event for event in DECLARED.values() if issubclass(event, ControllerEvent)])
+def test_every_event_on_the_graph_has_a_sentence_in_both_languages(event: type[Event]) -> None:
+    detail = {one.name: 0.5 if one.type == "float" else "x" for one in fields(event)}
+    said = [happened(event.word, detail, language) for language in ("en", "es")]
+    assert [text for text, _ in said] == [event.sentences[language].format(**detail) for language in ("en", "es")]
+
+
+def test_an_event_shows_only_the_details_that_its_sentence_leaves_out() -> None:
+    assert happened("speed", {"ratio": 0.5, "by": "ana"}, "es") == ("velocidad 50%", {"by": "ana"})
+    assert happened("speed", {"by": "ana"}) == ("speed", {"by": "ana"})
+    assert happened("gone_fishing", {"till": 5}, "es") == ("gone fishing", {"till": 5})
+    assert happened("refused", {}, "es") == ("rechazado", {})
 
 
 def test_stop_queue_tells_that_waiting_jobs_are_cancelled() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from maya_un.events import Kind
+from maya_un.events import HomingBegun, HomingDone
 from maya_un.process.view import JobLine
 from tests.queues import Floor, Machine, asked, job
 from tests.virtual_time import elapse
@@ -123,9 +123,9 @@ async def test_a_homing_is_estimated_by_a_bound_and_then_by_the_last_one_and_tha
         assert not floor.process.shown.view().estimated
         bound = await with_homing(floor)
         assert 200.0 < bound < 400.0
-        floor.controller.events.emit(Kind.HOMING)
+        floor.controller.events.emit(HomingBegun())
         await elapse(7.0)
-        floor.controller.events.emit(Kind.HOMED)
+        floor.controller.events.emit(HomingDone())
         assert await with_homing(floor) == pytest.approx(7.0)
 
 

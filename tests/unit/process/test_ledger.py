@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from maya_un.errors import Stopped, StorageFailed
-from maya_un.events import Kind
+from maya_un.events import JobAdvanced, QueueChanged, StepAdvanced, StorageChanged
 from maya_un.process.ledger import RETRY
 from maya_un.process.states import TaskState
 from maya_un.process.view import QueueMode
@@ -31,7 +31,7 @@ async def test_what_cannot_be_written_is_not_accepted() -> None:
         with pytest.raises(StorageFailed, match="the disk is full"):
             await floor.process.submit(HOME)
         assert floor.process.shown.lines() == []
-        assert floor.told(Kind.JOB) == []
+        assert floor.told(JobAdvanced) == []
         floor.journal.broken = ""
         number = await floor.process.submit(HOME)
         assert (await floor.process.result(number)).state is TaskState.DONE
@@ -47,15 +47,15 @@ async def test_no_step_begins_that_cannot_be_written_and_the_end_of_the_last_is_
         await elapse(LONG)
         assert floor.controller.names() == ["home"]
         assert (process.shown.mode, process.shown.reason) == (QueueMode.PAUSED, "storage")
-        assert [event.detail["state"] for event in floor.told(Kind.STEP)] == ["running"]
-        assert [event.detail["state"] for event in floor.told(Kind.STORAGE)] == ["failing"]
+        assert [event.detail["state"] for event in floor.told(StepAdvanced)] == ["running"]
+        assert [event.detail["state"] for event in floor.told(StorageChanged)] == ["failing"]
         assert await kept(floor, 1) == ("running", ["running"])
         with pytest.raises(StorageFailed):
             await process.turns.resume("ana")
         floor.journal.broken = ""
         await elapse(2 * RETRY)
         assert await kept(floor, 1) == ("paused", ["done"])
-        assert [event.detail["state"] for event in floor.told(Kind.STORAGE)] == ["failing", "working"]
+        assert [event.detail["state"] for event in floor.told(StorageChanged)] == ["failing", "working"]
         await elapse(LONG)
         assert floor.controller.names() == ["home"]
         await process.turns.resume("ana")
@@ -137,7 +137,7 @@ async def test_a_pause_holds_also_where_it_cannot_be_written() -> None:
         await elapse(LONG)
         assert floor.controller.names() == ["home"]
         assert (floor.process.shown.mode, floor.process.shown.reason) == (QueueMode.PAUSED, "asked")
-        assert floor.told(Kind.QUEUE)[0].detail["by"] == "ana"
+        assert floor.told(QueueChanged)[0].detail["by"] == "ana"
 
 
 async def test_everything_announced_was_in_the_journal_before() -> None:
@@ -149,7 +149,7 @@ async def test_everything_announced_was_in_the_journal_before() -> None:
         await floor.process.submit(job({"place": "tray"}))
         await floor.process.submit(HOME, asked(depends_on=(2,)))
         await floor.process.result(2)
-        told = [event for kind in (Kind.JOB, Kind.STEP) for event in floor.told(kind)]
+        told = [event for kind in (JobAdvanced, StepAdvanced) for event in floor.told(kind)]
         assert len(told) == 3 + 4 + 3 + 1 + 2
         assert await kept(floor, 1) == ("done", ["done", "done"])
         assert await kept(floor, 3) == ("held", [])
@@ -165,7 +165,7 @@ async def test_what_is_paused_while_something_else_is_written_is_announced_all_t
         await elapse(0.5)
         floor.process.turns.pause_by_itself("fault")
         await elapse(LONG)
-        assert [event.detail["reason"] for event in floor.told(Kind.QUEUE)] == ["stop"]
+        assert [event.detail["reason"] for event in floor.told(QueueChanged)] == ["stop"]
         kept_now = await floor.journal.unfinished()
         assert (kept_now.queue.paused, kept_now.queue.reason) == (True, "stop")
 

@@ -8,7 +8,7 @@ import tracemalloc
 
 import pytest
 
-from maya_un.events import Kind
+from maya_un.events import JobAdvanced
 from maya_un.process.items import AT_HAND, Item
 from maya_un.process.journal.rows import JobRow, Options, Owner
 from maya_un.process.states import TaskState
@@ -84,9 +84,9 @@ async def test_clear_of_many_waiting_jobs_is_one_write_and_tells_every_end() -> 
         assert floor.process.shown.view().counts == {}
         assert machine.journal.now(FAR)[0].state is TaskState.CANCELLED
         await elapse(10.0)
-        ended = [event.detail["job"] for event in floor.told(Kind.JOB) if event.detail["state"] == "cancelled"]
+        ended = [event.detail["job"] for event in floor.told(JobAdvanced) if event.detail["state"] == "cancelled"]
         assert sorted(ended, key=str) == sorted(range(1, MANY + 1), key=str)
-        assert {event.detail["owner"] for event in floor.told(Kind.JOB)} == {"ana", "root"}
+        assert {event.detail["owner"] for event in floor.told(JobAdvanced)} == {"ana", "root"}
 
 
 async def test_clear_that_cannot_be_written_ends_nothing() -> None:
@@ -105,7 +105,7 @@ async def test_close_tells_every_end_before_it_returns() -> None:
     machine = await full()
     async with machine.running() as floor:
         await floor.process.clear()
-    assert sum(event.detail["state"] == "cancelled" for event in floor.told(Kind.JOB)) == MANY
+    assert sum(event.detail["state"] == "cancelled" for event in floor.told(JobAdvanced)) == MANY
 
 
 async def test_a_job_far_behind_is_held_released_moved_changed_and_cancelled() -> None:
@@ -147,7 +147,7 @@ async def test_jobs_begin_in_order_though_they_were_left_in_the_journal() -> Non
     async with machine.running() as floor:
         await floor.process.turns.resume("ana")
         await elapse(30.0)
-        begun = [event.detail["job"] for event in floor.told(Kind.JOB) if event.detail["state"] == "running"]
+        begun = [event.detail["job"] for event in floor.told(JobAdvanced) if event.detail["state"] == "running"]
         assert begun == [number for number in range(1, 1000) if number % 10][: len(begun)]
         assert begun
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from maya_un.errors import EndNotReached, Faulted, LinkLost, NotConnected, NotFound, Stopped, UnknownName
-from maya_un.events import Kind
+from maya_un.events import JobAdvanced, StepAdvanced
 from maya_un.process import items as module
 from maya_un.process.job import Job
 from maya_un.process.process import Process
@@ -61,7 +61,7 @@ async def test_a_cancelled_job_tells_of_the_parts_it_has_put_down(step: int, pla
     async with running() as (controller, process):
         number = await process.submit(job(*PICK_AND_PLACE, {"approach": [0.50, 1.10]}, {"pick": "cube"}))
         async for event in controller.events.follow():
-            if event.kind is Kind.STEP and (event.detail["index"], event.detail["state"]) == (step, "running"):
+            if isinstance(event, StepAdvanced) and (event.detail["index"], event.detail["state"]) == (step, "running"):
                 break
         await elapse(0.1)
         report = await process.cancel(number)
@@ -97,7 +97,7 @@ async def test_jobs_run_in_the_order_they_came() -> None:
         assert process.running == numbers[0]
         await process.result(numbers[-1])
         assert process.running is None
-        told = [event.detail for event in controller.events.since(0) if event.kind is Kind.JOB]
+        told = [event.detail for event in controller.events.since(0) if isinstance(event, JobAdvanced)]
         order = [(detail["job"], detail["state"]) for detail in told if detail["state"] != "queued"]
         assert order == [(n, state) for n in numbers for state in ("running", "done")]
 
@@ -288,5 +288,5 @@ async def test_steps_are_events_with_their_code() -> None:
     async with running() as (controller, process):
         controller.fail_at = {1: EndNotReached(axis="b", distance="1 mm")}
         await process.result(await process.submit(job(*PICK_AND_PLACE)))
-        told = [event for event in controller.events.since(0) if event.kind is Kind.STEP]
+        told = [event for event in controller.events.since(0) if isinstance(event, StepAdvanced)]
         assert [(event.detail["state"], event.code) for event in told] == [("running", 0), ("failed", 2308)]

@@ -17,7 +17,7 @@ from maya_un.errors import (
     Stopped,
     WrongState,
 )
-from maya_un.events import Kind
+from maya_un.events import JobAdvanced, QueueChanged, StepAdvanced
 from maya_un.process import runner
 from maya_un.process.journal.rows import OnFailure
 from maya_un.process.states import TaskState
@@ -33,7 +33,7 @@ LONG = 1000.0
 async def order_of(floor: Floor) -> list[int]:
     """Let everything run and return the order in which jobs began."""
     await elapse(LONG)
-    return [int(str(e.detail["job"])) for e in floor.told(Kind.JOB) if e.detail["state"] == "running"]
+    return [int(str(e.detail["job"])) for e in floor.told(JobAdvanced) if e.detail["state"] == "running"]
 
 
 async def test_the_greater_priority_goes_first_and_equals_in_the_order_they_came() -> None:
@@ -145,7 +145,7 @@ async def test_after_a_pause_no_step_begins_until_somebody_resumes() -> None:
         await process.turns.resume("ana")
         assert (await process.result(2)).state is TaskState.DONE
         assert floor.states(1) == ["queued", "running", "paused", "running", "done"]
-        told = [(e.detail["state"], e.detail["by"]) for e in floor.told(Kind.QUEUE)]
+        told = [(e.detail["state"], e.detail["by"]) for e in floor.told(QueueChanged)]
         assert told == [("paused", "ben"), ("running", "ana")]
 
 
@@ -250,7 +250,7 @@ async def test_what_does_no_harm_is_tried_again() -> None:
         report = await floor.process.result(await floor.process.submit(HOME, asked(retries=2)))
         assert report.state is TaskState.DONE
         assert floor.controller.names() == ["home"] * 3
-        tried = [(e.detail.get("attempt"), e.code) for e in floor.told(Kind.STEP) if e.detail["state"] == "running"]
+        tried = [(e.detail.get("attempt"), e.code) for e in floor.told(StepAdvanced) if e.detail["state"] == "running"]
         assert tried == [(None, 0), (2, 2104), (3, 2104)]
         assert report.duration == pytest.approx(2 * 30.0 + 60.0 + 2 * runner.RETRY_AFTER)
 
@@ -263,7 +263,7 @@ async def test_a_stop_before_the_next_try_is_the_end_of_the_job() -> None:
         while not floor.controller.calls:
             await elapse(0.01)
         await elapse(30.0 + runner.RETRY_AFTER / 2)
-        assert not any(event.code for event in floor.told(Kind.JOB))
+        assert not any(event.code for event in floor.told(JobAdvanced))
         floor.process.turns.halt(Stopped())
         report = await floor.process.result(number)
         assert (report.state, report.code) == (TaskState.CANCELLED, Stopped.code)

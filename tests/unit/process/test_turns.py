@@ -8,7 +8,7 @@ from contextlib import suppress
 import pytest
 
 from maya_un.errors import RequestError, Stopped
-from maya_un.events import Kind
+from maya_un.events import JobAdvanced
 from maya_un.process.states import TaskState
 from tests.queues import Machine, asked, job
 from tests.virtual_time import elapse
@@ -81,7 +81,7 @@ async def test_a_stop_ends_the_check_of_a_long_job_at_once() -> None:
     async with Machine().running() as floor:
         number = await floor.process.submit(job({"gripper": "open"}, repeat=1000), asked())
         async for event in floor.controller.events.follow():
-            if event.kind is Kind.JOB and event.detail["state"] == "running":
+            if isinstance(event, JobAdvanced) and event.detail["state"] == "running":
                 break
         floor.process.turns.halt(Stopped())
         report = await floor.process.result(number)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from types import MappingProxyType
-
 from maya_un.config import Config
-from maya_un.events import Event, Kind
+from maya_un.events import LimitHit, PhaseBegun
 from maya_un.galil.transcript import Piece
 from maya_un.recorder.header import Cause, Header, Origin, Software, TwinSource
 from maya_un.recorder.recording import Recording
@@ -49,8 +47,8 @@ RECORDING = Recording(
     header(),
     (state(90.0, homed=False), state(95.1), state(99.9, fault=Notice(2301, "Axis b met its forward limit switch."))),
     (
-        Event(6, 95.0, Kind.PHASE, 0, MappingProxyType({"name": "down"})),
-        Event(7, 95.1, Kind.LIMIT, 2301, MappingProxyType({"message": "Axis b …", "axis": 1, "far": 0.5, "no": None})),
+        PhaseBegun("down", seq=6, time=95.0),
+        LimitHit("Axis b …", seq=7, time=95.1, code=2301, more={"axis": 1, "far": 0.5, "no": None}),
     ),
     (
         Piece(90.0, 1, "client", b"", "open"),

@@ -9,7 +9,7 @@ import pytest
 
 from maya_un.config import RecorderConfig
 from maya_un.errors import FileUnwritable, InternalError
-from maya_un.events import Event, Kind
+from maya_un.events import EmergencyStopped, Event, FaultEntered, JobAdvanced, RecordingSaved
 from maya_un.galil.transport import datagram_pair
 from maya_un.recorder import mcap_file, recorder
 from maya_un.recorder.recording import Recording
@@ -33,7 +33,7 @@ def read(robot: Recorded, kept: Kept) -> Recording:
 
 
 def told(robot: Recorded) -> list[Event]:
-    return [event for event in robot.controller.events.since(0) if event.kind is Kind.RECORDING]
+    return [event for event in robot.controller.events.since(0) if isinstance(event, RecordingSaved)]
 
 
 async def test_states_events_and_the_wire_are_kept_as_they_come() -> None:
@@ -84,7 +84,7 @@ async def test_a_fault_is_saved_once_with_the_seconds_after_it(tmp_path: Path) -
         (kept,) = saved(robot)
         taken = read(robot, kept)
     fault = next(event for event in taken.events if event.code)
-    assert kept.reason == fault.kind.value
+    assert kept.reason == fault.kind
     assert (taken.header.cause.seq, taken.header.cause.code) == (fault.seq, fault.code)
     assert taken.header.cause.message
     assert taken.span[0] <= at - 10.0
@@ -96,12 +96,12 @@ async def test_a_fault_is_saved_once_with_the_seconds_after_it(tmp_path: Path) -
 async def test_faults_that_follow_each_other_are_one_recording(tmp_path: Path) -> None:
     async with recorded(tmp_path) as robot:
         for number in range(4):
-            robot.controller.events.emit(Kind.FAULT, 2305, message=f"{number}")
+            robot.controller.events.emit(FaultEntered(message=f"{number}", code=2305))
             await elapse(4.0)
         await elapse(60.0)
         (kept,) = saved(robot)
         assert read(robot, kept).header.cause.message == "0"
-        robot.controller.events.emit(Kind.FAULT, 2305, message="late")
+        robot.controller.events.emit(FaultEntered(message="late", code=2305))
         await elapse(6.0)
         assert len(saved(robot)) == 2
 
@@ -109,7 +109,7 @@ async def test_faults_that_follow_each_other_are_one_recording(tmp_path: Path) -
 async def test_an_endless_row_of_faults_is_saved_all_the_same(tmp_path: Path) -> None:
     async with recorded(tmp_path) as robot:
         for _ in range(40):
-            robot.controller.events.emit(Kind.FAULT, 2305, message="again")
+            robot.controller.events.emit(FaultEntered(message="again", code=2305))
             await elapse(1.0)
         assert len(saved(robot)) == 1
         assert told(robot)[0].time < 31.0
@@ -118,14 +118,14 @@ async def test_an_endless_row_of_faults_is_saved_all_the_same(tmp_path: Path) ->
 async def test_what_is_no_error_is_not_saved(tmp_path: Path) -> None:
     async with recorded(tmp_path) as robot:
         await robot.controller.stop()
-        robot.controller.events.emit(Kind.JOB, 2102, name="refused")
+        robot.controller.events.emit(JobAdvanced(1, "refused", "failed", "ana", code=2102))
         await elapse(30.0)
     assert saved(robot) == []
 
 
 async def test_a_fault_at_the_very_end_is_saved_without_waiting(tmp_path: Path) -> None:
     async with recorded(tmp_path) as robot:
-        robot.controller.events.emit(Kind.ESTOP, 2303, message="pressed")
+        robot.controller.events.emit(EmergencyStopped(message="pressed", code=2303))
     (kept,) = saved(robot)
     assert kept.reason == "estop"
 
@@ -151,7 +151,7 @@ async def test_a_refusal_that_ends_the_program_is_no_crash(tmp_path: Path) -> No
 async def test_without_a_folder_nothing_is_saved() -> None:
     async with recorded() as robot:
         assert await robot.recorder.save() is None
-        robot.controller.events.emit(Kind.FAULT, 2305, message="…")
+        robot.controller.events.emit(FaultEntered(message="…", code=2305))
         await elapse(30.0)
         assert told(robot) == []
 
@@ -159,7 +159,7 @@ async def test_without_a_folder_nothing_is_saved() -> None:
 async def test_a_disk_that_takes_nothing_is_told_and_harms_nobody(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     async with recorded(tmp_path / "file" / "recordings") as robot:
-        robot.controller.events.emit(Kind.FAULT, 2305, message="…")
+        robot.controller.events.emit(FaultEntered(message="…", code=2305))
         await elapse(6.0)
         (event,) = told(robot)
         assert event.code == FileUnwritable.code
@@ -174,13 +174,13 @@ async def test_a_defect_of_the_recorder_harms_nobody(tmp_path: Path, monkeypatch
 
     monkeypatch.setattr(mcap_file, "write", broken)
     async with recorded(tmp_path) as robot:
-        robot.controller.events.emit(Kind.FAULT, 2305, message="…")
+        robot.controller.events.emit(FaultEntered(message="…", code=2305))
         await elapse(6.0)
         with pytest.raises(InternalError, match="of the recorder"):
             await robot.recorder.save()
         assert [event.code for event in told(robot)] == [InternalError.code] * 2
         await robot.controller.move(THERE)
-        robot.controller.events.emit(Kind.FAULT, 2305, message="at the end")
+        robot.controller.events.emit(FaultEntered(message="at the end", code=2305))
     assert [event.code for event in told(robot)] == [InternalError.code] * 3
     assert saved(robot) == []
 

@@ -8,7 +8,7 @@ import tracemalloc
 import hypothesis.strategies as st
 from hypothesis import given
 
-from maya_un.events import Event, Kind
+from maya_un.events import Event, MotionEnded
 from maya_un.galil.transcript import Piece
 from maya_un.recorder.ring import EVENT_COST, STATE_COST, WIRE_COST, Ring, Way
 from maya_un.values import Joints, Mode, Point, State
@@ -61,7 +61,7 @@ async def test_whatever_comes_it_keeps_the_newest_within_its_bounds(steps: list[
             ring.state(state(now))
             came.append((now, state(now), STATE_COST))
         else:
-            event = Event(number + 1, now, Kind.IDLE)
+            event = MotionEnded(seq=number + 1, time=now)
             ring.event(event)
             came.append((now, event, EVENT_COST))
         assert ring.size <= MOST

@@ -21,7 +21,7 @@ from maya_un.errors import (
     Stopped,
     Unreachable,
 )
-from maya_un.events import Kind
+from maya_un.events import PhaseBegun
 from maya_un.kinematics import Box
 from maya_un.kinematics.workspace import Workspace
 from maya_un.motion import Path, Space, between
@@ -103,7 +103,7 @@ async def test_approach_waits_the_clearance_above() -> None:
 async def test_every_phase_is_an_event() -> None:
     controller, robot = made()
     await robot.run(Pick(HERE))
-    phases = [event.detail["name"] for event in controller.events.since(0) if event.kind is Kind.PHASE]
+    phases = [event.detail["name"] for event in controller.events.since(0) if isinstance(event, PhaseBegun)]
     assert phases == ["approach", "down", "close", "up"]
 
 

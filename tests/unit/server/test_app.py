@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from maya_un.errors import Busy, CannotPause, InvalidJob, LinkLost, MayaError, NotFound, NotPaused, Unreachable
-from maya_un.events import Kind
+from maya_un.events import FaultEntered, HomingBegun, HomingDone
 from maya_un.process.journal.protocol import Filter
 from maya_un.server.guard import BODY_LIMIT
 from maya_un.values import Point
@@ -75,20 +75,20 @@ async def test_stop_is_served_while_a_wish_waits() -> None:
 
 async def test_events_are_given_by_number() -> None:
     service = StandIn()
-    service.log.emit(Kind.HOMING)
-    service.log.emit(Kind.FAULT, 2302, axis="b", message="stuck")
+    service.log.emit(HomingBegun())
+    service.log.emit(FaultEntered("stuck", code=2302, more={"axis": "b"}))
     async with door(service) as client:
         events = (await client.get("/v1/events?since=1")).json()
     assert events == [
-        {"seq": 2, "time": 0.0, "kind": "fault", "code": 2302, "detail": {"axis": "b", "message": "stuck"}}
+        {"seq": 2, "time": 0.0, "kind": "fault", "code": 2302, "detail": {"message": "stuck", "axis": "b"}}
     ]
 
 
 @pytest.mark.parametrize(("run", "numbers"), [(3, [1, 2]), (2, [])])
 async def test_events_are_those_of_a_run(run: int, numbers: list[int]) -> None:
     service = StandIn()
-    service.log.emit(Kind.HOMING)
-    service.log.emit(Kind.HOMED)
+    service.log.emit(HomingBegun())
+    service.log.emit(HomingDone())
     async with door(service) as client:
         events = (await client.get(f"/v1/events?run={run}&wait=1")).json()
         first = (await client.get("/v1/events?limit=1")).json()
@@ -98,7 +98,7 @@ async def test_events_are_those_of_a_run(run: int, numbers: list[int]) -> None:
 
 async def test_a_patient_client_gets_the_next_event() -> None:
     service = StandIn()
-    asyncio.get_running_loop().call_later(3.0, service.log.emit, Kind.HOMED)
+    asyncio.get_running_loop().call_later(3.0, service.log.emit, HomingDone())
     async with door(service) as client:
         events = (await client.get("/v1/events?since=0&wait=10")).json()
     assert [event["kind"] for event in events] == ["homed"]

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from maya_un.events import Event, Kind
+from maya_un.events import FaultEntered, HomingDone, MotionBegun
 from maya_un.server import log
 
 
@@ -41,9 +41,9 @@ def test_a_line_is_json_with_fields_of_its_own(capsys: pytest.CaptureFixture[str
 
 def test_what_happens_to_the_robot_is_written_and_single_motions_are_not() -> None:
     with log.kept(people=False):
-        log.note_event(Event(1, 0.0, Kind.MOVING, 0, {"to": "x"}))
-        log.note_event(Event(2, 0.0, Kind.FAULT, 2302, {"axis": "b"}))
-        log.note_event(Event(3, 0.0, Kind.HOMED))
+        log.note_event(MotionBegun("x", seq=1))
+        log.note_event(FaultEntered(seq=2, code=2302, more={"axis": "b"}))
+        log.note_event(HomingDone(seq=3))
     assert [(line["seq"], line["level"], line["kind"], line["code"]) for line in lines()] == [
         (2, "error", "fault", 2302),
         (3, "info", "homed", 0),

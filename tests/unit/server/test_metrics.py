@@ -7,7 +7,7 @@ import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
 from maya_un.api.messages import Status
-from maya_un.events import Event, Kind
+from maya_un.events import FaultEntered, JobAdvanced, MotionBegun, MotionStopped, StepAdvanced
 from maya_un.process.view import QueueMode, QueueView
 from maya_un.server.metrics import LOOK, Metrics, Storage
 from maya_un.values import Joints, Mode, State
@@ -66,19 +66,17 @@ def test_how_things_stand() -> None:
 
 def test_what_happened_is_counted() -> None:
     metrics = Metrics()
-    for number, (kind, code, detail) in enumerate(
-        [
-            (Kind.JOB, 0, {"state": "running"}),
-            (Kind.JOB, 0, {"state": "done"}),
-            (Kind.STEP, 0, {"state": "done"}),
-            (Kind.STEP, 2201, {"state": "cancelled"}),
-            (Kind.MOVING, 0, {}),
-            (Kind.MOVING, 0, {}),
-            (Kind.STOPPED, 0, {}),
-            (Kind.FAULT, 2302, {}),
-        ]
-    ):
-        metrics.happened(Event(number, 0.0, kind, code, detail))
+    events = [
+        *(JobAdvanced(1, "sort", state, "ana") for state in ("running", "done")),
+        StepAdvanced(1, 1, "home", "done"),
+        StepAdvanced(1, 2, "pick cube", "cancelled", code=2201),
+        MotionBegun("x"),
+        MotionBegun("y"),
+        MotionStopped(),
+        FaultEntered("stuck", code=2302),
+    ]
+    for event in events:
+        metrics.happened(event)
     found = told(metrics)
     assert found["maya_jobs_ended_total", "state=done"] == 1.0
     assert ("maya_jobs_ended_total", "state=running") not in found

@@ -92,7 +92,7 @@ def test_states_events_and_the_queue_come_as_they_are_subscribed_to(speed: float
         shown = watched.count()
         while (await client.until("state"))["state"]["counts"][0] != shown:
             pass
-        watched.happen(3, name="down")
+        watched.happen(3)
         assert await client.events_to(5) == [1, 2, 3, 4, 5]
         assert "queue" in {message["type"] for message in client.got}
 

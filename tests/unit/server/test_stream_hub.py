@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from maya_un.events import Kind
+from maya_un.events import JobAdvanced, QueueChanged, StepAdvanced
 from maya_un.server.stream_hub import HEARTBEAT, Hub
 from maya_un.server.stream_reader import Reader
 from maya_un.server.stream_ring import Ring
@@ -294,7 +294,7 @@ async def test_the_queue_is_shown_now_and_when_it_changes_but_not_oftener_than_i
         assert ear.modes == ["running"]
         for number in range(100):
             here.watched.shown = {"mode": f"{number}"}
-            here.watched.happen(kind=Kind.STEP)
+            here.watched.happen(event=StepAdvanced(1, 1, "home", "done"))
             await elapse(0.5)
         assert here.watched.views <= 12  # 50 s of a clock that runs 50 times as fast
         await elapse(QUEUE_PERIOD * 50.0)
@@ -304,14 +304,14 @@ async def test_the_queue_is_shown_now_and_when_it_changes_but_not_oftener_than_i
 async def test_nobody_looks_at_the_queue_unless_somebody_wants_to_see_it() -> None:
     async with scene() as here:
         ear, reader = here.reader()
-        here.watched.happen(kind=Kind.JOB)
+        here.watched.happen(event=JobAdvanced(1, "sort", "done", "ana"))
         await elapse(1.0)
         assert here.watched.views == 0
         here.hub.show_queue(reader, wanted=True)
         await elapse(1.0)
         here.hub.show_queue(reader, wanted=False)
         here.watched.shown = {"mode": "paused"}
-        here.watched.happen(kind=Kind.JOB)
+        here.watched.happen(event=JobAdvanced(1, "sort", "done", "ana"))
         await elapse(1.0)
         assert (here.watched.views, ear.modes) == (1, ["running"])
         here.hub.show_queue(reader, wanted=True)
@@ -325,7 +325,7 @@ async def test_a_queue_that_looks_the_same_is_not_shown_again() -> None:
         here.hub.show_queue(reader, wanted=True)
         for _ in range(5):
             await elapse(1.0)
-            here.watched.happen(kind=Kind.QUEUE)
+            here.watched.happen(event=QueueChanged("paused", "stop", "ana"))
         await elapse(1.0)
         assert (here.watched.views, ear.modes) == (6, ["running"])
 
@@ -359,7 +359,7 @@ async def test_one_that_left_gets_nothing_any_more() -> None:
         before = len(ear.writes)
         here.hub.leave(reader)
         here.watched.count()
-        here.watched.happen(3, kind=Kind.QUEUE)
+        here.watched.happen(3, event=QueueChanged("paused", "stop", "ana"))
         await elapse(60.0)
         assert len(ear.writes) == before
 

@@ -9,7 +9,7 @@ from python_qt_binding.QtWidgets import QHeaderView, QTreeWidgetItem
 
 from maya_ui.panel import Desk
 from maya_ui.robot import Happened
-from maya_ui.words import phrase, sentence
+from maya_ui.words import happened, sentence
 
 KEPT = 500
 """So many of the newest are shown."""
@@ -57,18 +57,19 @@ class EventPanel:
             self._desk.ui.event_list.scrollToBottom()
 
     def _row(self, time: str, event: Happened) -> Any:
-        item = QTreeWidgetItem([time, phrase(f"event_{event.word}", self._desk.language), self._detail(event)])
-        item.setToolTip(2, self._detail(event))
+        said, rest = happened(event.word, event.detail, self._desk.language)
+        item = QTreeWidgetItem([time, said, self._detail(event, rest)])
+        item.setToolTip(2, self._detail(event, rest))
         return item
 
-    def _detail(self, event: Happened) -> str:
+    def _detail(self, event: Happened, rest: dict[str, Any]) -> str:
         message = event.message
         if not message and event.word == "fault" and event.standing is not None:
             message = event.standing.fault
         if message:
             said = sentence(event.code, message, self._desk.language)
             return f"{said} ({event.code})" if event.code else said
-        told = [f"{key} {_short(value)}" for key, value in event.detail.items()]
+        told = [f"{key} {_short(value)}" for key, value in rest.items()]
         return "   ".join([*([event.code] if event.code else []), *told])
 
 

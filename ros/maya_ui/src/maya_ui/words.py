@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import re
 from functools import lru_cache
+from string import Formatter
+from typing import Any
 
 from maya_ui.resources import resource
 
@@ -299,25 +301,7 @@ WORDS: dict[str, tuple[str, str]] = {
         "Nadie confirmó la parada. Use la parada de emergencia de la máquina.",
     ),
     "shut_down": ("ROS asked this node to end.", "ROS pidió que este nodo termine."),
-    # Events, by their word.
-    "event_connected": ("connected", "conectado"),
-    "event_disconnected": ("disconnected", "desconectado"),
-    "event_not_homed": ("not homed", "sin origen"),
-    "event_homing": ("homing", "buscando origen"),
-    "event_homed": ("homed", "con origen"),
-    "event_moving": ("moving", "en movimiento"),
-    "event_idle": ("at rest", "en reposo"),
-    "event_stopped": ("stopped", "detenido"),
-    "event_paused": ("paused", "en pausa"),
-    "event_resumed": ("goes on", "continúa"),
-    "event_speed": ("speed", "velocidad"),
-    "event_zones": ("zones", "zonas"),
-    "event_gripper_open": ("gripper open", "pinza abierta"),
-    "event_gripper_closed": ("gripper closed", "pinza cerrada"),
-    "event_limit": ("limit switch", "interruptor de límite"),
-    "event_fault": ("fault", "falla"),
-    "event_estop": ("emergency stop", "parada de emergencia"),
-    "event_recovered": ("recovered", "recuperado"),
+    # An event that is none of the robot's; theirs are in `EVENTS`.
     "event_refused": ("refused", "rechazado"),
 }
 """English and Spanish by key; `{name}` is filled in."""
@@ -336,13 +320,31 @@ def phrase(key: str, language: str = "en") -> str:
 SENTENCES = "sentences.json"
 """English and Spanish sentences of the errors by code; a test keeps it as `maya_un.messages` has them."""
 
+EVENTS = "events.json"
+"""English and Spanish sentences of the events by word; a test keeps it as `maya_un.events` has them."""
+
 
 @lru_cache(maxsize=None)
-def _sentences() -> dict[str, list[str]]:
+def _table(name: str) -> dict[str, list[str]]:
     try:
-        return json.loads(resource(SENTENCES).read_text(encoding="utf-8"))
+        return json.loads(resource(name).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
+
+
+def happened(word: str, detail: dict[str, Any], language: str = "en") -> tuple[str, dict[str, Any]]:
+    """Return what an event says in a language, and the details that the sentence leaves out.
+
+    Its word, readable, stands for the sentence of an event that nobody knows, or that lacks a detail.
+    """
+    english, other = _table(EVENTS).get(word, ["", ""])
+    template = other if language == "es" else english
+    names = {name for _, name, _, _ in Formatter().parse(template)}
+    try:
+        said = template.format(**detail)
+    except (KeyError, ValueError, TypeError):
+        said, names = "", set()
+    return said or phrase(f"event_{word}", language), {key: detail[key] for key in detail if key not in names}
 
 
 def sentence(code: str, message: str, language: str = "en") -> str:
@@ -351,7 +353,7 @@ def sentence(code: str, message: str, language: str = "en") -> str:
     What the English sentence fills in is filled into the other; details stay as they were said. A sentence that nobody
     knows is returned as it came.
     """
-    english, other = _sentences().get(code, ["", ""])
+    english, other = _table(SENTENCES).get(code, ["", ""])
     if language == "en" or not other:
         return message
     details = _details(english, message)

@@ -19,7 +19,7 @@ from maya_un.cli.logs.words import word
 from maya_un.cli.settings import Settings
 from maya_un.config.state import state_folder
 from maya_un.errors import FileUnreadable, MayaError, UnknownName
-from maya_un.events import Kind
+from maya_un.events import DECLARED, event_of
 from maya_un.process.journal import tail
 from maya_un.process.journal.file import NAME
 from maya_un.server.log import log_path
@@ -30,7 +30,7 @@ MOST = 10_000
 LOOK = 0.3
 """How often the files are looked at while they are followed [s]."""
 
-KINDS = (*(kind.value for kind in Kind), "defect", "http")
+KINDS = (*DECLARED, "defect", "http")
 """What entries can be: events, and parts of the program that write lines of the log; libraries may be others."""
 
 _COLOURS = {"debug": "2", "warning": "33", "error": "31", "critical": "31;1"}
@@ -120,17 +120,28 @@ def wanted(lines: int, since: str | None, kinds: Sequence[str], level: str) -> W
 def _print(entries: Iterable[Entry], settings: Settings) -> None:
     coloured = sys.stdout.isatty()
     for entry in entries:
-        output.say(json.dumps(asdict(entry), ensure_ascii=False) if settings.json else _line(entry, coloured=coloured))
+        text = json.dumps(asdict(entry), ensure_ascii=False) if settings.json else _line(entry, settings.language)
+        output.say(_coloured(text, entry.level) if coloured and not settings.json else text)
 
 
-def _line(entry: Entry, *, coloured: bool) -> str:
+def _line(entry: Entry, language: str) -> str:
     clock = _here(entry.time)
     code = f" ({entry.code})" if entry.code else ""
-    text = f"{clock}  {entry.level:<7}  {entry.kind:<14}  {entry.text}{code}"
+    text = f"{clock}  {entry.level:<7}  {entry.kind:<14}  {_said(entry, language)}{code}"
     if "traceback" in entry.detail:
         text += "\n" + "\n".join(f"    {line}" for line in str(entry.detail["traceback"]).splitlines())
-    colour = _COLOURS.get(entry.level)
-    return f"\x1b[{colour}m{text}\x1b[0m" if coloured and colour else text
+    return text
+
+
+def _said(entry: Entry, language: str) -> str:
+    """Return what an event says in a language; of what is not declared here, and of the log, the text."""
+    known = entry.kind in DECLARED and entry.seq
+    return event_of(entry.kind, entry.detail).report(language) if known else entry.text
+
+
+def _coloured(text: str, level: str) -> str:
+    colour = _COLOURS.get(level)
+    return f"\x1b[{colour}m{text}\x1b[0m" if colour else text
 
 
 def _here(date: str) -> str:

@@ -16,7 +16,7 @@ from maya_un.controller.planner import Planner
 from maya_un.controller.protocol import Jogged, Preview
 from maya_un.controller.run import PLACES, OnVia
 from maya_un.errors import CannotPause, InvalidValue, MayaError, NodeGone, NotConnected, NotHomed, NotOverRos
-from maya_un.events import Event, EventLog, Kind
+from maya_un.events import Connected, Disconnected, Event, EventLog, HomingBegun, MotionStopped, PhaseBegun
 from maya_un.graph.clients.asking import called, done
 from maya_un.graph.clients.stopping import given_up
 from maya_un.graph.clients.urgent import Urgent
@@ -138,9 +138,9 @@ class GraphController:
 
         def heard(feedback: Message) -> None:
             nonlocal phase, since
-            if feedback["phase"] not in {phase, Kind.HOMING}:  # that it begins is told as an event
+            if feedback["phase"] not in {phase, HomingBegun.word}:  # that it begins is told as an event
                 phase, since = feedback["phase"], self._loop.time()
-                self.events.emit(Kind.PHASE, name=phase)
+                self.events.emit(PhaseBegun(phase))
             self._show(Progress(phase, self._loop.time() - since, 0.0))
 
         await self._do(HOME, {}, heard)
@@ -252,16 +252,16 @@ class GraphController:
         self._require_there()
 
         def hangs(event: Event) -> NodeGone | None:
-            lost = event.kind is Kind.DISCONNECTED and self._watch.hangs
+            lost = isinstance(event, Disconnected) and self._watch.hangs
             return NodeGone(node=self._watch.node) if lost else None
 
         return await given_up(self.events, hangs, called(self._graph, row, request))
 
     def _hear(self, event: Event) -> None:
         """Count stops; have the services of a node that appears found, while there is somebody who knows them."""
-        if event.kind is Kind.STOPPED:
+        if isinstance(event, MotionStopped):
             self.stops += 1
-        if event.kind is Kind.CONNECTED:
+        if isinstance(event, Connected):
             self._graph.expect(*(row.name for row in (STOP, ABORT, PAUSE, RESUME, RECOVER, GRIPPER)))
 
     def _require_there(self) -> None:

@@ -6,7 +6,7 @@ import asyncio
 
 from maya_un.config import Config
 from maya_un.errors import Busy
-from maya_un.events import Event, Kind
+from maya_un.events import Event, GripperClosed
 from maya_un.graph.clients.asking import done
 from maya_un.graph.clients.controller import GraphController
 from maya_un.graph.clients.stopping import stoppable
@@ -88,5 +88,5 @@ class GraphRobot(PlanningRobot):
 
     def _hear(self, event: Event) -> None:
         """Remember what a pick has grasped."""
-        if event.kind is Kind.GRIPPER_CLOSED and isinstance(self._running, Pick):
+        if isinstance(event, GripperClosed) and isinstance(self._running, Pick):
             self._memory.grasped()

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 from maya_un.cancellation import cancel_once, is_caller_cancelled, run_to_rest
 from maya_un.errors import MayaError, Stopped
-from maya_un.events import Event, EventLog, Kind
+from maya_un.events import Event, EventLog, MotionStopped
 
 T = TypeVar("T")
 
@@ -23,7 +23,7 @@ async def stoppable(events: EventLog, work: Coroutine[Any, Any, T]) -> T:
 
     Either way, and where it is cancelled, it has ended when this does.
     """
-    return await given_up(events, lambda event: Stopped() if event.kind is Kind.STOPPED else None, work)
+    return await given_up(events, lambda event: Stopped() if isinstance(event, MotionStopped) else None, work)
 
 
 async def given_up(events: EventLog, why: Callable[[Event], MayaError | None], work: Coroutine[Any, Any, T]) -> T:

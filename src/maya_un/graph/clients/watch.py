@@ -16,7 +16,7 @@ from math import inf, isfinite
 from maya_un.config import Config, Units
 from maya_un.controller.latest import Latest
 from maya_un.errors import MayaError, NodeGone
-from maya_un.events import EventLog, Kind
+from maya_un.events import Connected, Disconnected, EventLog, event_of
 from maya_un.graph.diagnostics import CONTROLLER
 from maya_un.graph.events import REFUSED, Standing, Strokes, Told, read
 from maya_un.graph.protocol import Graph, Message
@@ -139,14 +139,13 @@ class Watch:
             log.warning("%s", error)
             return
         self.node = next(iter(self._told.writers), self.node)
-        if new and told.word != Kind.CONNECTED:
-            self.events.emit(Kind.CONNECTED, address=self.node)
+        if new and told.word != Connected.word:
+            self.events.emit(Connected(self.node))
         self._emit(told)
 
     def _emit(self, told: Told) -> None:
         if told.word != REFUSED:
-            detail = {key: value for key, value in told.detail.items() if key not in {"kind", "code"}}
-            self.events.emit(Kind(told.word), told.code, **detail)
+            self.events.emit(event_of(told.word, told.detail, told.code))
 
     def _stand(self, standing: Standing) -> None:
         """Take over how it stands; raises `InvalidConfig` for strokes with which nothing can be reached."""
@@ -198,14 +197,14 @@ class Watch:
             self._sensing, missed, self._missed = True, self._missed, False
             self.renew()
             if missed:
-                self.events.emit(Kind.CONNECTED, address=self._sensor)
+                self.events.emit(Connected(self._sensor))
 
     def _lose(self, node: str, standing: Standing) -> None:
         """Say that a node is gone; what it told is worth nothing any more."""
         gone = NodeGone(node=node)
         self._joints = self._point = None
         self._stand(standing)
-        self.events.emit(Kind.DISCONNECTED, gone.code, message=str(gone))
+        self.events.emit(Disconnected(str(gone), code=gone.code))
 
     def _compose(self) -> State:
         standing = self._standing

@@ -8,15 +8,13 @@ from contextlib import nullcontext
 
 from maya_un.cancellation import run_to_end
 from maya_un.errors import Busy, Cancelled, RequestError, Stopped
-from maya_un.events import Event, Kind
+from maya_un.events import Event, HomingBegun, MotionBegun, PhaseBegun
 from maya_un.graph.doors.telling import Listened
 from maya_un.graph.outcome import failure, success
 from maya_un.graph.protocol import Feedback, Message, Refused
 
 FEEDBACK_RATE = 10.0
 """So often a motion says how far it has come [Hz]; phases are told as they begin."""
-
-_BEGINS = frozenset({Kind.HOMING, Kind.MOVING, Kind.PHASE})
 
 
 class Course:
@@ -36,8 +34,13 @@ class Course:
 
     def hear(self, event: Event) -> None:
         """Take an event of the floor that the wish is at."""
-        if event.kind in _BEGINS:
-            self.enter(str(event.detail["name"]) if event.kind is Kind.PHASE else event.kind.value)
+        match event:
+            case PhaseBegun(name):
+                self.enter(name)
+            case HomingBegun() | MotionBegun():
+                self.enter(event.kind)
+            case _:
+                pass
 
     def enter(self, phase: str) -> None:
         """Tell that a phase begins; what comes from another loop may come late."""

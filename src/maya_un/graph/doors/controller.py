@@ -13,7 +13,7 @@ from typing import Protocol
 
 from maya_un.controller.protocol import Preview
 from maya_un.errors import MayaError
-from maya_un.events import Kind
+from maya_un.events import MotionStopped
 from maya_un.graph import diagnostics
 from maya_un.graph.doors.acting import Course, Desk
 from maya_un.graph.doors.telling import Listened, Stands, Teller
@@ -154,12 +154,12 @@ class ControllerDoor:
             """Stop; that is told also where nothing moved, for others may be between two motions of theirs."""
             report = await floor.stop()
             if not report.was_moving:
-                teller.say(Kind.STOPPED.value)
+                teller.say(MotionStopped.word)
             return json.dumps(asdict(report), separators=(",", ":"))
 
         async def abort() -> str:
             await floor.abort()
-            teller.say(Kind.STOPPED.value)
+            teller.say(MotionStopped.word)
             return ""
 
         async def gripper(request: Message) -> Message:

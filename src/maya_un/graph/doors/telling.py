@@ -8,8 +8,8 @@ from contextlib import AbstractContextManager
 from typing import Protocol
 
 from maya_un.errors import MayaError
-from maya_un.events import Event, Listener
-from maya_un.graph.events import REFUSED, SAID, Standing, Told
+from maya_un.events import ControllerEvent, Event, Listener
+from maya_un.graph.events import REFUSED, Standing, Told
 from maya_un.graph.protocol import Publisher
 from maya_un.kinematics.workspace import Workspace
 from maya_un.values import State
@@ -50,7 +50,7 @@ class Teller:
 
     def hear(self, event: Event) -> None:
         """Take an event; those that are nobody's business outside are left out."""
-        if event.kind in SAID:
+        if isinstance(event, ControllerEvent):
             self._later(event, asyncio.get_running_loop().call_soon)
 
     def say(self, word: str, error: MayaError | None = None, **detail: object) -> None:

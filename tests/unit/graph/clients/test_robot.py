@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import pytest
 
 from maya_un.errors import Busy, MayaError, NodeGone
-from maya_un.events import Kind
+from maya_un.events import PhaseBegun
 from maya_un.graph.bus import Bus, BusNode
 from maya_un.graph.clients.controller import GraphController
 from maya_un.graph.clients.robot import GraphRobot
@@ -62,7 +62,7 @@ async def test_every_phase_is_told_once_and_is_an_event() -> None:
     async with robot_on(Floor(("approach", "down"))) as (robot, controller, _):
         phases: list[str] = []
         await robot.run(Pick(CUBE), phases.append)
-        told = [event for event in controller.events.since(0) if event.kind is Kind.PHASE]
+        told = [event for event in controller.events.since(0) if isinstance(event, PhaseBegun)]
         assert phases == [event.detail["name"] for event in told] == ["approach", "down"]
         assert {event.detail["primitive"] for event in told} == {"pick"}
         assert robot.running is None

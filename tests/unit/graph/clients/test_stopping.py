@@ -7,7 +7,7 @@ import asyncio
 import pytest
 
 from maya_un.errors import FollowingError, Stopped
-from maya_un.events import EventLog, Kind
+from maya_un.events import EventLog, MotionStopped
 from maya_un.graph.clients.stopping import stoppable
 from tests.virtual_time import elapse
 
@@ -38,8 +38,8 @@ async def test_a_stop_ends_it_at_rest() -> None:
     events, ends = log(), list[str]()
     wish = asyncio.ensure_future(stoppable(events, work(ends)))
     await elapse(1.0)
-    events.emit(Kind.STOPPED)
-    events.emit(Kind.STOPPED)
+    events.emit(MotionStopped())
+    events.emit(MotionStopped())
     await asyncio.wait({wish})
     assert isinstance(wish.exception(), Stopped)
     assert ends == ["at rest"]
@@ -51,7 +51,7 @@ async def test_a_cancel_is_a_cancel_also_where_a_stop_follows() -> None:
     await elapse(1.0)
     wish.cancel()
     await elapse(1.0)
-    events.emit(Kind.STOPPED)
+    events.emit(MotionStopped())
     await asyncio.wait({wish})
     assert wish.cancelled()
     assert ends == ["at rest"]
@@ -64,6 +64,6 @@ async def test_its_own_errors_are_raised() -> None:
 
 async def test_what_was_stopped_before_does_not_matter() -> None:
     events, ends = log(), list[str]()
-    events.emit(Kind.STOPPED)
+    events.emit(MotionStopped())
     await stoppable(events, work(ends))
     assert ends == ["done"]

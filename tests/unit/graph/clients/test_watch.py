@@ -13,7 +13,7 @@ import pytest
 from maya_un.config import Config, Units
 from maya_un.controller.homing import homed_pose
 from maya_un.errors import NodeGone
-from maya_un.events import Kind
+from maya_un.events import Connected, Disconnected, Event, HomingNeeded, LimitHit
 from maya_un.graph.bus import Bus, BusNode
 from maya_un.graph.clients.watch import SETTLES, SILENT, Watch
 from maya_un.graph.diagnostics import array, controller
@@ -83,8 +83,8 @@ async def watched() -> AsyncIterator[Teller]:
         await watch.close()
 
 
-def kinds(watch: Watch) -> list[Kind]:
-    return [event.kind for event in watch.events.since(0)]
+def kinds(watch: Watch) -> list[type[Event]]:
+    return [type(event) for event in watch.events.since(0)]
 
 
 def place() -> Joints:
@@ -132,7 +132,7 @@ async def test_who_comes_late_knows_all_from_the_last_event() -> None:
         await turn()
         await turn()
         assert (late.state.mode, late.state.fault, late.state.homed) == (Mode.FAULT, fault, True)
-        assert [event.kind for event in late.events.since(0)] == [Kind.CONNECTED, Kind.LIMIT]
+        assert [type(event) for event in late.events.since(0)] == [Connected, LimitHit]
         await late.close()
 
 
@@ -194,12 +194,12 @@ async def test_a_node_that_hangs_counts_as_disconnected_until_it_goes_on() -> No
         assert not teller.watch.there
         assert teller.watch.state.mode is Mode.DISCONNECTED
         last = teller.watch.events.since(0)[-1]
-        assert (last.kind, last.code) == (Kind.DISCONNECTED, NodeGone.code)
+        assert (type(last), last.code) == (Disconnected, NodeGone.code)
         assert "hw_simulator" in str(last.detail["message"])
         teller.is_well()
         await elapse(0.3)
         assert teller.watch.there
-        assert (teller.watch.state.mode, kinds(teller.watch)[-1]) == (Mode.IDLE, Kind.CONNECTED)
+        assert (teller.watch.state.mode, kinds(teller.watch)[-1]) == (Mode.IDLE, Connected)
 
 
 async def test_a_refusal_of_somebodys_wish_is_no_event_but_tells_how_it_stands() -> None:
@@ -216,7 +216,7 @@ async def test_a_detail_may_be_called_as_it_likes() -> None:
         await teller.says_text(Told("moving", IDLE, 0, {"kind": "x", "code": "y", "to": "there"}).text())
         last = teller.watch.events.last
         assert last is not None
-        assert dict(last.detail) == {"to": "there"}
+        assert dict(last.detail) == {"kind": "x", "code": "y", "to": "there"}
 
 
 async def test_a_node_that_goes_is_missed_and_one_that_comes_is_welcome() -> None:
@@ -228,12 +228,12 @@ async def test_a_node_that_goes_is_missed_and_one_that_comes_is_welcome() -> Non
         state, last = teller.watch.state, teller.watch.events.last
         assert (state.mode, state.joints) == (Mode.DISCONNECTED, None)
         assert last is not None
-        assert (last.kind, last.code) == (Kind.DISCONNECTED, NodeGone.code)
+        assert (type(last), last.code) == (Disconnected, NodeGone.code)
         await elapse(60.0)
         assert len(kinds(teller.watch)) == 3
         teller.starts()
         await teller.says("not_homed", replace(IDLE, mode=Mode.NOT_HOMED, homed=False, strokes=None))
-        assert kinds(teller.watch)[3:] == [Kind.CONNECTED, Kind.NOT_HOMED]
+        assert kinds(teller.watch)[3:] == [Connected, HomingNeeded]
         assert (teller.watch.state.mode, teller.watch.state.joints) == (Mode.NOT_HOMED, None)
 
 
@@ -246,14 +246,14 @@ async def test_without_its_sensors_the_floor_counts_as_disconnected_until_they_a
         state, last = teller.watch.state, teller.watch.events.last
         assert (state.mode, state.homed, state.joints) == (Mode.DISCONNECTED, True, None)
         assert last is not None
-        assert (last.kind, last.code) == (Kind.DISCONNECTED, NodeGone.code)
+        assert (type(last), last.code) == (Disconnected, NodeGone.code)
         await teller.says("stopped", IDLE)
         assert teller.watch.state.mode is Mode.DISCONNECTED
         teller.senses(teller.bus.node("sensor_converter"))
         await elapse(0.3)
         await teller.measures(place())
         assert (teller.watch.state.mode, teller.watch.state.joints) == (Mode.IDLE, place())
-        assert kinds(teller.watch)[-1] is Kind.CONNECTED
+        assert kinds(teller.watch)[-1] is Connected
 
 
 async def test_the_end_of_a_wish_is_waited_for_until_it_shows() -> None:

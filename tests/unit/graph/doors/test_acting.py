@@ -7,7 +7,7 @@ import asyncio
 import pytest
 
 from maya_un.errors import Busy, EndNotReached, NotHomed, Stopped
-from maya_un.events import EventLog, Kind
+from maya_un.events import EventLog, GripperOpened, HomingBegun, MotionBegun, PhaseBegun
 from maya_un.graph.doors.acting import FEEDBACK_RATE, Course, Desk
 from maya_un.graph.protocol import Message, Refused
 from tests.virtual_time import elapse
@@ -22,12 +22,12 @@ async def test_phases_are_told_as_they_begin_and_nothing_after_the_end() -> None
     events = EventLog(asyncio.get_running_loop().time)
     going = course(told)
     with events.listening(going.hear):
-        events.emit(Kind.GRIPPER_OPEN)
+        events.emit(GripperOpened())
         assert not going.begun
-        events.emit(Kind.HOMING)
-        events.emit(Kind.PHASE, name="seek b")
+        events.emit(HomingBegun())
+        events.emit(PhaseBegun(name="seek b"))
         going.close()
-        events.emit(Kind.MOVING)
+        events.emit(MotionBegun())
     going.enter("late")
     await elapse(5.0)
     assert told == [{"phase": "homing"}, {"phase": "seek b"}]
