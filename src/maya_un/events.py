@@ -4,8 +4,8 @@ State is something else (`values.State`, the latest value). A reader that comes 
 number. Memory keeps the newest; a reader that is so slow that his next was forgotten is told, and slows nobody. Older
 ones are what a journal kept of them.
 
-An event is declared once, as a class below. Its word on /maya_event and in JSON, its sentence in each language, its
-level in the log and its row in docs/reference/events.md follow from the declaration.
+An event is declared once, as a class below, and emitted as an instance of it: `events.emit(SpeedChanged(0.5))`. Its word
+in JSON and on /maya_event, its sentences, its level in the log and the generated files follow from the declaration.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ DECLARED: dict[str, type[Event]] = {}
 class Event:
     """One fact. `seq` counts from 1 without gaps; `time` is the event loop's [s]; `code` is 0 or an error's.
 
-    A subclass with a `word` declares an event. Its fields are the details of the event. Details that are None are left
-    out of JSON. `sentences` has a template over the fields in each language. The field `message`, if an event has it,
-    is the sentence of an error. `more` holds details that a newer program sends and that are not declared here.
+    A subclass with a `word` declares an event; one with fields is a frozen dataclass. The fields are the details of the
+    event. Details that are None are left out of JSON. `sentences` has a template over the fields in each language. A
+    field `message` is the sentence of an error. `more` holds details of another program's that are not declared here.
     """
 
     word: ClassVar[str] = ""
@@ -147,24 +147,20 @@ class Connected(ControllerEvent, word="connected", en="connected to {address}", 
     firmware: str | None = None
 
 
-@dataclass(frozen=True)
 class Disconnected(
     Trouble, word="disconnected", en="disconnected", es="desconectado", narrated=True, level=logging.WARNING
 ):
     """The link to the controller is lost, or the node of the controller is gone."""
 
 
-@dataclass(frozen=True)
 class HomingNeeded(ControllerEvent, word="not_homed", en="not homed", es="sin origen"):
     """The position is not known: it was never measured, or it was lost."""
 
 
-@dataclass(frozen=True)
 class HomingBegun(ControllerEvent, word="homing", en="homing", es="buscando origen"):
     """A homing begins."""
 
 
-@dataclass(frozen=True)
 class HomingDone(ControllerEvent, word="homed", en="homed", es="con origen", narrated=True):
     """The position is known: a homing has ended, or an earlier one was taken over."""
 
@@ -176,7 +172,6 @@ class MotionBegun(ControllerEvent, word="moving", en="moving", es="en movimiento
     to: str | None = None
 
 
-@dataclass(frozen=True)
 class MotionEnded(ControllerEvent, word="idle", en="at rest", es="en reposo", level=logging.DEBUG):
     """A motion has reached its end."""
 
@@ -188,12 +183,10 @@ class MotionStopped(ControllerEvent, word="stopped", en="stopped", es="detenido"
     message: str | None = None
 
 
-@dataclass(frozen=True)
 class MotionPaused(ControllerEvent, word="paused", en="paused", es="en pausa", narrated=True):
     """All motion brakes on its path and is held."""
 
 
-@dataclass(frozen=True)
 class MotionResumed(ControllerEvent, word="resumed", en="resumed", es="continúa", narrated=True):
     """Motion continues after a pause."""
 
@@ -212,36 +205,30 @@ class ZonesChanged(ControllerEvent, word="zones", en="zones: {names}", es="zonas
     names: str
 
 
-@dataclass(frozen=True)
 class GripperOpened(ControllerEvent, word="gripper_open", en="gripper open", es="pinza abierta", narrated=True):
     """The gripper has opened."""
 
 
-@dataclass(frozen=True)
 class GripperClosed(ControllerEvent, word="gripper_closed", en="gripper closed", es="pinza cerrada", narrated=True):
     """The gripper has closed."""
 
 
-@dataclass(frozen=True)
 class LimitHit(
     Trouble, word="limit", en="limit switch", es="interruptor de límite", narrated=True, level=logging.WARNING
 ):
     """An axis met a limit switch. A person recovers."""
 
 
-@dataclass(frozen=True)
 class FaultEntered(Trouble, word="fault", en="fault", es="falla", narrated=True, level=logging.ERROR):
     """Motion ended with another fault. A person recovers."""
 
 
-@dataclass(frozen=True)
 class EmergencyStopped(
     Trouble, word="estop", en="emergency stop", es="parada de emergencia", narrated=True, level=logging.ERROR
 ):
     """The abort input stopped the robot, as the emergency stop does. A person recovers."""
 
 
-@dataclass(frozen=True)
 class FaultCleared(ControllerEvent, word="recovered", en="recovered", es="recuperado", narrated=True):
     """A person has cleared the fault."""
 
@@ -264,7 +251,6 @@ class JobAdvanced(Event, word="job", en="job {job}, {name}: {state}", es="trabaj
     owner: str
 
 
-@dataclass(frozen=True)
 class StepAdvanced(Event, word="step", en="{index:>4} {step}: {state}", es="{index:>4} {step}: {state}", narrated=True):
     """A step of job number `job` enters a state. `index` counts from 1; `step` is what it does, as `pick cube`.
 

@@ -19,7 +19,7 @@ from maya_un.cli.logs.words import word
 from maya_un.cli.settings import Settings
 from maya_un.config.state import state_folder
 from maya_un.errors import FileUnreadable, MayaError, UnknownName
-from maya_un.events import DECLARED, event_of
+from maya_un.events import DECLARED, UnknownEvent, event_of
 from maya_un.process.journal import tail
 from maya_un.process.journal.file import NAME
 from maya_un.server.log import log_path
@@ -135,8 +135,8 @@ def _line(entry: Entry, language: str) -> str:
 
 def _said(entry: Entry, language: str) -> str:
     """Return what an event says in a language; of what is not declared here, and of the log, the text."""
-    known = entry.kind in DECLARED and entry.seq
-    return event_of(entry.kind, entry.detail).report(language) if known else entry.text
+    event = event_of(entry.kind, entry.detail)
+    return event.report(language) if entry.seq and not isinstance(event, UnknownEvent) else entry.text
 
 
 def _coloured(text: str, level: str) -> str:
