@@ -4,8 +4,9 @@ State is something else (`values.State`, the latest value). A reader that comes 
 number. Memory keeps the newest; a reader that is so slow that his next was forgotten is told, and slows nobody. Older
 ones are what a journal kept of them.
 
-An event is declared once, as a class below, and emitted as an instance of it: `events.emit(SpeedChanged(0.5))`. Its word
-in JSON and on /maya_event, its sentences, its level in the log and the generated files follow from the declaration.
+An event is declared once, as a class below, and emitted as an instance of it: `events.emit(SpeedChanged(0.5))`. Its
+word in JSON and on /maya_event, its sentences, its level in the log and the generated files follow from the
+declaration.
 """
 
 from __future__ import annotations

@@ -54,7 +54,7 @@ class Process:
         """Send a signal."""
         self._popen.send_signal(kind)
 
-    def end(self, within: float = 30.0) -> tuple[int, str]:
+    def end(self, within: float = 120.0) -> tuple[int, str]:
         """Return exit code and the rest of what it says; it may take so long [s]."""
         rest, _ = self._popen.communicate(timeout=within)
         assert MARK not in rest
@@ -92,7 +92,7 @@ def running(line: str, env: Mapping[str, str] | None = None) -> Iterator[Process
         process.kill()
 
 
-def done(line: str, within: float = 30.0, env: Mapping[str, str] | None = None) -> tuple[int, str]:
+def done(line: str, within: float = 120.0, env: Mapping[str, str] | None = None) -> tuple[int, str]:
     """Run a command to its end, `within` so long [s]; return exit code and what it said."""
     with running(line, env) as process:
         return process.end(within)

@@ -28,7 +28,7 @@ def test_stop_past_a_service_that_hangs(campaign: Campaign, tmp_path: Path, monk
     config = tmp_path / "unguarded.toml"
     config.write_text("[safety]\nguard_time = 0.0\n")
     monkeypatch.setenv("MAYA_CONFIG", str(config))
-    budget = 0.3 if campaign.long else 2.0
+    budget = 0.3 if campaign.long else 10.0
     with running("dmc serve --port 0 --seed 5") as twin:
         address = twin.until(":")
         with running(f"up --port 0 --address {address}") as up, Wire(address) as wire:
