@@ -23,12 +23,12 @@ from maya_un.controller.seek import SETTLE
 from maya_un.kinematics import Workspace
 from maya_un.loops import run_virtual
 from maya_un.motion.path import Path
-from maya_un.robot.jaws import Jaws
+from maya_un.robot.gripper_state import GripperState
 from maya_un.robot.plan import Pose, Travel
+from maya_un.robot.plan_builder import PlanBuilder
 from maya_un.robot.primitives.pick import Pick
 from maya_un.robot.primitives.place import Place
 from maya_un.robot.robot import MayaRobot
-from maya_un.robot.sketch import Sketch
 from maya_un.testing import Rig
 from maya_un.values import Joints, Point
 from tests.judge.mechanism import Floats, places
@@ -116,10 +116,10 @@ def paths(controller: GalilController) -> dict[str, list[Path]]:
 
 
 def _pick_and_place(controller: GalilController, source: Point, target: Point) -> list[Path]:
-    sketch = Sketch(controller, Pose(START, Jaws.OPEN))
-    Pick(source).draw(sketch)
-    Place(target).draw(sketch)
-    return [action.path for action in sketch.plan().actions if isinstance(action, Travel)]
+    builder = PlanBuilder(controller, Pose(START, GripperState.OPEN))
+    Pick(source).plan(builder)
+    Place(target).plan(builder)
+    return [action.path for action in builder.build().actions if isinstance(action, Travel)]
 
 
 async def carried_out() -> list[Standard]:
@@ -186,7 +186,7 @@ def skills(robot: MayaRobot) -> Case:
     rng = Random(2)
 
     def both() -> None:
-        pose = Pose(START, Jaws.OPEN)
+        pose = Pose(START, GripperState.OPEN)
         for skill in (Pick, Place):
             pose = robot.preview(skill(_at(rng.uniform(0.6, 1.9), rng.uniform(0.9, 1.6), 0.4)), pose).end
 

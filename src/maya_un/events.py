@@ -4,9 +4,8 @@ State is something else (`values.State`, the latest value). A reader that comes 
 number. Memory keeps the newest; a reader that is so slow that his next was forgotten is told, and slows nobody. Older
 ones are what a journal kept of them.
 
-An event is declared once, as a class below, and emitted as an instance of it: `events.emit(SpeedChanged(0.5))`. Its
-word in JSON and on /maya_event, its sentences, its level in the log and the generated files follow from the
-declaration.
+An event is declared once, as a class below, and emitted as an instance: `events.emit(SpeedChanged(0.5))`. Its word in
+JSON and on /maya_event, its sentences, its level in the log and the generated files follow from the declaration.
 """
 
 from __future__ import annotations
@@ -252,6 +251,7 @@ class JobAdvanced(Event, word="job", en="job {job}, {name}: {state}", es="trabaj
     owner: str
 
 
+@dataclass(frozen=True)
 class StepAdvanced(Event, word="step", en="{index:>4} {step}: {state}", es="{index:>4} {step}: {state}", narrated=True):
     """A step of job number `job` enters a state. `index` counts from 1; `step` is what it does, as `pick cube`.
 

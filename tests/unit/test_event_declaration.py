@@ -8,7 +8,6 @@ import json
 import logging
 import runpy
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -59,7 +58,7 @@ def declared(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(scope="module")
-def pages() -> dict[str, Callable[..., Any]]:
+def pages() -> dict[str, Any]:
     """The functions of the program that writes generated pages."""
     sys.path.insert(0, str(ROOT / "scripts"))
     try:
@@ -142,7 +141,7 @@ def test_a_recording_holds_it_and_a_program_that_does_not_know_it_shows_it(monke
     assert (unknown.kind, unknown.detail, unknown.report("es")) == ("lamp", DETAIL, "lamp lamp=door power=2.5")
 
 
-def test_the_generated_files_have_it(pages: dict[str, Callable[..., Any]]) -> None:
+def test_the_generated_files_have_it(pages: dict[str, Any]) -> None:
     row = next(line for line in pages["events_page"]().splitlines() if line.startswith("| `lamp` |"))
     assert row == (
         "| `lamp` | A lamp is lit: `lamp` is its name, `power` what it takes [W]. `until` is when it goes out; None "

@@ -18,7 +18,7 @@ from maya_un.process.runner import Shared
 from maya_un.process.states import TaskState
 from maya_un.process.tasks import Task
 from maya_un.process.view import Recovery
-from maya_un.robot.jaws import Jaws
+from maya_un.robot.gripper_state import GripperState
 from maya_un.robot.plan import Pose
 from maya_un.values import Mode
 
@@ -147,9 +147,9 @@ class Recovering:
     def _pose(self, holding: bool | None) -> Pose:
         """Return where the robot is, with the gripper as a person has seen it."""
         pose = self._shared.robot.pose
-        if holding is None or pose.jaws is Jaws.OPEN:
+        if holding is None or pose.gripper is GripperState.OPEN:
             return pose
-        return pose._replace(jaws=Jaws.CLOSED if holding else Jaws.FOUND)
+        return pose._replace(gripper=GripperState.CLOSED if holding else GripperState.FOUND)
 
     def _decided(self, item: Item, step: StepRecord | None, decision: Decision) -> list[Entry]:
         if not decision.goes_on:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from maya_un.controller.inspection import Inspection
 from maya_un.controller.protocol import Preview
 from maya_un.motion.path import Path
-from maya_un.robot.jaws import Jaws
+from maya_un.robot.gripper_state import GripperState
 from maya_un.values import Joints
 
 
@@ -16,7 +16,7 @@ class Pose(NamedTuple):
     """Where a primitive starts or ends: joints (rad, m, m), None before homing; what the gripper may hold."""
 
     joints: Joints | None
-    jaws: Jaws
+    gripper: GripperState
 
 
 class PhasePreview(NamedTuple):

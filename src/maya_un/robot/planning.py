@@ -10,7 +10,7 @@ from maya_un.controller.planning import OWN
 from maya_un.controller.protocol import Controller
 from maya_un.errors import Busy, Stopped
 from maya_un.events import PhaseBegun
-from maya_un.robot.jaws_memory import JawsMemory
+from maya_un.robot.gripper_tracker import GripperTracker
 from maya_un.robot.plan import ActionDetail, Plan, Pose, PrimitivePreview
 from maya_un.robot.plans import Plans, plan
 from maya_un.robot.primitives import Primitive
@@ -29,7 +29,7 @@ class PlanningRobot:
     def __init__(self, controller: Controller, config: Config, workers: Workers | None = None) -> None:
         self._controller = controller
         self._workers = workers
-        self._memory = JawsMemory(controller.events)
+        self._memory = GripperTracker(controller.events)
         self._running: Primitive | None = None
         self._plans = Plans(controller)
         self.config = config
@@ -43,7 +43,7 @@ class PlanningRobot:
     def pose(self) -> Pose:
         """Where the robot is now; its joints are None before homing."""
         state = self._controller.state
-        return Pose(state.joints if state.homed else None, self._memory.jaws(state))
+        return Pose(state.joints if state.homed else None, self._memory.state(state))
 
     @property
     def can_teleop(self) -> bool:
@@ -105,8 +105,8 @@ class PlanningRobot:
         stops = self._controller.stops
         while True:
             start, workspace = self.pose, self._controller.workspace
-            drawn = await self._workers.run(plan, workspace, primitive, start, whose=OWN)
+            planned = await self._workers.run(plan, workspace, primitive, start, whose=OWN)
             if self._controller.stops != stops:
                 raise Stopped
             if (start, workspace) == (self.pose, self._controller.workspace):
-                return drawn.value
+                return planned.value

@@ -13,8 +13,8 @@ from maya_un.errors import PathRefused, TrajectoryRefused, Unreachable
 from maya_un.kinematics.workspace import Workspace
 from maya_un.robot.ground import Ground
 from maya_un.robot.plan import ActionDetail, Plan, Pose, PrimitivePreview, Travel
+from maya_un.robot.plan_builder import PlanBuilder
 from maya_un.robot.primitives import Primitive
-from maya_un.robot.sketch import Sketch
 
 _REMEMBERED = 4096
 
@@ -41,9 +41,9 @@ class Plans:
         if known is not None and (known[1] is workspace or self._holds(known[0])):
             plan = known[0]
         else:
-            sketch = Sketch(self._ground, start)
-            primitive.draw(sketch)
-            plan = sketch.plan()
+            builder = PlanBuilder(self._ground, start)
+            primitive.plan(builder)
+            plan = builder.build()
         self.remember(primitive, start, plan)
         return plan
 

@@ -25,7 +25,7 @@ from maya_un.events import PhaseBegun
 from maya_un.kinematics import Box
 from maya_un.kinematics.workspace import Workspace
 from maya_un.motion import Path, Space, between
-from maya_un.robot.jaws import Jaws
+from maya_un.robot.gripper_state import GripperState
 from maya_un.robot.plan import Pose
 from maya_un.robot.primitives import Approach, CanTeleop, Gripper, Home, MoveJoints, Pick, Place, Primitive
 from maya_un.robot.primitives.line import Line
@@ -60,7 +60,7 @@ async def test_whatever_can_be_wished_for_is_planned_or_refused_in_a_short_sente
     _, robot = made()
     for target in starmap(Point, product(EXTREMES, repeat=3)):
         try:
-            robot.preview(skill(target), Pose(START, Jaws.OPEN))
+            robot.preview(skill(target), Pose(START, GripperState.OPEN))
         except MayaError as refused:
             assert len(str(refused)) < 300, target
 
@@ -140,13 +140,13 @@ async def test_what_is_previewed_is_what_runs(primitive: Primitive) -> None:
     took = loop.time() - began
     assert phases == [phase.name for phase in preview.phases]
     assert took == pytest.approx(HOMING_TIME if preview.duration is None else preview.duration)
-    assert robot.pose.jaws == preview.end.jaws
+    assert robot.pose.gripper == preview.end.gripper
     assert robot.pose.joints == pytest.approx(preview.end.joints, abs=COUNT)
 
 
 async def test_a_preview_sends_nothing() -> None:
     controller, robot = made(homed=False)
-    robot.preview(Pick(HERE), Pose(controller.workspace.require(THERE), Jaws.OPEN))
+    robot.preview(Pick(HERE), Pose(controller.workspace.require(THERE), GripperState.OPEN))
     assert controller.calls == []
 
 
@@ -181,7 +181,7 @@ async def test_a_plan_is_checked_again_in_another_workspace() -> None:
 async def test_a_plan_that_a_new_zone_slows_down_is_timed_again() -> None:
     controller, robot = made()
     start, end = Joints(0.3, 1.5, 1.3), Joints(1.2, 1.0, 1.8)
-    pose = Pose(start, Jaws.OPEN)
+    pose = Pose(start, GripperState.OPEN)
     before = robot.preview(MoveJoints(end), pose)
     x, y, z = controller.mechanism.fk(between(start, end, 0.13))
     low, high = Point(x - 0.1, y - 0.1, z - 0.3), Point(x + 0.1, y + 0.1, z - 0.0106)
@@ -252,7 +252,7 @@ async def test_a_way_that_is_refused_is_named_by_its_target(monkeypatch: pytest.
     def refused(*_: object) -> None:
         raise PathRefused(target="elsewhere", reason="there is a wall")
 
-    monkeypatch.setattr("maya_un.robot.sketch.Crosser.cross", refused)
+    monkeypatch.setattr("maya_un.robot.plan_builder.TransferPlanner.plan", refused)
     with pytest.raises(PathRefused, match=r"^The way to \(0\.5000, 1\.1000, 0\.4000\) m .*a wall"):
         robot.preview(Pick(HERE), robot.pose)
 
@@ -326,7 +326,7 @@ async def test_holding_is_what_a_pick_did_and_nobody_undid() -> None:
 async def test_a_gripper_found_closed_after_power_up_is_opened_by_a_pick() -> None:
     _, robot = made(homed=False, closed=True)
     await robot.run(Home())
-    assert robot.pose.jaws is Jaws.FOUND
+    assert robot.pose.gripper is GripperState.FOUND
     assert robot.holding is None
     await robot.run(Pick(HERE))
     assert robot.holding is True
@@ -336,7 +336,7 @@ async def test_a_gripper_closed_by_command_may_hold_something() -> None:
     _, robot = made(homed=False)
     await robot.run(Home())
     await robot.run(Gripper(open=False))
-    assert robot.pose.jaws is Jaws.CLOSED
+    assert robot.pose.gripper is GripperState.CLOSED
     with pytest.raises(GripperNotEmpty):
         await robot.run(Pick(HERE))
 
@@ -349,7 +349,7 @@ async def test_a_gripper_whose_closing_was_interrupted_may_hold_something() -> N
         await robot.run(Pick(HERE))
     assert controller.names()[-1] == "gripper"
     controller.state = replace(controller.state, gripper_closed=True)
-    assert robot.pose.jaws is Jaws.CLOSED
+    assert robot.pose.gripper is GripperState.CLOSED
     assert robot.holding is None
     with pytest.raises(GripperNotEmpty):
         await robot.run(Pick(THERE))
@@ -357,20 +357,20 @@ async def test_a_gripper_whose_closing_was_interrupted_may_hold_something() -> N
 
 async def test_a_gripper_found_closed_under_a_homing_taken_over_may_hold_something() -> None:
     _, robot = made(closed=True)
-    assert robot.pose.jaws is Jaws.CLOSED
+    assert robot.pose.gripper is GripperState.CLOSED
 
 
 async def test_a_person_who_has_looked_at_the_closed_gripper_is_believed_until_it_moves() -> None:
     controller, robot = made(closed=True)
     assert robot.holding is None
     robot.seen(holding=True)
-    assert (robot.holding, robot.pose.jaws) == (True, Jaws.CLOSED)
+    assert (robot.holding, robot.pose.gripper) == (True, GripperState.CLOSED)
     robot.seen(holding=False)
-    assert (robot.holding, robot.pose.jaws) == (False, Jaws.FOUND)
+    assert (robot.holding, robot.pose.gripper) == (False, GripperState.FOUND)
     await controller.gripper(True)
-    assert robot.pose.jaws is Jaws.OPEN
+    assert robot.pose.gripper is GripperState.OPEN
     await controller.gripper(False)
-    assert (robot.holding, robot.pose.jaws) == (None, Jaws.CLOSED)
+    assert (robot.holding, robot.pose.gripper) == (None, GripperState.CLOSED)
 
 
 async def test_a_pick_that_failed_before_it_closed_holds_nothing() -> None:
@@ -393,6 +393,6 @@ async def test_a_line_goes_straight() -> None:
 
 async def test_a_line_through_what_cannot_be_reached_is_refused() -> None:
     _, robot = made()
-    behind = Pose(robot.pose.joints, Jaws.OPEN)
+    behind = Pose(robot.pose.joints, GripperState.OPEN)
     with pytest.raises(Unreachable, match="anchors"):
         robot.preview(Line(Point(0.4, 0.9, 2.3)), behind)

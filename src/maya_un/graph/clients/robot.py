@@ -13,7 +13,7 @@ from maya_un.graph.clients.stopping import stoppable
 from maya_un.graph.primitives import to_message
 from maya_un.graph.protocol import Graph, Message
 from maya_un.graph.table import TASK
-from maya_un.robot.jaws import Jaws
+from maya_un.robot.gripper_state import GripperState
 from maya_un.robot.planning import PlanningRobot
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.primitives.gripper import Gripper
@@ -53,7 +53,7 @@ class GraphRobot(PlanningRobot):
                 await self._settled()
 
     async def _run(self, primitive: Primitive, on_phase: OnPhase | None) -> None:
-        if isinstance(primitive, Pick) and self.pose.jaws is Jaws.FOUND:
+        if isinstance(primitive, Pick) and self.pose.gripper is GripperState.FOUND:
             await self._do(Gripper(open=True), "open", primitive, on_phase)
         await self._do(primitive, "", primitive, on_phase)
 

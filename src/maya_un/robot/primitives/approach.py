@@ -10,7 +10,7 @@ from maya_un.robot.primitives.primitive import Primitive
 from maya_un.values import Point
 
 if TYPE_CHECKING:
-    from maya_un.robot.sketch import Sketch
+    from maya_un.robot.plan_builder import PlanBuilder
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +22,6 @@ class Approach(Primitive):
     argument = TARGET
     target: Point
 
-    def draw(self, sketch: Sketch) -> None:
-        """Draw one phase: `approach`."""
-        sketch.approach("approach", self.target)
+    def plan(self, builder: PlanBuilder) -> None:
+        """Plan one phase: `approach`."""
+        builder.approach("approach", self.target)

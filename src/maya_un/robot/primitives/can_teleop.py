@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from maya_un.robot.primitives.primitive import Primitive
 
 if TYPE_CHECKING:
-    from maya_un.robot.sketch import Sketch
+    from maya_un.robot.plan_builder import PlanBuilder
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +19,6 @@ class CanTeleop(Primitive):
     summary = "Tell whether the robot is ready for a command; nothing moves."
     in_jobs = False
 
-    def draw(self, sketch: Sketch) -> None:
-        """Draw nothing; raises `NotHomed` where the pose is not known."""
-        sketch.here()
+    def plan(self, builder: PlanBuilder) -> None:
+        """Plan nothing; raises `NotHomed` where the pose is not known."""
+        builder.here()

@@ -9,7 +9,7 @@ from maya_un.robot.primitives.arguments import OPEN
 from maya_un.robot.primitives.primitive import PartEffect, Primitive
 
 if TYPE_CHECKING:
-    from maya_un.robot.sketch import Sketch
+    from maya_un.robot.plan_builder import PlanBuilder
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +23,6 @@ class Gripper(Primitive):
     needs_homing = False
     open: bool
 
-    def draw(self, sketch: Sketch) -> None:
-        """Draw one phase: `open` or `close`."""
-        sketch.grip("open" if self.open else "close", open_=self.open)
+    def plan(self, builder: PlanBuilder) -> None:
+        """Plan one phase: `open` or `close`."""
+        builder.grip("open" if self.open else "close", open_=self.open)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from maya_un.robot.primitives.primitive import Primitive
 
 if TYPE_CHECKING:
-    from maya_un.robot.sketch import Sketch
+    from maya_un.robot.plan_builder import PlanBuilder
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +19,6 @@ class Home(Primitive):
     summary = "Find the switches and define the position."
     needs_homing = False
 
-    def draw(self, sketch: Sketch) -> None:
-        """Draw one phase: `home`."""
-        sketch.home("home")
+    def plan(self, builder: PlanBuilder) -> None:
+        """Plan one phase: `home`."""
+        builder.home("home")

@@ -10,7 +10,7 @@ from maya_un.robot.primitives.primitive import Primitive
 from maya_un.values import Joints
 
 if TYPE_CHECKING:
-    from maya_un.robot.sketch import Sketch
+    from maya_un.robot.plan_builder import PlanBuilder
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +22,6 @@ class MoveJoints(Primitive):
     argument = JOINTS
     joints: Joints
 
-    def draw(self, sketch: Sketch) -> None:
-        """Draw one phase: `move`."""
-        sketch.joints("move", self.joints)
+    def plan(self, builder: PlanBuilder) -> None:
+        """Plan one phase: `move`."""
+        builder.joints("move", self.joints)

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from maya_un.errors import GripperNotEmpty
-from maya_un.robot.jaws import Jaws
+from maya_un.robot.gripper_state import GripperState
 from maya_un.robot.primitives.arguments import GRASP
 from maya_un.robot.primitives.primitive import PartEffect, Primitive
 from maya_un.values import Point
 
 if TYPE_CHECKING:
-    from maya_un.robot.sketch import Sketch
+    from maya_un.robot.plan_builder import PlanBuilder
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,15 +25,15 @@ class Pick(Primitive):
     part = PartEffect.TAKES
     target: Point
 
-    def draw(self, sketch: Sketch) -> None:
-        """Draw the phases `open` (unless it is), `approach`, `down`, `close`, `up`.
+    def plan(self, builder: PlanBuilder) -> None:
+        """Plan the phases `open` (unless it is), `approach`, `down`, `close`, `up`.
 
         Raises `GripperNotEmpty` where the gripper was closed: it may hold something.
         """
-        if sketch.pose.jaws is Jaws.CLOSED:
+        if builder.pose.gripper is GripperState.CLOSED:
             raise GripperNotEmpty
-        if sketch.pose.jaws is not Jaws.OPEN:
-            sketch.grip("open", open_=True)
-        above = sketch.approach("approach", self.target, down="down")
-        sketch.grip("close", open_=False, grasps=True)
-        sketch.straight("up", above)
+        if builder.pose.gripper is not GripperState.OPEN:
+            builder.grip("open", open_=True)
+        above = builder.approach("approach", self.target, down="down")
+        builder.grip("close", open_=False, grasps=True)
+        builder.straight("up", above)

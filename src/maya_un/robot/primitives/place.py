@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from maya_un.errors import GripperEmpty
-from maya_un.robot.jaws import Jaws
+from maya_un.robot.gripper_state import GripperState
 from maya_un.robot.primitives.arguments import GRASP
 from maya_un.robot.primitives.primitive import PartEffect, Primitive
 from maya_un.values import Point
 
 if TYPE_CHECKING:
-    from maya_un.robot.sketch import Sketch
+    from maya_un.robot.plan_builder import PlanBuilder
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,13 +25,13 @@ class Place(Primitive):
     part = PartEffect.PUTS
     target: Point
 
-    def draw(self, sketch: Sketch) -> None:
-        """Draw the phases `approach`, `down`, `open`, `up`.
+    def plan(self, builder: PlanBuilder) -> None:
+        """Plan the phases `approach`, `down`, `open`, `up`.
 
         Raises `GripperEmpty` where the gripper is open.
         """
-        if sketch.pose.jaws is Jaws.OPEN:
+        if builder.pose.gripper is GripperState.OPEN:
             raise GripperEmpty
-        above = sketch.approach("approach", self.target, down="down")
-        sketch.grip("open", open_=True)
-        sketch.straight("up", above)
+        above = builder.approach("approach", self.target, down="down")
+        builder.grip("open", open_=True)
+        builder.straight("up", above)

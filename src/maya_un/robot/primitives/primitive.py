@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from maya_un.robot.primitives.arguments import NOTHING, Argument
 
 if TYPE_CHECKING:
-    from maya_un.robot.sketch import Sketch
+    from maya_un.robot.plan_builder import PlanBuilder
 
 
 class PartEffect(Enum):
@@ -38,8 +38,8 @@ class Primitive(ABC):
     in_jobs: ClassVar[bool] = True
 
     @abstractmethod
-    def draw(self, sketch: Sketch) -> None:
-        """Draw its phases; raises why it cannot be done."""
+    def plan(self, builder: PlanBuilder) -> None:
+        """Plan its phases; raises why it cannot be done."""
 
     @classmethod
     def help(cls, *, names: bool = True, units: bool = False) -> str:

@@ -42,7 +42,7 @@ Check = Callable[[Route], Preview]
 
 
 @dataclass(frozen=True, slots=True)
-class Crossing:
+class Transfer:
     """A way that passed the check: `arrival` is the number of the via above the target, None where none is."""
 
     path: Path
@@ -50,7 +50,7 @@ class Crossing:
     arrival: int | None
 
 
-class Crosser:
+class TransferPlanner:
     """Finds ways across the table of one machine. `smooth` corners are passed without a stop."""
 
     def __init__(self, config: Config, mechanism: Mechanism, *, smooth: bool) -> None:
@@ -59,7 +59,7 @@ class Crosser:
         self._limits = Limits.of(config)
         self._smooth = smooth
 
-    def cross(self, check: Check, start: Joints, goal: Joints, floor: float) -> Crossing:
+    def plan(self, check: Check, start: Joints, goal: Joints, floor: float) -> Transfer:
         """Return a way from `start` to `goal` that crosses above `floor` [m], and its preview by `check`.
 
         Raises what `check` says of the first way tried.
@@ -69,7 +69,7 @@ class Crosser:
         refusal: PathRefused | Unreachable | TrajectoryRefused | None = None
         for path, arrival in self._ways(here, there, floor):
             try:
-                return Crossing(path, check(path), arrival)
+                return Transfer(path, check(path), arrival)
             except (PathRefused, Unreachable, TrajectoryRefused) as error:
                 refusal = refusal or error
         assert refusal is not None, "there is always a first way to try"

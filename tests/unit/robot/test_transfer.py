@@ -14,7 +14,7 @@ from maya_un.errors import PathRefused, Unreachable
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.motion.path import Path, Route, to_joints
-from maya_un.robot.crossing import TOLERANCE, Crosser, Crossing
+from maya_un.robot.transfer import TOLERANCE, Transfer, TransferPlanner
 from maya_un.values import Joints, Point
 from tests.strategies import configuration
 
@@ -22,8 +22,8 @@ CONFIG = Config()
 MECHANISM = Mechanism.of(CONFIG)
 WORKSPACE = Workspace.of(CONFIG)
 FLOOR = 0.50
-SMOOTH = Crosser(CONFIG, MECHANISM, smooth=True)
-STOPPING = Crosser(CONFIG, MECHANISM, smooth=False)
+SMOOTH = TransferPlanner(CONFIG, MECHANISM, smooth=True)
+STOPPING = TransferPlanner(CONFIG, MECHANISM, smooth=False)
 
 
 def at(a: float, d: float, z: float) -> Joints:
@@ -44,8 +44,8 @@ def places(path: Path) -> Floats:
     return np.stack((np.arctan2(x, y), np.hypot(x, y), z), axis=1)
 
 
-def crossed(start: Joints, goal: Joints, crosser: Crosser = SMOOTH) -> Crossing:
-    return crosser.cross(check, start, goal, FLOOR)
+def crossed(start: Joints, goal: Joints, planner: TransferPlanner = SMOOTH) -> Transfer:
+    return planner.plan(check, start, goal, FLOOR)
 
 
 def test_at_one_height_above_the_floor_it_is_one_swing() -> None:
@@ -93,7 +93,7 @@ def test_near_the_ceiling_the_corners_are_tighter() -> None:
     start = low.require(Point(0.0, 1.0, ceiling - 0.13))
     goal = low.require(Point(sin(1.0), cos(1.0), ceiling - 0.13))
     planner = Planner(CONFIG, MECHANISM)
-    found = SMOOTH.cross(lambda way: planner.preview(low, way, 1.0), start, goal, ceiling - 0.03)
+    found = SMOOTH.plan(lambda way: planner.preview(low, way, 1.0), start, goal, ceiling - 0.03)
     assert found.preview.highest <= ceiling + 1e-6
 
 
@@ -104,7 +104,7 @@ def test_over_an_obstacle_the_way_is_higher() -> None:
             raise PathRefused(target="there", reason="something stands in the way")
         return preview
 
-    found = SMOOTH.cross(not_below, at(0.2, 1.0, 0.40), at(1.0, 1.3, 0.40), FLOOR)
+    found = SMOOTH.plan(not_below, at(0.2, 1.0, 0.40), at(1.0, 1.3, 0.40), FLOOR)
     assert found.preview.highest >= 0.8
 
 
@@ -113,12 +113,12 @@ def test_what_the_check_refuses_every_time_is_refused_with_its_first_reason() ->
         raise PathRefused(target="there", reason="the check says no")
 
     with pytest.raises(PathRefused, match="the check says no"):
-        SMOOTH.cross(never, at(0.2, 1.0, FLOOR), at(0.9, 1.0, FLOOR), FLOOR)
+        SMOOTH.plan(never, at(0.2, 1.0, FLOOR), at(0.9, 1.0, FLOOR), FLOOR)
 
 
 def test_a_floor_above_the_anchors_is_refused() -> None:
     with pytest.raises((Unreachable, PathRefused)):
-        SMOOTH.cross(check, at(0.2, 1.0, FLOOR), at(0.9, 1.0, FLOOR), 2.4)
+        SMOOTH.plan(check, at(0.2, 1.0, FLOOR), at(0.9, 1.0, FLOOR), 2.4)
 
 
 angles = st.floats(0.0, 2 * pi / 3)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from maya_un.events import Event, EventLog, GripperClosed, GripperOpened, HomingBegun
-from maya_un.robot.jaws import Jaws
+from maya_un.robot.gripper_state import GripperState
 from maya_un.values import State
 
 
-class JawsMemory:
+class GripperTracker:
     """Hears the events; `closing` is to be told before the gripper closes, `grasped` after a pick has closed it.
 
     A closing that is interrupted leaves no event, yet the jaws have moved and may hold a part. `seen` is a person's
@@ -36,14 +36,14 @@ class JawsMemory:
         self._commanded = self._grasped = holding
         self._seen_empty = not holding
 
-    def jaws(self, state: State) -> Jaws:
+    def state(self, state: State) -> GripperState:
         """Return what is known of the gripper in `state`."""
         if not state.gripper_closed:
-            return Jaws.OPEN
+            return GripperState.OPEN
         if self._seen_empty:
-            return Jaws.FOUND
+            return GripperState.FOUND
         taken_over = state.homed and not self._homing
-        return Jaws.CLOSED if self._commanded or taken_over else Jaws.FOUND
+        return GripperState.CLOSED if self._commanded or taken_over else GripperState.FOUND
 
     def holding(self, state: State) -> bool | None:
         """Return True after a pick, False with the gripper open or seen to be empty, None where nobody knows."""

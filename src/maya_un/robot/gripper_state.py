@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 
 
-class Jaws(StrEnum):
+class GripperState(StrEnum):
     """The gripper, as far as anybody knows.
 
     `found`: closed since before this connection, as a controller's outputs leave it at power-up, and homed since;

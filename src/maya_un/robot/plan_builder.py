@@ -1,4 +1,4 @@
-"""The drawing board of the skills: draws actions one after the other from a pose, checks each path at once."""
+"""Builds the plan of a primitive: adds its actions one after the other, and checks each path at once."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from maya_un.controller.protocol import Preview
 from maya_un.errors import NotHomed, PathRefused, TrajectoryRefused, Unreachable
 from maya_un.kinematics.workspace import Reason
 from maya_un.motion.path import Path
-from maya_un.robot.crossing import Crosser
+from maya_un.robot.gripper_state import GripperState
 from maya_un.robot.ground import Ground
-from maya_un.robot.jaws import Jaws
 from maya_un.robot.plan import Action, Grip, Homing, Plan, Pose, Travel
-from maya_un.robot.target import Standoff, text
+from maya_un.robot.target import ApproachTarget, text
+from maya_un.robot.transfer import TransferPlanner
 from maya_un.values import Joints, Point
 
 
-class Sketch:
-    """Collects the actions of one primitive; `pose` is where the robot will be after those drawn so far.
+class PlanBuilder:
+    """Collects the actions of one primitive; `pose` is where the robot will be after those added so far.
 
     Every method that travels raises `NotHomed`, `Unreachable` or `PathRefused`; nothing is ever sent.
     """
@@ -28,8 +28,8 @@ class Sketch:
         self._actions: list[Action] = []
         self.pose = pose
 
-    def plan(self) -> Plan:
-        """Return what has been drawn."""
+    def build(self) -> Plan:
+        """Return the plan."""
         return Plan(tuple(self._actions), self.pose)
 
     def home(self, phase: str) -> None:
@@ -46,34 +46,34 @@ class Sketch:
         target. `down` is the phase that begins above the target; nothing stops there. Whatever is refused is
         refused by the name of `target`.
         """
-        standoff = Standoff(self._ground.workspace, self._config.cell.clearance, touched=down is not None)
-        reason = standoff.why_not(target)
+        approach_target = ApproachTarget(self._ground.workspace, self._config.cell.clearance, touched=down is not None)
+        reason = approach_target.why_not(target)
         if reason is not None:
-            raise self._unreachable(standoff, target, reason)
+            raise self._unreachable(approach_target, target, reason)
         try:
-            self._cross(phase, standoff, target, down)
+            self._go_above(phase, approach_target, target, down)
         except (PathRefused, Unreachable) as refusal:
             raise PathRefused(target=text(target), reason=refusal.details["reason"]) from refusal
-        return standoff.above(target)
+        return approach_target.above(target)
 
-    def _cross(self, phase: str, standoff: Standoff, target: Point, down: str | None) -> None:
-        cell, above = self._config.cell, standoff.above(target)
+    def _go_above(self, phase: str, approach_target: ApproachTarget, target: Point, down: str | None) -> None:
+        cell, above = self._config.cell, approach_target.above(target)
         floor = max(above.z, cell.grasp_height + cell.clearance)
         goal = self._ground.workspace.require(above if down is None else target)
-        crosser = Crosser(self._config, self._ground.mechanism, smooth=cell.smooth)
-        crossing = crosser.cross(self._ground.preview, self.here(), goal, floor)
-        turn = None if down is None or crossing.arrival is None else (crossing.arrival, down)
-        only = down if down is not None and crossing.arrival is None else phase
-        self._travel(only, crossing.path, crossing.preview, turn)
+        planner = TransferPlanner(self._config, self._ground.mechanism, smooth=cell.smooth)
+        transfer = planner.plan(self._ground.preview, self.here(), goal, floor)
+        turn = None if down is None or transfer.arrival is None else (transfer.arrival, down)
+        only = down if down is not None and transfer.arrival is None else phase
+        self._travel(only, transfer.path, transfer.preview, turn)
 
-    def _unreachable(self, standoff: Standoff, target: Point, reason: Reason) -> Unreachable:
+    def _unreachable(self, approach_target: ApproachTarget, target: Point, reason: Reason) -> Unreachable:
         """Return the refusal of `target`; the nearest place it names is one that is not refused in its turn."""
         inside = None
         if self.pose.joints is not None:
             here = self._ground.mechanism.fk(self.pose.joints)
-            inside = here._replace(z=here.z - standoff.clearance)
-        places = list(standoff.candidates(target, inside))
-        nearest = next((place for place in places if self._leads_to(standoff, place)), places[0])
+            inside = here._replace(z=here.z - approach_target.clearance)
+        places = list(approach_target.candidates(target, inside))
+        nearest = next((place for place in places if self._leads_to(approach_target, place)), places[0])
         return Unreachable(
             target=text(target),
             reason=str(reason),
@@ -83,13 +83,13 @@ class Sketch:
             nearest_point=tuple(nearest),
         )
 
-    def _leads_to(self, standoff: Standoff, target: Point) -> bool:
-        """Whether the way to `target` would be drawn too; before homing nobody knows, and it counts as true."""
+    def _leads_to(self, approach_target: ApproachTarget, target: Point) -> bool:
+        """Return whether a plan leads to `target`; true before homing, because nobody knows."""
         if self.pose.joints is None:
             return True
-        trial = Sketch(self._ground, self.pose)
+        trial = PlanBuilder(self._ground, self.pose)
         try:
-            trial._cross("", standoff, target, "" if standoff.touched else None)
+            trial._go_above("", approach_target, target, "" if approach_target.touched else None)
         except (PathRefused, Unreachable, TrajectoryRefused):
             return False
         return True
@@ -109,7 +109,7 @@ class Sketch:
     def grip(self, phase: str, *, open_: bool, grasps: bool = False) -> None:
         """Open or close the gripper."""
         self._actions.append(Grip(phase, open_, self._config.gripper.settle_time, grasps))
-        self.pose = self.pose._replace(jaws=Jaws.OPEN if open_ else Jaws.CLOSED)
+        self.pose = self.pose._replace(gripper=GripperState.OPEN if open_ else GripperState.CLOSED)
 
     def here(self) -> Joints:
         """Return the joints of the pose; raises `NotHomed` where they are not known."""
