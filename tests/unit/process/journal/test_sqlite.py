@@ -529,4 +529,4 @@ async def test_threads_and_files_end_with_it(path: Path) -> None:
     for _ in range(5):
         async with opened(path) as journal:
             await journal.add(job_row(journal.run))
-    assert count() == before
+    assert all(now <= earlier for now, earlier in zip(count(), before, strict=True))  # those of other tests may end
