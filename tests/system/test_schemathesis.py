@@ -6,7 +6,7 @@ No defect, no surprise: every answer is one that the document tells of, and nobo
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import hypothesis
@@ -91,22 +91,51 @@ def may(who: str, operation: APIOperation) -> bool:
     return not names or any(role >= RULES[name].role for name in names)
 
 
-def tried(strategy: Any, examples: int, seed: int, check: Callable[[Case], None]) -> None:
-    """Check cases that a strategy draws."""
+def made_up(operation: APIOperation, mode: GenerationMode, examples: int, seed: int) -> list[Case]:
+    """Draw cases of an operation; none where nothing can be broken in an empty request, or nothing can be drawn."""
+    cases: list[Case] = []
+    try:
+        strategy = operation.as_strategy(generation_mode=mode)
 
-    @hypothesis.seed(seed)
-    @settings(
-        max_examples=examples,
-        deadline=None,
-        database=None,
-        phases=[Phase.generate],
-        suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large],
-    )
-    @hypothesis.given(strategy)
-    def each(case: Case) -> None:
-        check(case)
+        @hypothesis.seed(seed)
+        @settings(
+            max_examples=examples,
+            deadline=None,
+            database=None,
+            phases=[Phase.generate],
+            suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large],
+        )
+        @hypothesis.given(strategy)
+        def each(case: Case) -> None:
+            cases.append(case)
 
-    each()
+        each()
+    except (Unsatisfiable, InvalidArgument, InvalidSchema):
+        pass
+    return cases
+
+
+class Drawn:
+    """Cases of all operations, by mode, drawn once: everybody asks the same, and drawing takes longer than asking."""
+
+    def __init__(self, robot: SharedRobot) -> None:
+        self._operations = operations(robot)
+        self._parts: dict[int, list[tuple[str, list[Case]]]] = {}
+
+    def part(self, part: int, examples: int, seed: int) -> list[tuple[str, list[Case]]]:
+        """Return the cases of one part of the operations, each with what a report calls it."""
+        if part not in self._parts:
+            self._parts[part] = [
+                (f"{operation.label} ({mode.value})", made_up(operation, mode, examples, seed + number))
+                for number, operation in enumerate(self._operations[part::PARTS])
+                for mode in MODES
+            ]
+        return self._parts[part]
+
+
+@pytest.fixture(scope="module")
+def drawn(robot: SharedRobot) -> Drawn:
+    return Drawn(robot)
 
 
 class Visitor:
@@ -174,19 +203,16 @@ def _shorten(case: Case) -> None:
 @pytest.mark.parametrize("part", range(PARTS))
 @pytest.mark.parametrize("who", PEOPLE)
 def test_what_is_made_up_is_answered_as_the_document_says(
-    who: str, part: int, robot: SharedRobot, campaign: Campaign
+    who: str, part: int, robot: SharedRobot, drawn: Drawn, campaign: Campaign
 ) -> None:
-    examples = campaign.size(ci=2, long=60)
     visitor = Visitor(robot, who)
     problems: list[str] = []
-    for number, operation in enumerate(operations(robot)[part::PARTS]):
+    for name, cases in drawn.part(part, campaign.size(ci=2, long=60), campaign.seed):
         visitor.drive()
-        for mode in MODES:
-            try:
-                tried(operation.as_strategy(generation_mode=mode), examples, campaign.seed + number, visitor.ask)
-            except (Unsatisfiable, InvalidArgument, InvalidSchema):
-                continue  # nothing can be broken in a request that has nothing in it, or nothing can be drawn for it
-            except (Exception, FailureGroup) as error:  # noqa: BLE001 - all that is wrong is told at once
-                problems.append(f"{operation.label} ({mode.value}): {error}")
+        try:
+            for case in cases:
+                visitor.ask(case.derive())  # asking changes a case
+        except (Exception, FailureGroup) as error:  # noqa: BLE001 - all that is wrong is told at once
+            problems.append(f"{name}: {error}")
     visitor.close()
     assert not problems, "\n\n".join(problems)
