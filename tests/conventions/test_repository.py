@@ -14,7 +14,7 @@ import pytest
 from maya_un.virtual.coverage import COVERAGE, Class
 from tests.conventions.source import ROOT
 
-COMMANDS = ["run", "test", "scripts/check", "scripts/bench", "scripts/docs", "scripts/gen", "scripts/ros"]
+COMMANDS = ["run", "test"] + [f"scripts/{name}" for name in ("test-fast", "check", "bench", "docs", "gen", "ros")]
 LOCKS = ["requirements.lock", "requirements-dev.lock", "requirements-clients.lock"]
 RECORDS = sorted((ROOT / "docs" / "decisions").glob("[0-9]*.md"))
 
@@ -32,6 +32,14 @@ def test_a_command_is_executable_plain_shell(name: str) -> None:
     assert os.access(ROOT / name, os.X_OK)
     assert text(name).startswith("#!/bin/sh\n")
     subprocess.run(["/bin/sh", "-n", ROOT / name], check=True)
+
+
+def test_what_is_listed_as_slow_is_there() -> None:
+    """One that was renamed would run with the fast ones again."""
+    for line in text("tests/slow.txt").splitlines():
+        path, _, name = line.removeprefix("--ignore=").removeprefix("--deselect=").partition("::")
+        assert path.startswith("tests/"), line
+        assert re.search(rf"^(async )?(def |class )?{name}\b", text(path), re.MULTILINE), line
 
 
 def test_continuous_integration_checks_first_and_closes_with_the_tests() -> None:
