@@ -11,7 +11,9 @@ from pathlib import Path
 import pytest
 
 HEAVY = [
+    "PIL",
     "asyncio",
+    "cbor2",
     "fastapi",
     "httpx",
     "matplotlib",

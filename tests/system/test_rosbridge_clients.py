@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import pytest
 from websockets.exceptions import ConnectionClosed
 
+from maya_un.rosbridge import png
 from maya_un.server.doors import bound_socket
 from tests.rosbridging import flooded, web
 from tests.system.processes import CALM, Process, done, running
@@ -163,11 +164,35 @@ def test_roslib_asks_talks_serves_acts_and_moves_a_part() -> None:
         f"äöü {name}" for name in ("none", "png", "cbor", "cbor-raw")
     ]
     assert said["numbers"] == [1.5, -2, 3e300]
+    assert said["no number"] is True
     assert said["own service"] == {"success": True, "message": "by roslib"}
     assert said["own action"] == {"success": True, "code": "", "message": "counted"}
     assert said["message"] == {"command": "string", "target": dict.fromkeys("xyz", "float64"), "open": "bool"}
     assert "canceled" in said["cancelled goal"]
     assert stands_on_the_tray(cube)
+
+
+def test_the_libraries_of_compressions_are_loaded_by_the_first_client_that_needs_them() -> None:
+    with served() as one:
+        libraries = Path(f"/proc/{one.process.number}/maps")
+
+        def loaded() -> list[str]:
+            return [name for name in ("_cbor2.", "PIL/_imaging.") if name in libraries.read_text(encoding="utf-8")]
+
+        async def story() -> None:
+            async with web(one.url) as client:
+                await client.say("subscribe", topic="/maya_event", compression="png")
+                assert (await client.hear())["op"] == "png"
+                assert loaded() == []
+                await client.say("subscribe", topic="/client_count", compression="cbor")
+                assert isinstance(await client.connection.recv(), bytes)
+                assert loaded() == ["_cbor2."]
+                call = {"op": "call_service", "id": "drawn", "service": "/rosapi/topics"}
+                await client.say("png", data=png.encoded(json.dumps(call)))
+                await client.until(lambda said: said.get("id") == "drawn")
+                assert loaded() == ["_cbor2.", "PIL/_imaging."]
+
+        asyncio.run(story())
 
 
 @pytest.mark.parametrize(

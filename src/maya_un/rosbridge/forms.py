@@ -17,7 +17,6 @@ from maya_un.errors import UnknownInterface
 from maya_un.graph.catalogue import SCALAR, Field, is_base, spec
 from maya_un.graph.conforming import BYTES
 from maya_un.graph.protocol import Message
-from maya_un.rosbridge.cbor import Tagged
 
 Form = Callable[[Any], Any]
 
@@ -98,8 +97,10 @@ def _cbor_field(field: Field) -> Form | None:
     if field.length != SCALAR and field.type in BYTES:
         return bytes
     if field.length != SCALAR and field.type in _PACKED:
+        from cbor2 import CBORTag  # noqa: PLC0415 - few clients ask for CBOR
+
         tag, code = _PACKED[field.type]
-        return lambda values: Tagged(tag, struct.pack(f"<{len(values)}{code}", *values))
+        return lambda values: CBORTag(tag, struct.pack(f"<{len(values)}{code}", *values))
     return None if is_base(field.type) else _each(_cbor_form(field.type), field)
 
 

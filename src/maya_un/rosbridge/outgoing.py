@@ -10,7 +10,7 @@ from typing import NamedTuple
 from maya_un.graph import types
 from maya_un.graph.protocol import Message
 from maya_un.graph.stamps import stamp
-from maya_un.rosbridge import cbor, forms, fragments, png
+from maya_un.rosbridge import forms, fragments, png
 from maya_un.server.frames import BINARY, framed
 
 COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
@@ -54,7 +54,9 @@ class Outgoing:
 
     @staticmethod
     def _binary(name: str, content: object) -> bytes:
-        return framed(cbor.encoded({"op": "publish", "topic": name, "msg": content}), BINARY)
+        from cbor2 import dumps  # noqa: PLC0415 - few clients ask for it
+
+        return framed(dumps({"op": "publish", "topic": name, "msg": content}), BINARY)
 
 
 def shaped(text: str, compression: str, fragment: int, name: str | float | None = None) -> bytes:

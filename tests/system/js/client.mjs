@@ -59,6 +59,8 @@ async function topics(ros) {
   const raw = new Topic({ ros, name: "/numbers", messageType: "std_msgs/Float64MultiArray", compression: "cbor" });
   const numbers = new Topic({ ros, name: "/numbers", messageType: "std_msgs/Float64MultiArray" });
   tell("numbers", Array.from((await told(raw, () => numbers.publish({ data: [1.5, -2, 3e300] }))).data));
+  const real = new Topic({ ros, name: "/real", messageType: "std_msgs/Float64", compression: "cbor" });
+  tell("no number", Number.isNaN((await told(real, () => real.publish({ data: null }))).data));
   const event = await told(new Topic({ ros, name: "/maya_event", messageType: "std_msgs/String" }));
   tell("event", event.data.split(" ")[0]);
 }

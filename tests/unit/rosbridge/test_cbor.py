@@ -1,13 +1,16 @@
-"""CBOR, by the examples of the standard (RFC 8949, appendix A)."""
+"""CBOR, by the examples of the standard (RFC 8949, appendix A) and the tags of its arrays of numbers (RFC 8746)."""
 
 from __future__ import annotations
 
 import struct
+from math import inf, nan
 from typing import Any
 
 import pytest
+from cbor2 import dumps
 
-from maya_un.rosbridge.cbor import Tagged, encoded
+from maya_un.rosbridge.outgoing import Form, Outgoing
+from tests.rosbridging import DATE, unframed
 
 EXAMPLES: list[tuple[Any, str]] = [
     (0, "00"),
@@ -49,16 +52,59 @@ EXAMPLES: list[tuple[Any, str]] = [
 
 
 @pytest.mark.parametrize(("value", "written"), EXAMPLES, ids=[written for _, written in EXAMPLES])
-def test_the_examples_of_the_standard(value: Any, written: str) -> None:
-    assert encoded(value).hex() == written
+def test_the_library_writes_the_examples_of_the_standard(value: Any, written: str) -> None:
+    assert dumps(value).hex() == written
 
 
-def test_an_array_of_numbers_is_bytes_with_a_tag() -> None:
-    packed = struct.pack("<2d", 1.0, -2.0)
-    assert encoded(Tagged(86, packed)) == b"\xd8\x56\x50" + packed
+def sent(kind: str, data: object) -> bytes:
+    """Return the CBOR of a message with the field `data`, without the names before it."""
+    ((opcode, content),) = unframed(Outgoing(kind, {"data": data}, DATE).frames(Form("/t", "cbor")))
+    names = b"\xa3\x62op\x67publish\x65topic\x62/t\x63msg\xa1\x64data"
+    assert opcode == 2
+    assert content.startswith(names)
+    return content.removeprefix(names)
 
 
-@pytest.mark.parametrize("value", [object(), 2**64, -(2**64) - 1, {1, 2}])
-def test_what_has_no_form_is_an_error(value: Any) -> None:
-    with pytest.raises((TypeError, ValueError)):
-        encoded(value)
+@pytest.mark.parametrize(
+    ("kind", "data", "written"),
+    [
+        ("UInt64", 18446744073709551615, "1bffffffffffffffff"),
+        ("Int64", -1000, "3903e7"),
+        ("Int64", -(2**63), "3b7fffffffffffffff"),
+        ("Float64", 1.1, "fb3ff199999999999a"),
+        ("Float32", 1.0, "fb3ff0000000000000"),
+        ("Float64", nan, "f97e00"),
+        ("Float64", inf, "f97c00"),
+        ("Float64", -inf, "f9fc00"),
+        ("Bool", True, "f5"),
+        ("String", "水", "63e6b0b4"),
+        ("Time", {"secs": 1, "nsecs": 1000000}, "a264736563730165" + b"nsecs".hex() + "1a000f4240"),
+    ],
+)
+def test_a_message_is_written_as_the_standard_says(kind: str, data: object, written: str) -> None:
+    assert sent(f"std_msgs/{kind}", data).hex() == written
+
+
+@pytest.mark.parametrize(
+    ("kind", "tag", "form"),
+    [
+        ("UInt16", 69, "<3H"),
+        ("UInt32", 70, "<3I"),
+        ("UInt64", 71, "<3Q"),
+        ("Int8", 72, "<3b"),
+        ("Int16", 77, "<3h"),
+        ("Int32", 78, "<3i"),
+        ("Int64", 79, "<3q"),
+        ("Float32", 85, "<3f"),
+        ("Float64", 86, "<3d"),
+    ],
+)
+def test_an_array_of_numbers_is_bytes_with_a_tag(kind: str, tag: int, form: str) -> None:
+    numbers = [1, 2, 100]
+    packed = struct.pack(form, *numbers)
+    size = bytes([0x40 + len(packed)]) if len(packed) < 24 else bytes([0x58, len(packed)])
+    assert sent(f"std_msgs/{kind}MultiArray", numbers) == bytes([0xD8, tag]) + size + packed
+
+
+def test_an_array_of_bytes_is_bytes() -> None:
+    assert sent("std_msgs/UInt8MultiArray", [1, 2, 255]) == b"\x43\x01\x02\xff"

@@ -6,7 +6,9 @@ import base64
 import io
 import math
 import struct
+import time
 import zlib
+from contextlib import suppress
 from itertools import pairwise
 
 import pytest
@@ -14,6 +16,7 @@ from PIL import Image
 
 from maya_un.errors import InvalidRequest
 from maya_un.rosbridge import png
+from maya_un.rosbridge.limits import LONGEST_MESSAGE
 from tests.campaign import Campaign
 
 MOST = 100_000
@@ -73,9 +76,18 @@ def drawn(content: bytes, width: int, height: int, step: int, colour: int, filte
     """Return a picture whose rows are all filtered in one way."""
     stride = step * width
     rows = [bytes(stride), *(content[begin : begin + stride] for begin in range(0, len(content), stride))]
-    packed = b"".join(bytes([filter_]) + filtered(row, above, step, filter_) for above, row in pairwise(rows))
+    return filed(
+        b"".join(bytes([filter_]) + filtered(row, above, step, filter_) for above, row in pairwise(rows)),
+        width,
+        height,
+        colour,
+    )
+
+
+def filed(rows: bytes, width: int, height: int, colour: int = 2, *others: tuple[bytes, bytes]) -> bytes:
+    """Return the file of filtered rows, with chunks of other kinds before them."""
     head = struct.pack(">IIBBBBB", width, height, 8, colour, 0, 0, 0)
-    parts = ((b"IHDR", head), (b"IDAT", zlib.compress(packed)), (b"IEND", b""))
+    parts = ((b"IHDR", head), *others, (b"IDAT", zlib.compress(rows)), (b"IEND", b""))
     chunks = (
         struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in parts
     )
@@ -106,6 +118,9 @@ GOOD = base64.b64decode(png.encoded("a text of some length"))
         base64.b64encode(GOOD[:-20] + bytes(20)).decode(),
         saved(Image.new("P", (4, 4))),
         saved(Image.new("1", (4, 4))),
+        base64.b64encode(filed(b"\0abcdef" * 2, 2, 3)).decode(),
+        base64.b64encode(filed(b"\0abcdef" * 2 + b"\0abc", 2, 3)).decode(),
+        base64.b64encode(filed(b"\5abcdef" * 3, 2, 3)).decode(),
         saved(Image.frombytes("RGB", (2, 1), b"\xff\xfe\xfd\xfc\xfb\xfa")),
     ],
 )
@@ -119,3 +134,30 @@ def test_a_picture_that_unpacks_to_too_much_is_refused_before_it_is_unpacked() -
     assert len(bomb) < MOST
     with pytest.raises(InvalidRequest):
         png.decoded(bomb, MOST)
+
+
+def test_rows_beyond_the_height_are_not_unpacked() -> None:
+    bomb = base64.b64encode(filed(b"\0abcdef" * 30_000_000, 2, 3)).decode()
+    began = time.thread_time()
+    assert png.decoded(bomb, LONGEST_MESSAGE) == "abcdef" * 3
+    assert time.thread_time() - began < 0.1
+
+
+def test_profiles_and_comments_are_not_unpacked() -> None:
+    bomb = b"p\0\0" + zlib.compress(bytes(1_000_000))
+    others = [(kind, bomb) for kind in (b"iCCP", b"zTXt")] * 300
+    picture = base64.b64encode(filed(b"\0abcdef", 2, 1, 2, *others)).decode()
+    assert len(picture) < LONGEST_MESSAGE
+    began = time.thread_time()
+    assert png.decoded(picture, LONGEST_MESSAGE) == "abcdef"
+    assert time.thread_time() - began < 0.1
+
+
+@pytest.mark.parametrize("filter_", range(5))
+def test_no_filter_holds_the_loop(filter_: int) -> None:
+    side = 577
+    picture = base64.b64encode(filed((bytes([filter_]) + b"\1" + bytes(3 * side - 1)) * side, side, side)).decode()
+    began = time.thread_time()
+    with suppress(InvalidRequest):  # of most filters it is no text
+        png.decoded(picture, LONGEST_MESSAGE)
+    assert time.thread_time() - began < 0.1
