@@ -33,7 +33,7 @@ async def test_a_recording_is_saved_listed_and_found(tmp_path: Path) -> None:
     assert source is not None
     assert source.seed == 5
     assert taken.wire[0].event == "open"
-    assert taken.events[0].kind is Connected
+    assert isinstance(taken.events[0], Connected)
 
 
 async def test_a_fault_of_the_whole_stack_is_saved(tmp_path: Path) -> None:
