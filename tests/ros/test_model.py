@@ -87,9 +87,11 @@ def test_tf_follows_the_twin_and_turns_as_the_manual_says(ros: Ros, driver: Driv
     ends: list[list[float]] = []
     for angle in (0.0, pi / 2.0, 2.05):
         reached(driver, Joints(angle, 1.7, 1.6))
-        there = states.until(lambda state, angle=angle: abs(state["position"][0] - angle) < NEAR)
+        there = states.until(
+            lambda state, angle=angle: abs(state["position"][0] - angle) < NEAR, after=len(states.messages)
+        )
         ends.append(place(driver, there["header"]["stamp"]))
-    assert [atan2(x, y) for x, y, _ in ends] == pytest.approx((0.0, pi / 2.0, 2.05), abs=NEAR)
+    assert [atan2(x, y) for x, y, _ in ends] == pytest.approx((0.0, pi / 2.0, 2.05), abs=2.0 * NEAR)
     assert ends[0][1] > 1.0
     assert ends[1][0] > 1.0
     assert ends[2][1] < -0.5
