@@ -253,6 +253,7 @@ def test_a_key_stops_whatever_moves(ready: Screen, key: str) -> None:
     ready.wait("mode", "Homing")
     ready.ask("strike", key=key)
     ready.wait("mode", "Not homed")
+    ready.wait("note", "Stop: done.")  # a stopped queue stops twice; the second one would end the next homing
     assert "stopped" in words(ready)
 
 

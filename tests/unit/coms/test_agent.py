@@ -103,7 +103,7 @@ def told(
         agent = Agent("MAYA", Rosbridge(robot.url), memory, dates.now, Random(1))
         running = asyncio.create_task(agent.run())
         try:
-            async with asyncio.timeout(60.0):
+            async with asyncio.timeout(150.0):
                 await story(robot, agent, memory)
         finally:
             running.cancel()
