@@ -141,7 +141,7 @@ def test_an_event_of_any_program_is_shown_with_its_kind_and_details(kind: str, d
     assert {**detail, **event.detail} == detail
     assert said.items() <= event.detail.items() or isinstance(event, UnknownEvent)
     for language in ("en", "es"):
-        assert event.report(language) or not kind
+        assert event.report(language) or not kind.strip()
         assert event.narrated or event.narration(language) is None
 
 
