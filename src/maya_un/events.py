@@ -62,7 +62,7 @@ class Event:
 
     @property
     def detail(self) -> Mapping[str, object]:
-        """What it says besides, as JSON has it."""
+        """The details, as JSON has them."""
         own = {name: value for name, value in vars(self).items() if name not in _ENVELOPE and value is not None}
         return MappingProxyType({**own, **self.more})
 
@@ -110,7 +110,7 @@ class UnknownEvent(Event):
 
     @property
     def detail(self) -> Mapping[str, object]:
-        """What it says besides."""
+        """The details."""
         return MappingProxyType(dict(self.more))
 
 

@@ -1,4 +1,4 @@
-"""What is known of the gripper. No sensor tells."""
+"""The known state of the gripper; no sensor measures it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the gripper may hold: what was commanded, remembered from the events."""
+"""Tracks what the gripper holds, from commands and events; no sensor measures it."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from maya_un.errors import InvalidRequest
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _MODES = {0: "L", 2: "RGB", 4: "LA", 6: "RGBA"}
-"""What Pillow calls a type of colour: a letter for each channel."""
+"""Pillow's name of each type of colour: a letter for each channel."""
 
 _WIDEST = 1 << 16
 

@@ -301,7 +301,7 @@ WORDS: dict[str, tuple[str, str]] = {
         "Nadie confirmó la parada. Use la parada de emergencia de la máquina.",
     ),
     "shut_down": ("ROS asked this node to end.", "ROS pidió que este nodo termine."),
-    # An event that is none of the robot's; theirs are in `EVENTS`.
+    # The robot's own events are in `EVENTS`; the dashboard adds this one.
     "event_refused": ("refused", "rechazado"),
 }
 """English and Spanish by key; `{name}` is filled in."""

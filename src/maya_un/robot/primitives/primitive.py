@@ -1,4 +1,4 @@
-"""What every primitive declares; all edges follow from it."""
+"""The declaration of a primitive, from which all edges follow."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class PartEffect(Enum):
-    """What a primitive does to a part: whether its repetition does harm, and what the gripper holds afterwards."""
+    """The effect on a part. It decides whether a repetition does harm, and what the gripper holds afterwards."""
 
     NONE = auto()
     TAKES = auto()
