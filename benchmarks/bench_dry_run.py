@@ -10,7 +10,7 @@ from maya_un.config import Config
 from maya_un.interpreter import quiet_collector
 from maya_un.loops import run_virtual
 from maya_un.process.job import Job
-from maya_un.process.states import TaskState
+from maya_un.schema.states import TaskState
 
 PAIRS = 100
 HORIZON = 1e9

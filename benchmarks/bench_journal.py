@@ -26,7 +26,7 @@ from maya_un.process.journal.memory import MemoryJournal
 from maya_un.process.journal.protocol import Filter
 from maya_un.process.journal.rows import JobRow, Options, Owner
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.process.states import TaskState
+from maya_un.schema.states import TaskState
 
 T = TypeVar("T")
 

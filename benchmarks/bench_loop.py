@@ -22,7 +22,7 @@ from maya_un.config import Config
 from maya_un.interpreter import quiet_collector
 from maya_un.loops import JumpingLoop, run
 from maya_un.process.job import MOST_TASKS, Job
-from maya_un.process.states import TaskState
+from maya_un.schema.states import TaskState
 
 PAIRS = 499
 """As many as the file of a job may hold."""

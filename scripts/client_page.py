@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Iterator
 from typing import Any
 
-from maya_un.client import Client, JobBuilder, JobHandle, rooms
+from maya_un.client import Client, JobBuilder, JobHandle, resources
 from maya_un.client.lease import Lease
 from maya_un.client.plans.streaming import Event
 from maya_un.client.verb import Described, Stream
@@ -42,11 +42,13 @@ other client. Once it is lost, the next thing that is asked for inside raises `L
 
 SECTIONS: tuple[tuple[str, type, str], ...] = (
     ("The robot: `maya`", Client, ""),
-    ("The queue: `maya.queue`", rooms.Queue, ""),
-    ("The past: `maya.history`", rooms.History, ""),
-    ("Taught poses: `maya.poses`", rooms.Poses, ""),
-    ("Taught pallets: `maya.pallets`", rooms.Pallets, ""),
-    ("Zones: `maya.zones`", rooms.Zones, ""),
+    ("The queue: `maya.queue`", resources.Queue, ""),
+    ("The past: `maya.history`", resources.History, ""),
+    ("Taught poses: `maya.poses`", resources.Poses, ""),
+    ("Taught pallets: `maya.pallets`", resources.Pallets, ""),
+    ("Zones: `maya.zones`", resources.Zones, ""),
+    ("Users: `maya.users`", resources.Users, ""),
+    ("Recordings: `maya.recordings`", resources.Recordings, ""),
     ("The control lease: `maya.lease`", Lease, LEASE.rstrip()),
     (
         "A job that was submitted",

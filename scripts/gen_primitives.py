@@ -67,7 +67,7 @@ def calls() -> Iterator[str]:
     yield "\nfrom maya_un.client.steps import Plan"
     yield "\nfrom maya_un.client.targets import Spot, spot, state_of"
     yield "\nfrom maya_un.client.verb import Verb"
-    yield "\nfrom maya_un.process.report import JobReport\n"
+    yield "\nfrom maya_un.schema.jobs import JobReport\n"
     for primitive in _in_jobs():
         form, argument = call_form(primitive.argument), primitive.argument
         value = f', "{argument.key}": {form.value}' if argument.key else ""

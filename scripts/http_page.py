@@ -142,7 +142,7 @@ def _lines() -> Iterator[str]:
 
 def _row(route: APIRoute, rule: Rule) -> str:
     method = next(iter(route.methods or ()))
-    query = f"?{'&'.join(sorted(rule.options))}" if rule.options else ""
+    query = f"?{'&'.join(rule.query)}" if rule.query else ""
     words = " ".join((inspect.getdoc(route.endpoint) or "").split())
     return f"| `{method} {route.path_format}{query}` | {_who(rule)} | {words} |"
 

@@ -10,7 +10,7 @@ from maya_un.config import Config, Units
 from maya_un.controller.homing import homed_pose
 from maya_un.controller.inspection import Inspection
 from maya_un.controller.planner import Planner
-from maya_un.controller.protocol import Jogged, Preview
+from maya_un.controller.protocol import Preview
 from maya_un.controller.run import OnVia
 from maya_un.errors import Busy, MayaError, Stopped
 from maya_un.events import EventLog, GripperClosed, GripperOpened, HomingBegun, HomingDone
@@ -18,6 +18,7 @@ from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
 from maya_un.motion import Path, Route
+from maya_un.schema.robot import Jogged
 from maya_un.values import Joints, Mode, Notice, Progress, State, StopReport
 from tests.virtual_time import elapse
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from maya_un.process.journal.rows import AuditRow, EventRow, JobRow, Options, Owner, StepRow
-from maya_un.process.states import TaskState
+from maya_un.schema.states import TaskState
 
 DATE = "2026-03-01T08:00:00Z"
 

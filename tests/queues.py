@@ -16,9 +16,9 @@ from maya_un.process.journal.memory import MemoryJournal
 from maya_un.process.journal.rows import JobRow, Options, Owner, StepRow
 from maya_un.process.lease import Lease
 from maya_un.process.process import Process
-from maya_un.process.states import TRANSITIONS, TaskState
 from maya_un.process.submitting import Asked
 from maya_un.robot.robot import MayaRobot
+from maya_un.schema.states import TRANSITIONS, TaskState
 from tests.fakes import FakeController
 from tests.virtual_time import elapse
 

@@ -21,11 +21,11 @@ from websockets.uri import parse_uri
 from maya_un.api.access.entrance import Entrance
 from maya_un.api.gate import Gate
 from maya_un.api.leasing import Leasing
-from maya_un.api.messages import EventMessage
 from maya_un.api.people import People
 from maya_un.api.service import Service
 from maya_un.controller.latest import Latest
 from maya_un.events import Event, EventLog, PhaseBegun
+from maya_un.schema.robot import EventMessage
 from maya_un.server.bridge import Bridge
 from maya_un.server.stream import add_stream
 from maya_un.server.stream_ring import MOST_EVENTS

@@ -16,7 +16,6 @@ from maya_un.api.access.entrance import Entrance
 from maya_un.api.access.register import Calendar
 from maya_un.api.access.store import FileStore, Store
 from maya_un.api.gate import Gate
-from maya_un.api.messages import plain
 from maya_un.api.service import Service
 from maya_un.cancellation import run_to_end
 from maya_un.config import Config, StorageConfig
@@ -36,6 +35,7 @@ from maya_un.recorder.recorder import Recorder
 from maya_un.recorder.shelf import Shelf
 from maya_un.robot.protocol import Robot
 from maya_un.robot.robot import MayaRobot
+from maya_un.schema.robot import plain
 from maya_un.values import Point
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.maya.mechanics import MayaMechanics

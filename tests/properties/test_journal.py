@@ -24,7 +24,7 @@ from maya_un.process.journal.memory import MemoryJournal
 from maya_un.process.journal.protocol import Filter, Journal
 from maya_un.process.journal.rows import EventRow, JobRow, Options, Owner, QueueRow, StepRow
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.process.states import TaskState
+from maya_un.schema.states import TaskState
 from tests.campaign import Campaign
 from tests.journals import event_row, looked_up
 
@@ -203,7 +203,7 @@ import asyncio, os, sys
 from pathlib import Path
 from maya_un.process.journal.rows import QueueRow
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.process.states import TaskState
+from maya_un.schema.states import TaskState
 from tests.journals import event_row, job_row, step_row
 
 async def write(journal, first, writers, mine):

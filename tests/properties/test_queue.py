@@ -14,10 +14,9 @@ from hypothesis import strategies as st
 
 from maya_un.errors import EndNotReached, MayaError, PathRefused, Stopped
 from maya_un.events import Event, JobAdvanced, StepAdvanced
-from maya_un.process.journal.rows import OnFailure
-from maya_un.process.states import TRANSITIONS, TaskState
-from maya_un.process.view import QueueMode
 from maya_un.robot.primitives import Home
+from maya_un.schema.jobs import OnFailure, QueueMode
+from maya_un.schema.states import TRANSITIONS, TaskState
 from tests.queues import Floor, Machine, asked, job
 from tests.virtual_time import elapse
 

@@ -34,8 +34,8 @@ from maya_un.events import Event, HomingBegun, HomingDone, JobAdvanced, PhaseBeg
 from maya_un.loops import JumpingLoop, run
 from maya_un.process.job import Job
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.process.states import TaskState
-from maya_un.process.view import QueueMode, QueueView, Recovery
+from maya_un.schema.jobs import QueueMode, QueueView, Recovery
+from maya_un.schema.states import TaskState
 from maya_un.values import Joints
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.maya.mechanics import MayaMechanics

@@ -31,8 +31,8 @@ from maya_un.errors import (
     Unreachable,
 )
 from maya_un.loops import run
-from maya_un.process.states import TaskState
-from maya_un.process.view import QueueMode
+from maya_un.schema.jobs import QueueMode
+from maya_un.schema.states import TaskState
 from maya_un.values import Joints, Mode, Point
 from tests.system.processes import CALM, running
 

@@ -19,9 +19,9 @@ from maya_un.events import GripperClosed, HomingBegun, HomingDone, PhaseBegun
 from maya_un.loops import run_virtual
 from maya_un.process.job import Job
 from maya_un.process.process import Process
-from maya_un.process.report import JobReport
-from maya_un.process.states import TaskState
 from maya_un.robot.robot import MayaRobot
+from maya_un.schema.jobs import JobReport
+from maya_un.schema.states import TaskState
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode, Point
 from maya_un.virtual.maya.start import Start

@@ -18,11 +18,11 @@ from maya_un.graph.primitives import to_message
 from maya_un.graph.protocol import Outcome
 from maya_un.graph.table import FOLLOW, TASK
 from maya_un.process.job import Job
-from maya_un.process.states import TaskState
-from maya_un.process.view import QueueMode
 from maya_un.robot.primitives.approach import Approach
 from maya_un.robot.primitives.pick import Pick
 from maya_un.robot.primitives.place import Place
+from maya_un.schema.jobs import QueueMode
+from maya_un.schema.states import TaskState
 from maya_un.testing import faults
 from maya_un.values import Mode, Point
 from tests.campaign import Campaign

@@ -21,10 +21,10 @@ from maya_un.graph.events import Told, read
 from maya_un.graph.primitives import to_message
 from maya_un.graph.protocol import Message, Outcome
 from maya_un.graph.queue import Queue
-from maya_un.process.view import QueueMode
 from maya_un.robot.primitives.pick import Pick
 from maya_un.robot.primitives.place import Place
 from maya_un.rosbridge.near import NearController, NearRobot, echoed
+from maya_un.schema.jobs import QueueMode
 from maya_un.server.bridge import Bridge
 from maya_un.values import Mode, Point
 from tests.campaign import Campaign

@@ -11,8 +11,8 @@ from maya_un.config import Config
 from maya_un.errors import AnswerNeeded, NotHomed
 from maya_un.events import StepAdvanced
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.process.states import TaskState
-from maya_un.process.view import QueueMode
+from maya_un.schema.jobs import QueueMode
+from maya_un.schema.states import TaskState
 from maya_un.values import Point
 from tests.virtual_time import elapse
 

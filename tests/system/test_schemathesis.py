@@ -30,9 +30,9 @@ from schemathesis.specs.openapi.checks import (
 
 from maya_un.api.access.caller import LOCAL, Caller, Role
 from maya_un.api.access.operations import RULES, Operation
-from maya_un.api.leasing import LONGEST
 from maya_un.controller.planner import LEAST_SPEED
 from maya_un.errors import InvalidRequest
+from maya_un.schema.bodies import LONGEST
 from maya_un.server.reading import LONGEST_WAIT
 from tests.campaign import Campaign
 from tests.shared_robot import SharedRobot, shared_robot

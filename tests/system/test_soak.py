@@ -26,8 +26,8 @@ from maya_un.process.journal import file
 from maya_un.process.journal.protocol import Filter
 from maya_un.process.journal.rows import Options
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.process.states import TaskState
 from maya_un.recorder.shelf import Shelf
+from maya_un.schema.states import TaskState
 from tests.campaign import Campaign
 from tests.system.kill_worker import MACHINE, Carry, Ledger, standing
 from tests.virtual_time import elapse

@@ -9,10 +9,10 @@ from __future__ import annotations
 import asyncio
 from typing import NamedTuple
 
-from maya_un.api.messages import HeldJog
 from maya_un.controller.jogging import LONGEST
-from maya_un.controller.protocol import Controller, Jogged
+from maya_un.controller.protocol import Controller
 from maya_un.errors import InvalidValue, MayaError
+from maya_un.schema.robot import HeldJog, Jogged
 
 PATIENCE = 0.5
 """A held jog that is not renewed for so long stops [s]."""

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from maya_un.api.messages import AuditLine, EventMessage
 from maya_un.errors import EventsForgotten
 from maya_un.events import EventLog
 from maya_un.process.journal.protocol import Filter
 from maya_un.process.journal.rows import AuditRow, EventRow
 from maya_un.process.process import Process
-from maya_un.process.report import JobReport
-from maya_un.process.view import JobLine
+from maya_un.schema.jobs import JobLine, JobReport
+from maya_un.schema.people import AuditLine
+from maya_un.schema.robot import EventMessage
 
 MOST_EVENTS = 1000
 """So many events are answered at once."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from math import isfinite
 
 from maya_un.api.access.caller import Caller, Role
@@ -11,39 +10,9 @@ from maya_un.api.access.entrance import Entrance
 from maya_un.api.access.notes import require_note
 from maya_un.api.access.operations import Operation, require
 from maya_un.errors import InvalidValue, UnknownName
-from maya_un.process.lease import PATIENCE, Holder
-
-LONGEST = 12 * 3600.0
-"""Longest time for which a lease is taken without being renewed [s]."""
-
-
-@dataclass(frozen=True, slots=True)
-class LeaseView:
-    """Who drives: his name, from where, for how long [s], what he says; "" and 0 where nobody does.
-
-    `implicit` is one who drives for the length of a wish or a job. `expires_in` [s] is None where nothing has to be
-    renewed. `yours` says that it is held by who asks, under the lease that he shows.
-    """
-
-    holder: str
-    source: str
-    since: float
-    note: str
-    implicit: bool
-    expires_in: float | None
-    offered_to: str | None
-    asked_by: str | None
-    yours: bool
-
-
-@dataclass(frozen=True, slots=True)
-class LeaseTaken:
-    """The lease was taken: its `id` is to be shown with every wish, and renewed within `expires_in` [s]."""
-
-    id: str
-    holder: str
-    note: str
-    expires_in: float
+from maya_un.process.lease import Holder
+from maya_un.schema.bodies import LONGEST, PATIENCE
+from maya_un.schema.people import LeaseTaken, LeaseView
 
 
 class Leasing:

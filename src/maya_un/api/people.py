@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from maya_un.api.access import tokens
 from maya_un.api.access.caller import LOCAL, RESERVED, Caller, Role
@@ -13,6 +13,7 @@ from maya_un.api.access.notes import require_note
 from maya_un.api.access.operations import Operation, allowed, require
 from maya_un.api.access.store import Change, Token, User
 from maya_un.errors import InvalidValue, NotAllowed, NotFound, NotSignedIn, UnknownName
+from maya_un.schema.people import Me, NewToken, TokenLine, UserLine
 
 SESSION = 12 * 3600.0
 """How long somebody who signed in with a password stays so [s]."""
@@ -32,55 +33,6 @@ _DIFFERENT = 5
 
 OnEnded = Callable[[str, str, str], None]
 """Told that a token is valid no more, or with "" that a user may not drive any more: token, name, why."""
-
-
-@dataclass(frozen=True, slots=True)
-class TokenLine:
-    """A token as it is listed: never its secret. Dates are in UTC; `expires` and `used` are "" for never."""
-
-    id: str
-    user: str
-    note: str
-    created: str
-    expires: str
-    used: str
-    session: bool
-    valid: bool
-
-
-@dataclass(frozen=True, slots=True)
-class UserLine:
-    """A user: his role, since when, whether he has a password, how many tokens are valid, when he was seen last."""
-
-    name: str
-    role: str
-    created: str
-    password: bool
-    tokens: int
-    used: str
-
-
-@dataclass(frozen=True, slots=True)
-class NewToken:
-    """A token that was just made; `token` is shown now and never again."""
-
-    id: str
-    user: str
-    role: str
-    token: str
-    note: str
-    expires: str
-
-
-@dataclass(frozen=True, slots=True)
-class Me:
-    """Who asks: his name and role, by which token, from where. `users` says whether users are kept."""
-
-    name: str
-    role: str
-    token: str
-    source: str
-    users: bool
 
 
 class People:

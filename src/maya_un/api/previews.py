@@ -10,7 +10,7 @@ from collections.abc import Callable, Generator
 from typing import Any, TypeVar
 
 from maya_un.api.access.caller import LOCAL, Caller
-from maya_un.api.messages import Reach, to_json
+from maya_un.api.reach import reach_of
 from maya_un.config import Config
 from maya_un.controller import paper
 from maya_un.controller.protocol import Controller
@@ -19,6 +19,8 @@ from maya_un.kinematics.workspace import Workspace
 from maya_un.process import desk
 from maya_un.process.foresight import Foresight
 from maya_un.robot.plan import Pose
+from maya_un.schema.encoding import to_json
+from maya_un.schema.previews import Reach
 from maya_un.values import Joints, Point
 from maya_un.workers import Work, Workers
 
@@ -132,7 +134,7 @@ def inspect(*args: Any) -> Generator[Any, None, None]:
 def reach(workspace: Workspace, point: Point) -> Generator[None, None, Reach]:
     """Return the answer about a point."""
     yield
-    return Reach.of(workspace, point)
+    return reach_of(workspace, point)
 
 
 def fk(workspace: Workspace, joints: Joints) -> Generator[None, None, Point]:

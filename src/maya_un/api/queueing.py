@@ -15,8 +15,8 @@ from maya_un.process.lease import Lease
 from maya_un.process.options import ORDINARY
 from maya_un.process.process import Process
 from maya_un.process.submitting import Asked
-from maya_un.process.view import JobLine, QueueView
 from maya_un.process.written import version_of
+from maya_un.schema.jobs import JobLine, QueueView
 
 _WHEN = ("after step", "now")
 _ENDS = ("first", "last")

@@ -8,7 +8,7 @@ from maya_un.api.access.caller import LOCAL, Caller
 from maya_un.errors import InvalidRequest, NotFound
 from maya_un.recorder.header import Cause
 from maya_un.recorder.recorder import Recorder
-from maya_un.recorder.shelf import Kept
+from maya_un.schema.robot import Kept
 
 
 class Recordings:

@@ -16,33 +16,32 @@ from maya_un.api.direct import Direct
 from maya_un.api.held import PATIENCE, HeldJogs
 from maya_un.api.history import History
 from maya_un.api.leasing import Leasing
-from maya_un.api.messages import HeldJog, JobAccepted, Reach, Status
 from maya_un.api.people import People
 from maya_un.api.previews import Previews, require_samples
 from maya_un.api.queueing import Queueing
+from maya_un.api.reach import reach_of
 from maya_un.api.recording import Recordings
 from maya_un.api.teaching import Teaching, at_rest
 from maya_un.api.zoning import drop_zone, put_zone, zones_of
 from maya_un.config import Config
 from maya_un.config.zones import AnyZone
 from maya_un.controller.homing import homed_pose
-from maya_un.controller.protocol import Controller, Jogged
+from maya_un.controller.protocol import Controller
 from maya_un.errors import Busy, Stopped
 from maya_un.events import Event
 from maya_un.process.book import Book
-from maya_un.process.inspection import JobInspection
 from maya_un.process.job import Job
 from maya_un.process.journal.rows import Options, Owner
 from maya_un.process.options import ORDINARY
-from maya_un.process.preview import JobPreview
 from maya_un.process.process import Process
-from maya_un.process.report import JobReport
 from maya_un.process.submitting import Asked
-from maya_un.process.view import JobLine, QueueMode
 from maya_un.recorder.recorder import Recorder
 from maya_un.robot.plan import Pose
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.protocol import Robot
+from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, QueueMode
+from maya_un.schema.previews import JobInspection, JobPreview, Reach
+from maya_un.schema.robot import HeldJog, Jogged, Status
 from maya_un.values import Joints, Point, State, StopReport
 from maya_un.workers import Workers
 
@@ -285,7 +284,7 @@ class Service:
 
     def reach(self, point: Point) -> Reach:
         """Tell whether `point` [m] can be reached, and if not why, and where the nearest reachable point is."""
-        return Reach.of(self._controller.workspace, point)
+        return reach_of(self._controller.workspace, point)
 
     async def zones(self) -> list[AnyZone]:
         """Return the zones that the robot keeps out of, as they are written in the configuration."""

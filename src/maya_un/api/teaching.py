@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 from pydantic import ValidationError
 
@@ -11,28 +10,11 @@ from maya_un.controller.protocol import Controller
 from maya_un.errors import Busy, InvalidRequest, InvalidValue, NotConnected, NotHomed, NotTaught
 from maya_un.process.book import Book
 from maya_un.process.spots import Grid
-from maya_un.process.taught import TaughtPallet, TaughtPose
-from maya_un.values import Joints, Mode, Point
+from maya_un.process.taught import TaughtPallet
+from maya_un.schema.places import PalletInfo, TaughtPose
+from maya_un.values import Joints, Mode
 
 _AT_REST = {Mode.IDLE, Mode.FAULT, Mode.NOT_HOMED}
-
-
-@dataclass(frozen=True, slots=True)
-class PalletInfo:
-    """A taught pallet: cells (1, 1), (1, columns), (rows, 1) and (rows, columns) [m], None where they span none now.
-
-    `flatness` is how far its corners lie from a plane [m], `squareness` how far its angles are from right ones
-    [rad]; `remarks` say in words what of that, or of its corners, is not as it should be.
-    """
-
-    name: str
-    rows: int
-    columns: int
-    corners: tuple[Point, ...] | None
-    flatness: float | None
-    squareness: float | None
-    remarks: tuple[str, ...]
-    taught: str
 
 
 def at_rest(controller: Controller) -> Joints:

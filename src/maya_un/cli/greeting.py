@@ -12,7 +12,7 @@ from maya_un.cli.settings import Settings
 from maya_un.cli.waiting import because
 from maya_un.cli.words import word
 from maya_un.errors import MayaError
-from maya_un.process.view import QueueMode, QueueView
+from maya_un.schema.jobs import QueueMode, QueueView
 
 
 @dataclass(frozen=True, slots=True)

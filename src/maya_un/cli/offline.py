@@ -21,9 +21,9 @@ from maya_un.manual import default_path
 from maya_un.values import Joints, Point
 
 if TYPE_CHECKING:
-    from maya_un.api.messages import Distance, Reach
     from maya_un.config import Config
     from maya_un.kinematics.workspace import Workspace
+    from maya_un.schema.previews import Distance, Reach
 
 _PATIENCE = 1.0
 """How long the running robot may take to tell its configuration [s]."""
@@ -86,9 +86,10 @@ def reach(point: Point, settings: Settings) -> int:
     The zones are those of the running robot, else of the configuration. Exit code 0 where it can, 1 where not: both are
     answers.
     """
-    from maya_un.api.messages import Reach, to_data
+    from maya_un.api.reach import reach_of
+    from maya_un.schema.encoding import to_data
 
-    found = Reach.of(_workspace(_in_force(settings)), point)
+    found = reach_of(_workspace(_in_force(settings)), point)
     joints = None if found.joints is None else found.joints._asdict()
     nearest = None if found.nearest is None else found.nearest._asdict()
     value = {**to_data(found), "joints": joints, "nearest": nearest}

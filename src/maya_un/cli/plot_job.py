@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from maya_un.address import SIM
-from maya_un.api.messages import to_data
 from maya_un.assembly import stack
 from maya_un.cli import output
 from maya_un.cli.configure import configuration, taught_places
@@ -17,8 +16,9 @@ from maya_un.config import Config
 from maya_un.kinematics.workspace import Workspace
 from maya_un.loops import run_virtual
 from maya_un.process.files import load_job
-from maya_un.process.inspection import JobInspection
 from maya_un.process.job import Job
+from maya_un.schema.encoding import to_data
+from maya_un.schema.previews import JobInspection
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

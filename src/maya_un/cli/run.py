@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from maya_un.address import SIM
-from maya_un.api.messages import to_data
 from maya_un.assembly import Stack, stack
 from maya_un.cli import output
 from maya_un.cli.client import Client
@@ -32,7 +31,8 @@ from maya_un.loops import ScaledLoop, run_virtual
 from maya_un.loops import run as run_loop
 from maya_un.process.files import load_job
 from maya_un.process.job import Job
-from maya_un.process.report import JobReport
+from maya_un.schema.encoding import to_data
+from maya_un.schema.jobs import JobReport
 from maya_un.server.crash import keep_quiet
 
 FRAME = 0.1

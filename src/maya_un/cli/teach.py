@@ -12,7 +12,6 @@ from math import degrees
 from typing import Any, NamedTuple, NoReturn
 from urllib.parse import quote
 
-from maya_un.api.messages import to_data
 from maya_un.api.teaching import Teaching
 from maya_un.cli import output
 from maya_un.cli.client import Client
@@ -25,6 +24,7 @@ from maya_un.kinematics.mechanism import Mechanism
 from maya_un.process.book import Book
 from maya_un.process.pallet import check_counts
 from maya_un.process.taught import checked_name
+from maya_un.schema.encoding import to_data
 from maya_un.server.dates import now
 
 

@@ -14,11 +14,20 @@ from maya_un.client.handle import AsyncJobHandle
 from maya_un.client.jobs import JobLike
 from maya_un.client.lease import AsyncLease
 from maya_un.client.plans import jobs
-from maya_un.client.rooms import AsyncHistory, AsyncPallets, AsyncPoses, AsyncQueue, AsyncZones, Verbs
+from maya_un.client.resources import (
+    AsyncHistory,
+    AsyncPallets,
+    AsyncPoses,
+    AsyncQueue,
+    AsyncRecordings,
+    AsyncUsers,
+    AsyncZones,
+    RobotVerbs,
+)
 from maya_un.client.twin import FAST, TwinProcess
 
 
-class AsyncClient(Verbs, AwaitingDriver):
+class AsyncClient(RobotVerbs, AwaitingDriver):
     """What `Client` is, for programs that await: every verb returns an awaitable, every stream is iterated `async for`.
 
     A task that is cancelled while it waits for a primitive stops the robot on its path.
@@ -33,6 +42,8 @@ class AsyncClient(Verbs, AwaitingDriver):
         self.poses = AsyncPoses(self)
         self.pallets = AsyncPallets(self)
         self.zones = AsyncZones(self)
+        self.users = AsyncUsers(self)
+        self.recordings = AsyncRecordings(self)
         self.lease = AsyncLease(self)
         self._twin: TwinProcess | None = None
         notebook.register()

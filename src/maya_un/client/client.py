@@ -13,17 +13,17 @@ from maya_un.client.handle import JobHandle
 from maya_un.client.jobs import JobLike
 from maya_un.client.lease import Lease
 from maya_un.client.plans import jobs
-from maya_un.client.rooms import History, Pallets, Poses, Queue, Verbs, Zones
+from maya_un.client.resources import History, Pallets, Poses, Queue, Recordings, RobotVerbs, Users, Zones
 from maya_un.client.twin import FAST, TwinProcess
 
 
-class Client(Verbs, BlockingDriver):
+class Client(RobotVerbs, BlockingDriver):
     """A running Maya, twin or robot, over HTTP and websocket. Units are m, rad, s.
 
     It finds the `maya up` of this user and shows his token; `url` and `token` name others, as $MAYA_URL and $MAYA_TOKEN
     do. `ca` is the file with the certificate of a service that has one of its own. `queue`, `history`, `poses`,
-    `pallets`, `zones` and `lease` are its rooms. Errors are the leaves of `maya_un.errors` that the robot raised.
-    Nothing is asked before the first call.
+    `pallets`, `zones`, `users`, `recordings` and `lease` are its resources. Errors are the leaves of `maya_un.errors`
+    that the robot raised. Nothing is asked before the first call.
     """
 
     def __init__(
@@ -35,6 +35,8 @@ class Client(Verbs, BlockingDriver):
         self.poses = Poses(self)
         self.pallets = Pallets(self)
         self.zones = Zones(self)
+        self.users = Users(self)
+        self.recordings = Recordings(self)
         self.lease = Lease(self)
         self._twin: TwinProcess | None = None
         notebook.register()

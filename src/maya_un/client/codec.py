@@ -6,13 +6,12 @@ import json
 from collections.abc import Mapping
 from functools import cache
 from typing import Any, NamedTuple, TypeVar, cast
-from urllib.parse import urlencode
 
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import to_json
 
 from maya_un.client.doors import Door
-from maya_un.client.steps import Request, Scalar
+from maya_un.client.steps import Answer, Request
 from maya_un.errors import MayaError, ServiceNotAnswering, by_code, from_notice
 
 T = TypeVar("T")
@@ -47,19 +46,7 @@ def written(request: Request[Any], door: Door, lease: str) -> Written:
     if request.body is not None:
         headers["Content-Type"] = "application/json"
         content = to_json(request.body)
-    return Written(door.url + request.path + _query(request.query), headers, content)
-
-
-def _query(query: Mapping[str, Scalar | tuple[Scalar, ...]]) -> str:
-    said: list[tuple[str, str]] = []
-    for key, values in query.items():
-        several = values if isinstance(values, tuple) else (values,)
-        said += [(key, _said(value)) for value in several if value is not None]
-    return "?" + urlencode(said) if said else ""
-
-
-def _said(value: Scalar) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
+    return Written(door.url + request.target, headers, content)
 
 
 def read(request: Request[T], status: int, headers: Mapping[str, str], content: bytes) -> T:
@@ -73,6 +60,8 @@ def read(request: Request[T], status: int, headers: Mapping[str, str], content: 
         raise _refusal(content)
     if request.answer is type(None):
         return cast("T", None)
+    if request.answer is bytes or request.answer is str:
+        return cast("T", content if request.answer is bytes else content.decode())
     try:
         return adapter(request.answer).validate_json(content)
     except ValidationError as error:
@@ -106,9 +95,9 @@ def _refusal(content: bytes) -> MayaError:
 
 
 @cache
-def adapter(kind: type[T]) -> TypeAdapter[T]:
+def adapter(kind: type[T] | Answer) -> TypeAdapter[T]:
     """Return what reads values of a kind from JSON."""
-    return TypeAdapter(kind)
+    return TypeAdapter(kind.load() if isinstance(kind, Answer) else kind)
 
 
 def as_error(code: int, message: str) -> MayaError:

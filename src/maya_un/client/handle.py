@@ -6,12 +6,11 @@ from collections.abc import AsyncIterator, Callable, Coroutine, Iterator
 from functools import partial
 from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, overload
 
-from maya_un.api.messages import JobAccepted
-from maya_un.client import looks
+from maya_un.client import looks, requests
 from maya_un.client.plans import jobs, queue
 from maya_un.client.steps import Plan
 from maya_un.client.verb import Awaiting, Blocking, Described
-from maya_un.process.report import JobReport
+from maya_un.schema.jobs import JobAccepted, JobReport
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -38,12 +37,12 @@ class Of(Described, Generic[P, T]):
 class _Job:
     """What can be said about one job."""
 
-    report = Of(jobs.report)
+    report = Of(requests.report)
     wait = Of(jobs.wait)
-    cancel = Of(jobs.cancel)
-    hold = Of(queue.hold)
-    release = Of(queue.release)
-    move = Of(queue.move)
+    cancel = Of(requests.cancel)
+    hold = Of(requests.hold_job)
+    release = Of(requests.release_job)
+    move = Of(requests.move_job)
     change = Of(queue.change)
 
     def __init__(self, job: JobAccepted) -> None:
@@ -67,7 +66,7 @@ class JobHandle(_Job):
 
     def again(self, *, from_step: int | None = None) -> JobHandle:
         """Queue the job once more, as a new one, from a step (from 1) on: the first that was not done."""
-        line = self.client.perform(queue.again(self.id, from_step=from_step))
+        line = self.client.perform(requests.repeat_job(self.id, from_step=from_step))
         return JobHandle(self.client, JobAccepted(line.id, line.name, line.steps))
 
     def _repr_html_(self) -> str:
@@ -86,5 +85,5 @@ class AsyncJobHandle(_Job):
 
     async def again(self, *, from_step: int | None = None) -> AsyncJobHandle:
         """Queue the job once more, as a new one, from a step (from 1) on: the first that was not done."""
-        line = await self.client.perform(queue.again(self.id, from_step=from_step))
+        line = await self.client.perform(requests.repeat_job(self.id, from_step=from_step))
         return AsyncJobHandle(self.client, JobAccepted(line.id, line.name, line.steps))

@@ -6,12 +6,13 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 from maya_un.client.building import PrimitiveSteps
 from maya_un.client.targets import Spot, plain
-from maya_un.process.files import load_job
-from maya_un.process.job import Job
+
+if TYPE_CHECKING:
+    from maya_un.process.job import Job
 
 Steps = tuple[Any, ...]
 
@@ -63,18 +64,18 @@ class JobBuilder(PrimitiveSteps):
         return {"name": self.name, **filled, "steps": list(self.steps), "repeat": self.rounds}
 
 
-JobLike = Mapping[str, Any] | JobBuilder | Job | str | os.PathLike[str]
+JobLike: TypeAlias = "Mapping[str, Any] | JobBuilder | Job | str | os.PathLike[str]"
 """A job: plain data as in a job file, one that was built, one that was parsed, or the file."""
 
 
 def body_of(job: JobLike) -> dict[str, Any]:
     """Return a job as plain data; raises `FileUnreadable` and `InvalidJob` for what a file says."""
-    match job:
-        case JobBuilder():
-            return job.body()
-        case Job():
-            return job.model_dump(mode="json", exclude_none=True, warnings=False)
-        case Mapping():
-            return dict(job)
-        case _:
-            return body_of(load_job(Path(job)))
+    if isinstance(job, JobBuilder):
+        return job.body()
+    if isinstance(job, Mapping):
+        return dict(job)
+    if isinstance(job, str | os.PathLike):
+        from maya_un.process.files import load_job  # noqa: PLC0415 - few clients read files
+
+        job = load_job(Path(job))
+    return job.model_dump(mode="json", exclude_none=True, warnings=False)

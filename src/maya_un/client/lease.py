@@ -7,15 +7,17 @@ import threading
 from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager, contextmanager, suppress
 
-from maya_un.api.leasing import LeaseTaken
+from maya_un.client import requests
 from maya_un.client.awaiting import AwaitingDriver
 from maya_un.client.blocking import BlockingDriver
+from maya_un.client.methods import LeaseMethods
 from maya_un.client.plans import leasing
-from maya_un.client.rooms import AsyncRoom, LeaseVerbs, Room
+from maya_un.client.resources import AsyncResource, Resource
 from maya_un.errors import MayaError
+from maya_un.schema.people import LeaseTaken
 
 
-class Lease(LeaseVerbs, Room):
+class Lease(LeaseMethods, Resource):
     """The control lease: `with client.lease(note="calibration"): ...` drives while the block runs."""
 
     def __init__(self, client: BlockingDriver) -> None:
@@ -30,7 +32,7 @@ class Lease(LeaseVerbs, Room):
         end of the block does. Raises `LeaseHeld`, `NotAllowed`.
         """
         held = self._driver.held
-        taken = self.perform(leasing.take(note, force=force))
+        taken = self.perform(requests.take_lease(note=note, force=force))
         held.begin(taken.id)
         keeper = self._driver.beside()
         thread = threading.Thread(target=_keep, args=(keeper, taken), name="maya lease", daemon=True)
@@ -53,7 +55,7 @@ def _keep(keeper: BlockingDriver, taken: LeaseTaken) -> None:
         keeper.perform(leasing.kept(keeper.held, taken))
 
 
-class AsyncLease(LeaseVerbs, AsyncRoom):
+class AsyncLease(LeaseMethods, AsyncResource):
     """The control lease: `async with client.lease(note="calibration"): ...` drives while the block runs."""
 
     def __init__(self, client: AwaitingDriver) -> None:
@@ -68,7 +70,7 @@ class AsyncLease(LeaseVerbs, AsyncRoom):
         of the block does. Raises `LeaseHeld`, `NotAllowed`.
         """
         held = self._driver.held
-        taken = await self.perform(leasing.take(note, force=force))
+        taken = await self.perform(requests.take_lease(note=note, force=force))
         held.begin(taken.id)
         keeper = asyncio.create_task(self.perform(leasing.kept(held, taken)), name="maya lease")
         try:

@@ -6,10 +6,9 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from math import degrees
 
-from maya_un.api.messages import Reach, Status
-from maya_un.process.preview import JobPreview
-from maya_un.process.report import JobReport
-from maya_un.process.view import JobLine, QueueView
+from maya_un.schema.jobs import JobLine, JobReport, QueueView
+from maya_un.schema.previews import JobPreview, Reach
+from maya_un.schema.robot import Status
 from maya_un.values import Joints, Point, State
 
 

@@ -6,11 +6,10 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from maya_un.api.messages import Reach, Status
 from maya_un.client import looks
-from maya_un.process.preview import JobPreview
-from maya_un.process.report import JobReport
-from maya_un.process.view import QueueView
+from maya_un.schema.jobs import JobReport, QueueView
+from maya_un.schema.previews import JobPreview, Reach
+from maya_un.schema.robot import Status
 from maya_un.values import State
 
 LOOKS: dict[type, Callable[[Any], str]] = {

@@ -7,17 +7,18 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from maya_un.client import requests
 from maya_un.client.jobs import JobLike, body_of
-from maya_un.client.plans import asking
+from maya_un.client.plans import previews
 from maya_un.client.steps import Plan
-from maya_un.config import Config
 from maya_un.errors import InvalidJob
-from maya_un.kinematics.workspace import Workspace
-from maya_un.process.inspection import JobInspection
+from maya_un.schema.previews import JobInspection
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from maya_un.config import Config
+    from maya_un.kinematics.workspace import Workspace
     from maya_un.plots.job import Phase
 
 SAMPLES = 60
@@ -53,8 +54,10 @@ def plot(job: JobLike, *, samples: int = SAMPLES) -> Plan[Picture]:
 
     Nothing moves. Every motion is drawn of so many `samples`. Raises `InvalidJob` where nothing of it can move.
     """
-    inspection = yield from asking.inspect(job, samples=samples)
-    config = yield from asking.config()
+    from maya_un.kinematics.workspace import Workspace  # noqa: PLC0415 - few clients draw
+
+    inspection = yield from previews.inspect(job, samples=samples)
+    config = yield from requests.config()
     title = f"{body_of(job).get('name', 'job')}, {inspection.preview.duration:.1f} s"
     return Picture(figure(title, inspection, config, Workspace.of(config)))
 

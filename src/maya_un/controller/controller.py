@@ -18,7 +18,7 @@ from maya_un.controller.monitor import Monitor
 from maya_un.controller.pacing import Pacing
 from maya_un.controller.planner import Plan, Planner
 from maya_un.controller.planning import Planning
-from maya_un.controller.protocol import Jogged, Preview
+from maya_un.controller.protocol import Preview
 from maya_un.controller.reckoning import SETTLED
 from maya_un.controller.run import OnVia
 from maya_un.controller.seek import Seeker
@@ -55,6 +55,7 @@ from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
 from maya_un.motion.path import Route
+from maya_un.schema.robot import Jogged
 from maya_un.values import AXES, Joints, Progress, State, StopReport
 from maya_un.workers import Workers
 

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maya_un.controller.planner import Planner
-from maya_un.controller.protocol import Jogged
 from maya_un.errors import InvalidValue, PathRefused, UnknownName, Unreachable
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.workspace import Reason, Workspace
 from maya_un.motion.path import Path
+from maya_un.schema.robot import Jogged
 from maya_un.values import AXES, FARTHEST, JOG_AXES, WITHIN, Joints, Point
 
 MARGIN = 5e-4

@@ -13,10 +13,11 @@ from maya_un.config import Config
 from maya_un.controller.inspection import Inspection
 from maya_un.controller.jogging import Jogging
 from maya_un.controller.planner import Plan, Planner
-from maya_un.controller.protocol import Jogged, Preview
+from maya_un.controller.protocol import Preview
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.motion.path import Route
+from maya_un.schema.robot import Jogged
 from maya_un.values import Joints
 
 T = TypeVar("T")

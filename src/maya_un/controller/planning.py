@@ -10,10 +10,10 @@ from typing import Any, TypeVar
 from maya_un.controller import paper
 from maya_un.controller.jogging import Jogging
 from maya_un.controller.planner import Plan, Planner
-from maya_un.controller.protocol import Jogged
 from maya_un.controller.wish import Wish
 from maya_un.kinematics.workspace import Workspace
 from maya_un.motion.path import Route
+from maya_un.schema.robot import Jogged
 from maya_un.values import Joints
 from maya_un.workers import Answer, Workers
 

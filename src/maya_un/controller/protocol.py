@@ -14,6 +14,7 @@ from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
 from maya_un.motion.path import Route
+from maya_un.schema.robot import Jogged
 from maya_un.values import Joints, Progress, State, StopReport
 
 
@@ -30,19 +31,6 @@ class Preview:
     highest: float
     end: Joints
     vias: tuple[float, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Jogged:
-    """How far a jog goes along its `axis` (rad or m, signed).
-
-    `limit` is the name of what ends it before the distance asked for, "" where nothing does; `reason` says it in words.
-    """
-
-    axis: str
-    distance: float
-    limit: str = ""
-    reason: str = ""
 
 
 class Controller(Protocol):

@@ -16,8 +16,8 @@ from maya_un.graph.diagnostics import Status
 from maya_un.graph.principals import caller
 from maya_un.graph.protocol import Message
 from maya_un.process.job import Job
-from maya_un.process.view import QueueMode, QueueView
 from maya_un.robot.primitives import Primitive
+from maya_un.schema.jobs import QueueMode, QueueView
 from maya_un.values import Mode
 
 

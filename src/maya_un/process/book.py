@@ -41,7 +41,8 @@ from maya_un.config.edit import replace as replace_file
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidValue, NameTaken, NotTaught, Unreachable
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.process.spots import Grid, JointValues
-from maya_un.process.taught import Taught, TaughtPallet, TaughtPose, checked_name
+from maya_un.process.taught import Taught, TaughtPallet, checked_name
+from maya_un.schema.places import TaughtPose
 from maya_un.values import Joints, Point
 
 MOST_BYTES = 250_000

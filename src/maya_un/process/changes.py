@@ -12,7 +12,7 @@ from maya_un.process.items import Item, Items
 from maya_un.process.journal.rows import Cleared, JobRow, StepRow
 from maya_un.process.ledger import Entry
 from maya_un.process.report import StepRecord
-from maya_un.process.states import TaskState, advance
+from maya_un.schema.states import TaskState, advance
 from maya_un.values import Notice
 
 

@@ -14,15 +14,16 @@ from typing import Any, NamedTuple
 from maya_un.errors import MayaError
 from maya_un.kinematics.workspace import Workspace
 from maya_un.process.decoding import decode_object
-from maya_un.process.inspection import JobInspection, inspected
+from maya_un.process.inspection import inspected
 from maya_un.process.job import Job
 from maya_un.process.names import Recall
-from maya_un.process.preview import Course, JobPreview, walked
+from maya_un.process.preview import Course, walked
 from maya_un.process.tasks import Task, expand
 from maya_un.process.taught import Taught
 from maya_un.process.written import Body, expanded, write_job
 from maya_un.robot.plan import Pose
 from maya_un.robot.plans import on_paper
+from maya_un.schema.previews import JobInspection, JobPreview
 from maya_un.values import Point
 
 MOST_SAMPLED = 200_000

@@ -13,10 +13,10 @@ from maya_un.process.journal.rows import Cleared, JobRow, Options
 from maya_un.process.ledger import Entry, Ledger
 from maya_un.process.options import read_options
 from maya_un.process.report import JobRecord
-from maya_un.process.states import TaskState
 from maya_un.process.submitting import Standing, Submitting
 from maya_un.process.tasks import Expansion
 from maya_un.process.written import Written
+from maya_un.schema.states import TaskState
 from maya_un.values import Notice
 
 _WAITING = frozenset({TaskState.QUEUED, TaskState.HELD})

@@ -15,11 +15,11 @@ from maya_un.process.foresight import Foresight
 from maya_un.process.homing_time import HomingTime
 from maya_un.process.items import Item, Items
 from maya_un.process.preview import Course
-from maya_un.process.states import TaskState
 from maya_un.process.tasks import Task
 from maya_un.process.written import Body
 from maya_un.robot.plan import Pose
 from maya_un.robot.protocol import Robot
+from maya_un.schema.states import TaskState
 
 AHEAD = 50
 """So many jobs that wait are predicted."""

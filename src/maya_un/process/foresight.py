@@ -14,15 +14,16 @@ from typing import TypeVar
 from maya_un.controller.protocol import Controller
 from maya_un.errors import MayaError, TakesTooLong, TooLarge, TooMuchAsked, WorkerFailed
 from maya_un.process import desk
-from maya_un.process.inspection import JobInspection, inspected
+from maya_un.process.inspection import inspected
 from maya_un.process.job import Job
 from maya_un.process.names import Recall
-from maya_un.process.preview import Course, JobPreview, course_of, walked
+from maya_un.process.preview import Course, course_of, walked
 from maya_un.process.tasks import Expansion, Task, expand
 from maya_un.process.taught import Taught
 from maya_un.process.written import Body, Written, expanded, write_job
 from maya_un.robot.plan import Pose
 from maya_un.robot.protocol import Robot
+from maya_un.schema.previews import JobInspection, JobPreview
 from maya_un.workers import Staff, Work
 
 T = TypeVar("T")

@@ -3,63 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Sequence
-from dataclasses import dataclass
 from math import inf
 from typing import Protocol
 
 from maya_un.controller.inspection import Closest, Inspection
 from maya_un.errors import TooLarge
-from maya_un.process.preview import JobPreview, Planned, walked
+from maya_un.process.preview import Planned, walked
 from maya_un.process.tasks import Task
 from maya_un.robot.plan import ActionDetail, Pose
 from maya_un.robot.primitives import Primitive
-
-
-@dataclass(frozen=True, slots=True)
-class Band:
-    """A phase of a step, from `start` to `end` [s] of the job."""
-
-    step: int
-    phase: str
-    start: float
-    end: float
-
-
-@dataclass(frozen=True, slots=True)
-class Nearest:
-    """The least margin of a job to a limit or, with `zone`, a zone of that `name`: in which step, at which time [s]."""
-
-    name: str
-    margin: float
-    unit: str
-    zone: bool
-    step: int
-    time: float
-
-
-@dataclass(frozen=True, slots=True)
-class Samples:
-    """A motion sampled: times from the start of the job [s], joints [rad, m, m] and velocities [rad/s, m/s, m/s]."""
-
-    step: int
-    time: tuple[float, ...]
-    joints: tuple[tuple[float, float, float], ...]
-    velocity: tuple[tuple[float, float, float], ...]
-
-
-@dataclass(frozen=True, slots=True)
-class JobInspection:
-    """A job in detail. A homing counts as no time, because nobody knows it before.
-
-    `stop_time` [s] and `stop_distance` [m] are those of the longest stop; both are 0 where nothing moves.
-    """
-
-    preview: JobPreview
-    bands: tuple[Band, ...]
-    closest: tuple[Nearest, ...]
-    stop_time: float
-    stop_distance: float
-    motions: tuple[Samples, ...]
+from maya_un.schema.previews import Band, JobInspection, Nearest, Samples
 
 
 class Inspected(Planned, Protocol):

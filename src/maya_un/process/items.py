@@ -13,7 +13,7 @@ from maya_un.process.journal.protocol import Journal
 from maya_un.process.journal.rows import Cleared, JobRow
 from maya_un.process.order import MayBegin, Order, Place
 from maya_un.process.report import JobRecord
-from maya_un.process.states import TaskState
+from maya_un.schema.states import TaskState
 
 AT_HAND = 100
 """Number of waiting jobs in memory; the others stay in the journal."""

@@ -18,9 +18,7 @@ from typing import Any
 from maya_un.cancellation import cancel_once
 from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded
 from maya_un.events import EventLog, LeaseChanged
-
-PATIENCE = 10.0
-"""A lease that is not renewed for so long ends [s, real time]."""
+from maya_un.schema.bodies import PATIENCE
 
 OFFER = 60.0
 """An offer stands for so long [s, real time]."""

@@ -7,7 +7,8 @@ from dataclasses import replace
 from reprlib import repr
 
 from maya_un.errors import InvalidRequest, InvalidValue
-from maya_un.process.journal.rows import OnFailure, Options
+from maya_un.process.journal.rows import Options
+from maya_un.schema.jobs import OnFailure
 
 ORDINARY = Options()
 """Whatever nobody has said anything about."""

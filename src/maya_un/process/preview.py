@@ -3,53 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 from maya_un.config import Config, Units
 from maya_un.errors import RequestError
 from maya_un.process.tasks import Task
-from maya_un.robot.plan import PhasePreview, Pose, PrimitivePreview
+from maya_un.robot.plan import Pose, PrimitivePreview
 from maya_un.robot.primitives import Primitive
+from maya_un.schema.previews import JobPreview, Refusal, StepPreview
 from maya_un.values import Notice
-
-
-@dataclass(frozen=True, slots=True)
-class StepPreview:
-    """One step: durations in s (None for a homing), heights in m, `end_counts` in encoder counts."""
-
-    index: int
-    key: str
-    step: str
-    duration: float | None
-    phases: tuple[PhasePreview, ...]
-    lowest: float | None
-    highest: float | None
-    end_counts: tuple[int, int, int] | None
-
-
-@dataclass(frozen=True, slots=True)
-class Refusal:
-    """The first step that would be refused, and why."""
-
-    index: int
-    key: str
-    step: str
-    notice: Notice
-
-
-@dataclass(frozen=True, slots=True)
-class JobPreview:
-    """What a job will be: `duration` [s] over the steps that can be predicted, extremes of the gripper point [m].
-
-    With a `refusal`, `steps` ends before the refused one and nothing of the job will run.
-    """
-
-    duration: float
-    lowest: float | None
-    highest: float | None
-    steps: tuple[StepPreview, ...]
-    refusal: Refusal | None
 
 
 class Course(NamedTuple):

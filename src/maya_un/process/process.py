@@ -22,7 +22,6 @@ from maya_un.errors import Cancelled, Faulted, InvalidValue, NotConnected, Stora
 from maya_un.process.changes import Changes
 from maya_un.process.editing import Editing
 from maya_un.process.foresight import Foresight
-from maya_un.process.inspection import JobInspection
 from maya_un.process.items import Item, Items
 from maya_un.process.job import Job
 from maya_un.process.journal.memory import MemoryJournal
@@ -33,13 +32,10 @@ from maya_un.process.ledger import Ledger
 from maya_un.process.names import Recall
 from maya_un.process.options import ORDINARY
 from maya_un.process.pausing import Dates, Pausing
-from maya_un.process.preview import JobPreview
 from maya_un.process.recovering import Recovering
 from maya_un.process.recovery import Chosen
-from maya_un.process.report import JobReport
 from maya_un.process.runner import Shared
 from maya_un.process.showing import Showing
-from maya_un.process.states import TaskState
 from maya_un.process.submitting import Asked, Submitting
 from maya_un.process.taught import Taught
 from maya_un.process.turns import Turns
@@ -48,6 +44,9 @@ from maya_un.process.written import Written, write_wish
 from maya_un.robot.plan import Pose
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.protocol import Robot
+from maya_un.schema.jobs import JobReport
+from maya_un.schema.previews import JobInspection, JobPreview
+from maya_un.schema.states import TaskState
 from maya_un.values import Mode
 from maya_un.workers import Staff
 

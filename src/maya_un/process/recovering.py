@@ -15,11 +15,11 @@ from maya_un.process.pausing import BY_ITSELF
 from maya_un.process.recovery import Decision, Situation, choices, decide
 from maya_un.process.report import JobRecord, StepRecord
 from maya_un.process.runner import Shared
-from maya_un.process.states import TaskState
 from maya_un.process.tasks import Task
-from maya_un.process.view import Recovery
 from maya_un.robot.gripper_state import GripperState
 from maya_un.robot.plan import Pose
+from maya_un.schema.jobs import Recovery
+from maya_un.schema.states import TaskState
 from maya_un.values import Mode
 
 _UNDER_WAY = {TaskState.RUNNING, TaskState.PAUSED}

@@ -12,10 +12,10 @@ from enum import StrEnum
 from typing import NamedTuple
 
 from maya_un.errors import AnswerNeeded, InvalidValue
-from maya_un.process.states import TaskState
-from maya_un.process.view import Choice
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.primitive import PartEffect
+from maya_un.schema.jobs import Choice
+from maya_un.schema.states import TaskState
 
 QUESTION = "is a part in the gripper?"
 

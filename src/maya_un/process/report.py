@@ -7,63 +7,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 from maya_un.process.journal.rows import JobRow, StepRow
-from maya_un.process.preview import JobPreview
 from maya_un.process.slices import made
-from maya_un.process.states import TaskState, advance
 from maya_un.process.tasks import Expansion, Task
-from maya_un.process.view import JobLine
 from maya_un.robot.plan import Pose
+from maya_un.schema.jobs import JobLine, JobReport, StepResult
+from maya_un.schema.previews import JobPreview
+from maya_un.schema.states import TaskState, advance
 from maya_un.values import Notice, Point, State
-
-
-@dataclass(frozen=True, slots=True)
-class StepResult:
-    """One step: what was predicted, what it took, where it ended.
-
-    `index` counts from 1 over all rounds, `key` is its place in the job. `code` is 0, or the error's; durations in s;
-    `end_counts` are encoder counts, `end_point` is in m; both None until the step has ended somewhere. `phase` is the
-    last that it was known to begin.
-    """
-
-    index: int
-    key: str
-    step: str
-    state: TaskState
-    code: int
-    message: str
-    predicted: float | None
-    duration: float | None
-    end_counts: tuple[int, int, int] | None
-    end_point: Point | None
-    phase: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class JobReport:
-    """One job: its state, its steps' results, predicted and actual duration [s].
-
-    `predicted` is the sum over the steps that can be predicted (a homing cannot). `lowest` and `highest` bound
-    the gripper point over the whole job as checked [m], None where that was in an earlier run, and where the job has
-    ended before its first step. `parts` tells where the job has put its named parts [m], None for those that it has not
-    put down, or let go where nobody knows. `remarks` say what of its pallets is out of shape; they are used as they
-    are. `line` is how it stands in the queue, with its owner, dates and options. `version` is another where its steps
-    are changed, or the places that they name.
-    """
-
-    id: int
-    name: str
-    state: TaskState
-    code: int
-    message: str
-    predicted: float | None
-    duration: float | None
-    lowest: float | None
-    highest: float | None
-    steps: tuple[StepResult, ...]
-    parts: dict[str, Point | None]
-    remarks: tuple[str, ...]
-    line: JobLine
-    version: str = ""
 
 
 @dataclass(slots=True)

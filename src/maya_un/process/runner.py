@@ -25,8 +25,8 @@ from maya_un.process.items import Item
 from maya_un.process.ledger import Entry, Ledger
 from maya_un.process.pausing import Dates, Pausing
 from maya_un.process.report import JobRecord, StepRecord, where
-from maya_un.process.states import TaskState
 from maya_un.robot.protocol import OnPhase, Robot
+from maya_un.schema.states import TaskState
 from maya_un.values import Notice
 
 RETRY_AFTER = 1.0

@@ -14,12 +14,12 @@ from maya_un.process.items import Item, Items
 from maya_un.process.journal.protocol import Filter, Journal
 from maya_un.process.journal.rows import JobRow, StepRow
 from maya_un.process.recovering import Recovering
-from maya_un.process.report import JobReport, Snapshot, line_of, report_of
+from maya_un.process.report import Snapshot, line_of, report_of
 from maya_un.process.runner import Shared
 from maya_un.process.slices import Slices
 from maya_un.process.turns import Turns
-from maya_un.process.view import JobLine, QueueMode, QueueView
 from maya_un.process.written import Body, as_written, version_of
+from maya_un.schema.jobs import JobLine, JobReport, QueueMode, QueueView
 
 SHOWN = AHEAD
 """So many jobs that wait are shown: those that are predicted."""

@@ -19,8 +19,8 @@ from maya_un.process.ledger import Ledger
 from maya_un.process.options import checked
 from maya_un.process.pausing import Dates
 from maya_un.process.report import JobRecord
-from maya_un.process.states import TaskState
 from maya_un.process.written import Written
+from maya_un.schema.states import TaskState
 from maya_un.values import Notice
 
 

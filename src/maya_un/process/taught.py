@@ -13,7 +13,8 @@ from dataclasses import dataclass, field
 from maya_un.errors import InvalidValue
 from maya_un.process.pallet import Pallet
 from maya_un.process.spots import Grid, point_of
-from maya_un.values import Joints, Point
+from maya_un.schema.places import TaughtPose
+from maya_un.values import Point
 
 _NAME = re.compile(r"[^\W\d_][\w.-]{0,63}")
 
@@ -24,21 +25,6 @@ def checked_name(name: object) -> str:
         reason = "a name is a letter and up to 63 letters, digits, dots, hyphens and underscores"
         raise InvalidValue(key="name", value=repr(name), reason=reason)
     return name
-
-
-@dataclass(frozen=True, slots=True)
-class TaughtPose:
-    """Where the gripper was on the day `taught` (as the one who taught it wrote it; ISO 8601 by ours).
-
-    `joints` (rad, m, m) are what was taught. `point` [m] is what they come to with the constants in force: where
-    those have been corrected since, the same lengths of line still lead to the same place of the real table, and the
-    point as it was computed then does not. None where lines of these lengths cannot meet.
-    """
-
-    name: str
-    joints: Joints
-    point: Point | None
-    taught: str
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,13 +19,14 @@ from maya_un.errors import (
 )
 from maya_un.events import Event, Trouble
 from maya_un.process.items import Item, Items
-from maya_un.process.journal.rows import OnFailure, Owner
+from maya_un.process.journal.rows import Owner
 from maya_un.process.lease import Lease
 from maya_un.process.ledger import Entry
 from maya_un.process.recovery import Chosen
 from maya_un.process.runner import Ending, Runner, Shared
-from maya_un.process.states import TaskState
 from maya_un.process.whole import Whole
+from maya_un.schema.jobs import OnFailure
+from maya_un.schema.states import TaskState
 from maya_un.values import Mode, StopReport
 
 _PASSED_ON = {"taken", "released", "handed over", "broken"}

@@ -20,9 +20,10 @@ from maya_un.process.job import Job
 from maya_un.process.names import Recall
 from maya_un.process.spots import Grid
 from maya_un.process.tasks import Expansion, expand, single
-from maya_un.process.taught import Taught, TaughtPallet, TaughtPose
+from maya_un.process.taught import Taught, TaughtPallet
 from maya_un.process.wishes import named
 from maya_un.robot.primitives import Primitive, from_dict, to_dict
+from maya_un.schema.places import TaughtPose
 from maya_un.values import Joints, Point
 
 T = TypeVar("T")

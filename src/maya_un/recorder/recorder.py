@@ -17,8 +17,9 @@ from maya_un.galil.transport import Datagrams, Transport
 from maya_un.recorder.header import Cause, Header, Origin, Software
 from maya_un.recorder.recording import Recording
 from maya_un.recorder.ring import Contents, Entry, Ring
-from maya_un.recorder.shelf import Kept, Shelf
+from maya_un.recorder.shelf import Shelf
 from maya_un.recorder.wire import RecordedDatagrams, RecordedTransport
+from maya_un.schema.robot import Kept
 from maya_un.values import State
 
 LONGEST = 6.0

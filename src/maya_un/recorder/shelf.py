@@ -6,7 +6,6 @@ import os
 import re
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 
 from maya_un.config import RecorderConfig
@@ -14,6 +13,7 @@ from maya_un.errors import FileUnwritable, NotFound
 from maya_un.files import sync_folder
 from maya_un.recorder.header import date
 from maya_un.recorder.recording import Recording
+from maya_un.schema.robot import Kept
 
 Clock = Callable[[], int]
 """Tells the date: nanoseconds since 1970, UTC."""
@@ -24,16 +24,6 @@ DRAFT = ".part"
 
 _NAME = re.compile(r"(\d{4}-\d\d-\d\dT\d\d-\d\d-\d\d)Z-([a-z0-9_-]+?)(?:\.(\d+))?\.mcap")
 _UNFIT = re.compile(r"[^a-z0-9_]+")
-
-
-@dataclass(frozen=True, slots=True)
-class Kept:
-    """A recording in the folder: its file `name`, the date of its saving (UTC), why it was saved, its size."""
-
-    name: str
-    date: str
-    reason: str
-    bytes: int
 
 
 class Shelf:

@@ -9,6 +9,7 @@ from maya_un.controller.inspection import Inspection
 from maya_un.controller.protocol import Preview
 from maya_un.motion.path import Path
 from maya_un.robot.gripper_state import GripperState
+from maya_un.schema.previews import PhasePreview
 from maya_un.values import Joints
 
 
@@ -17,13 +18,6 @@ class Pose(NamedTuple):
 
     joints: Joints | None
     gripper: GripperState
-
-
-class PhasePreview(NamedTuple):
-    """Name and duration [s] of one phase; the duration of a homing is not known before."""
-
-    name: str
-    duration: float | None
 
 
 @dataclass(frozen=True, slots=True)

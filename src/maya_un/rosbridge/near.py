@@ -20,9 +20,9 @@ from maya_un.graph.principals import caller
 from maya_un.graph.table import POSITION
 from maya_un.kinematics.workspace import Workspace
 from maya_un.motion.path import Route
-from maya_un.process.view import QueueMode, QueueView
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.protocol import OnPhase
+from maya_un.schema.jobs import QueueMode, QueueView
 from maya_un.server.bridge import Bridge
 from maya_un.server.stream_tap import Batch, Tap
 from maya_un.values import Joints, Progress, State, StopReport

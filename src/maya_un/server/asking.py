@@ -119,8 +119,8 @@ def _subject(request: Request) -> str:
 
 def _refuse_unknown(request: Request, rule: Rule) -> None:
     for key in request.query_params:
-        if key not in rule.options:
-            raise InvalidRequest(key=f"query.{key}", reason=f"known here: {', '.join(sorted(rule.options)) or 'none'}")
+        if key not in rule.query:
+            raise InvalidRequest(key=f"query.{key}", reason=f"known here: {', '.join(rule.query) or 'none'}")
 
 
 Ask = Annotated[Asking, Depends(_asking)]

@@ -13,13 +13,13 @@ from maya_un.api.access.callers import Callers
 from maya_un.api.access.operations import Operation
 from maya_un.api.gate import Gate
 from maya_un.api.history import MOST_EVENTS
-from maya_un.api.messages import EventMessage
 from maya_un.api.service import Service
 from maya_un.cancellation import cancel_once, run_to_rest
 from maya_un.errors import Cancelled, MayaError
 from maya_un.events import EventLog
 from maya_un.process.journal.protocol import Journal
 from maya_un.process.lease import Lease
+from maya_un.schema.robot import EventMessage
 from maya_un.server.share import Share
 from maya_un.values import Point
 

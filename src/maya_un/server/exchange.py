@@ -8,9 +8,9 @@ from typing import Any
 from fastapi import Depends, Request, Response
 from pydantic import TypeAdapter, ValidationError
 
-from maya_un.api.messages import to_json
 from maya_un.errors import InvalidRequest, InvalidValue, MayaError
 from maya_un.process.decoding import decode_object
+from maya_un.schema.encoding import to_json
 from maya_un.server.bridge import Bridge
 from maya_un.server.who import source_of
 

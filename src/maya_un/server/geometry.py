@@ -7,10 +7,10 @@ from typing import Annotated
 from fastapi import Query, Response
 
 from maya_un.api.access.operations import Operation
-from maya_un.api.messages import Reach
 from maya_un.api.service import Service
 from maya_un.config import Config
 from maya_un.errors import Unreachable
+from maya_un.schema.previews import Reach
 from maya_un.server.asking import Ask
 from maya_un.server.exchange import answer
 from maya_un.server.routes import Routes
@@ -25,24 +25,24 @@ Angle = Annotated[float, Query(ge=-FARTHEST, le=FARTHEST, allow_inf_nan=False, d
 def add_geometry(routes: Routes) -> None:
     """Add the paths."""
 
-    @routes.add("GET", "/v1/config", Operation.READ, tag=_TAG, gives=Config)
+    @routes.add("GET", "/v1/config", Operation.READ, tag=_TAG, gives=Config, client="config")
     async def config(ask: Ask) -> Response:
-        """Tell all constants of the machine, with the zones of this run."""
+        """Return all constants of the machine, with the zones of this run."""
         return answer(await ask(_in_force))
 
-    @routes.add("GET", "/v1/reach", Operation.READ, tag=_TAG, gives=Reach)
+    @routes.add("GET", "/v1/reach", Operation.READ, tag=_TAG, gives=Reach, client="reach")
     async def reach(ask: Ask, x: Length, y: Length, z: Length) -> Response:
-        """Tell whether a point can be reached; if not why, and where the nearest one is that can."""
+        """Return whether a point [m] can be reached; if not, why, and the nearest point that can."""
         return answer(await ask.unless_left(lambda service: service.previews.reach(Point(x, y, z), ask.caller)))
 
-    @routes.add("GET", "/v1/fk", Operation.READ, tag=_TAG, gives=Point, refuses=(Unreachable,))
+    @routes.add("GET", "/v1/fk", Operation.READ, tag=_TAG, gives=Point, refuses=(Unreachable,), client="fk")
     async def fk(ask: Ask, a: Angle, b: Length, c: Length) -> Response:
-        """Tell where joints hold the gripper."""
+        """Return the gripper point [m] of joints (rad, m, m)."""
         return answer(await ask(lambda service: service.previews.fk(Joints(a, b, c), ask.caller)))
 
-    @routes.add("GET", "/v1/ik", Operation.READ, tag=_TAG, gives=Joints, refuses=(Unreachable,))
+    @routes.add("GET", "/v1/ik", Operation.READ, tag=_TAG, gives=Joints, refuses=(Unreachable,), client="ik")
     async def ik(ask: Ask, x: Length, y: Length, z: Length) -> Response:
-        """Tell which joints hold the gripper at a point."""
+        """Return the joints (rad, m, m) that hold the gripper at a point [m]."""
         return answer(await ask(lambda service: service.previews.ik(Point(x, y, z), ask.caller)))
 
 

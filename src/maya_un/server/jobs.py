@@ -7,7 +7,6 @@ from typing import Annotated, Any
 from fastapi import Query, Response
 
 from maya_un.api.access.operations import Operation
-from maya_un.api.messages import JobAccepted
 from maya_un.api.previews import MOST_SAMPLES
 from maya_un.errors import (
     Faulted,
@@ -21,15 +20,13 @@ from maya_un.errors import (
     UnknownName,
     WorkerFailed,
 )
-from maya_un.process.inspection import JobInspection
-from maya_un.process.preview import JobPreview
-from maya_un.process.report import JobReport
-from maya_un.process.view import JobLine
+from maya_un.schema.jobs import JobAccepted, JobLine, JobReport
+from maya_un.schema.previews import JobInspection, JobPreview
 from maya_un.server.asking import Ask
 from maya_un.server.exchange import answer, as_json, sent_as_written, sent_long
 from maya_un.server.numbers import JobNumber
 from maya_un.server.options import IdempotencyKey, SubmitOptions, Which
-from maya_un.server.routes import Routes
+from maya_un.server.routes import AT_REST, LONGEST_MOTION, Routes
 from maya_un.server.schemas import JOB, TASK
 
 _TAG = "jobs"
@@ -73,23 +70,42 @@ def add_jobs(routes: Routes) -> None:
         examples=_JOBS,
     )
     async def submit(ask: Ask, job: JobBody, options: SubmitOptions, key: IdempotencyKey = "") -> Response:
-        """Append a job to the queue; it is written down when the answer comes."""
+        """Append a job to the queue; it is stored when the answer comes."""
         accepted = ask(lambda service: service.submit(job, by=ask.caller, options=options, key=key))
         return answer(await accepted, 202)
 
-    @routes.add("GET", "/v1/jobs", Operation.READ, tag=_TAG, gives=list[JobLine])
+    @routes.add("GET", "/v1/jobs", Operation.READ, tag=_TAG, gives=list[JobLine], client="history.page")
     async def jobs(ask: Ask, which: Which) -> Response:
-        """List jobs, also those long ended, newest first unless asked otherwise."""
+        """Return a page of jobs, including those that ended long ago: newest first by default.
+
+        Filter by states, owner, words in the name or notes, and numbers `below` and `above`.
+        """
         return answer(await ask(lambda service: service.history.page(which)))
 
-    @routes.add("GET", "/v1/jobs/{job}", Operation.READ, tag=_TAG, gives=JobReport, refuses=(NotFound, *_WORKED_OUT))
+    @routes.add(
+        "GET",
+        "/v1/jobs/{job}",
+        Operation.READ,
+        tag=_TAG,
+        gives=JobReport,
+        refuses=(NotFound, *_WORKED_OUT),
+        client="report",
+    )
     async def report(ask: Ask, job: JobNumber) -> Response:
-        """Tell how one job stands, step by step."""
+        """Return the report of a job, step by step."""
         return answer(await ask(lambda service: service.job(job)))
 
-    @routes.add("GET", "/v1/jobs/{job}/body", Operation.READ, tag=_TAG, gives=dict[str, Any], refuses=(NotFound,))
+    @routes.add(
+        "GET",
+        "/v1/jobs/{job}/body",
+        Operation.READ,
+        tag=_TAG,
+        gives=dict[str, Any],
+        refuses=(NotFound,),
+        client="history.body",
+    )
     async def job_body(ask: Ask, job: JobNumber) -> Response:
-        """Tell how a job was written, or the wish that it is."""
+        """Return a job as it was submitted, or the primitive that it is."""
         return answer(await ask(lambda service: service.history.body(job)))
 
     @routes.add(
@@ -100,25 +116,46 @@ def add_jobs(routes: Routes) -> None:
         tag=_TAG,
         gives=JobReport,
         refuses=(NotFound,),
+        client="cancel",
+        patience=AT_REST,
     )
     async def cancel(ask: Ask, job: JobNumber) -> Response:
-        """Cancel a job; the one under way stops on its path."""
+        """Cancel a job; a running job stops on its path. The answer comes when it is at rest."""
         return answer(await ask(lambda service: service.cancel(job, by=ask.caller)))
 
 
 def add_previews(routes: Routes) -> None:
     """Add the paths that tell what a job would be."""
 
-    @routes.add("POST", "/v1/preview", Operation.PREVIEW, tag=_TAG, gives=JobPreview, refuses=_BOUNDED, examples=_JOBS)
+    @routes.add(
+        "POST",
+        "/v1/preview",
+        Operation.PREVIEW,
+        tag=_TAG,
+        gives=JobPreview,
+        refuses=_BOUNDED,
+        examples=_JOBS,
+        patience=AT_REST,
+    )
     async def preview(ask: Ask, job: JobBody) -> Response:
-        """Tell what a job would be, step by step; nothing moves."""
+        """Return what a job would do, step by step: times, heights, and the first refusal; nothing moves."""
         return as_json(await ask.unless_left(lambda service: service.previews.preview(job, by=ask.caller)))
 
     @routes.add(
-        "POST", "/v1/inspect", Operation.PREVIEW, tag=_TAG, gives=JobInspection, refuses=_BOUNDED, examples=_JOBS
+        "POST",
+        "/v1/inspect",
+        Operation.PREVIEW,
+        tag=_TAG,
+        gives=JobInspection,
+        refuses=_BOUNDED,
+        examples=_JOBS,
+        patience=AT_REST,
     )
     async def inspect(ask: Ask, job: JobBody, samples: Annotated[int, Query(ge=2, le=MOST_SAMPLES)] = 200) -> Response:
-        """Tell what a job would be in detail: profiles of the axes, least margins, the longest stop; nothing moves."""
+        """Return what a job would do in detail: profiles of the axes, least margins, the longest stop; nothing moves.
+
+        Each motion has so many `samples`.
+        """
         told = ask.unless_left(lambda service: service.previews.inspect(job, samples=samples, by=ask.caller))
         return as_json(await told)
 
@@ -137,11 +174,15 @@ def add_tasks(routes: Routes) -> None:
         also=(200,),
         refuses=_NOT_TAKEN,
         examples=_TASKS,
+        patience=LONGEST_MOTION,
     )
     async def task(
         ask: Ask, primitive: TaskBody, options: SubmitOptions, wait: bool = False, key: IdempotencyKey = ""
     ) -> Response:
-        """Append one wish to the queue as a job of one step; with `wait`, which drives, answer when it has ended."""
+        """Append a primitive to the queue as a job of one step.
+
+        With `wait`, which needs the control lease, the answer comes when it has ended.
+        """
         operations = (Operation.WISH,) if wait else _SUBMITTING
         told = ask(
             lambda service: service.wish(primitive, wait=wait, by=ask.caller, options=options, key=key), *operations

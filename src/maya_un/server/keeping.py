@@ -12,17 +12,17 @@ from starlette.background import BackgroundTask
 from starlette.responses import FileResponse
 
 from maya_un.api.access.operations import Operation
-from maya_un.api.messages import AuditLine
 from maya_un.api.service import Service
 from maya_un.errors import FileUnwritable, NotFound, StorageDamaged
 from maya_un.process.journal import backup
 from maya_un.process.journal.sqlite import SqliteJournal
+from maya_un.schema.people import AuditLine
 from maya_un.server.asking import Ask
 from maya_un.server.bridge import Bridge
 from maya_un.server.dates import now
 from maya_un.server.exchange import answer
 from maya_un.server.numbers import MOST
-from maya_un.server.routes import Routes
+from maya_un.server.routes import AT_REST, Routes
 
 _TAG = "keeping"
 _SQLITE = "application/vnd.sqlite3"
@@ -31,18 +31,20 @@ _SQLITE = "application/vnd.sqlite3"
 def add_keeping(routes: Routes, bridge: Bridge) -> None:
     """Add the paths."""
 
-    @routes.add("GET", "/v1/audit", Operation.AUDIT, tag=_TAG, gives=list[AuditLine])
+    @routes.add("GET", "/v1/audit", Operation.AUDIT, tag=_TAG, gives=list[AuditLine], client="history.audit")
     async def audit(
         ask: Ask,
         below: Annotated[int | None, Query(ge=0, le=MOST, description="numbered below")] = None,
         limit: Annotated[int, Query(ge=1, le=1000, description="so many at most")] = 100,
     ) -> Response:
-        """List who asked for what and what came of it, newest first."""
+        """Return requests and their results, newest first, numbered below `below`."""
         return answer(await ask(lambda service: service.history.audit(below, limit)))
 
     refuses = (NotFound, FileUnwritable, StorageDamaged)
 
-    @routes.add("POST", "/v1/backup", Operation.BACKUP, tag=_TAG, gives=bytes, media=_SQLITE, refuses=refuses)
+    @routes.add(
+        "POST", "/v1/backup", Operation.BACKUP, tag=_TAG, gives=bytes, media=_SQLITE, refuses=refuses, patience=AT_REST
+    )
     async def back_up(ask: Ask) -> Response:
         """Send a copy of the journal's file as it is at this instant: the queue, its history, users, the audit log."""
 

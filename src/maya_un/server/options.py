@@ -8,8 +8,9 @@ from fastapi import Depends, Header, Query
 from pydantic import Field
 
 from maya_un.process.journal.protocol import Filter
-from maya_un.process.journal.rows import OnFailure, Options
-from maya_un.process.states import TaskState
+from maya_un.process.journal.rows import Options
+from maya_un.schema.jobs import OnFailure
+from maya_un.schema.states import TaskState
 from maya_un.server.numbers import MOST
 
 _NUMBER = Annotated[int, Field(ge=1, le=MOST)]

@@ -7,10 +7,10 @@ from typing import Annotated
 from fastapi import Request, Response
 
 from maya_un.api.access.operations import Operation
-from maya_un.api.people import Me, NewToken, TokenLine, UserLine
 from maya_un.errors import NameTaken, NotFound, NotSignedIn, StorageFailed, TooManyRequests, UnknownName
+from maya_un.schema.bodies import Removed, SigningIn, TokenWish, UserChange, UserWish
+from maya_un.schema.people import Me, NewToken, TokenLine, UserLine
 from maya_un.server.asking import Ask
-from maya_un.server.bodies import Removed, SigningIn, TokenWish, UserChange, UserWish
 from maya_un.server.bridge import Bridge
 from maya_un.server.exchange import answer, sent
 from maya_un.server.routes import Routes
@@ -29,9 +29,9 @@ TokenBody = Annotated[TokenWish, sent(TokenWish, optional=True)]
 def add_sessions(routes: Routes, bridge: Bridge) -> None:
     """Add the paths of whoever asks."""
 
-    @routes.add("GET", "/v1/me", Operation.READ, tag=_ME, gives=Me)
+    @routes.add("GET", "/v1/me", Operation.READ, tag=_ME, gives=Me, client="users.me")
     async def me(ask: Ask) -> Response:
-        """Tell who asks, as whom this robot sees it."""
+        """Return the caller: name, role, token and source."""
         return answer(await ask(lambda service: service.users.me(ask.caller)))
 
     @routes.add(
@@ -41,15 +41,24 @@ def add_sessions(routes: Routes, bridge: Bridge) -> None:
         gives=NewToken,
         refuses=(NotSignedIn, TooManyRequests, StorageFailed),
         examples={"by name and password": {"name": "ana", "password": "correct horse battery"}},
+        client="users.sign_in",
     )
     async def sign_in(request: Request, body: SigningInBody) -> Response:
-        """Sign in by name and password; the answer has the token of the session."""
+        """Sign in by name and password; return the token of the session."""
         source = source_of(request)
         return answer(await bridge.asked(lambda service: service.users.sign_in(body.name, body.password, source)))
 
-    @routes.add("DELETE", "/v1/session", Operation.ME, tag=_ME, gives=Removed, refuses=(NotFound, StorageFailed))
+    @routes.add(
+        "DELETE",
+        "/v1/session",
+        Operation.ME,
+        tag=_ME,
+        gives=Removed,
+        refuses=(NotFound, StorageFailed),
+        client="users.sign_out",
+    )
     async def sign_out(ask: Ask) -> Response:
-        """Sign out: the token shown is valid no more."""
+        """Sign out: revoke the token shown."""
         await ask(lambda service: service.users.sign_out(ask.caller))
         return answer(Removed(ask.caller.token))
 
@@ -57,9 +66,9 @@ def add_sessions(routes: Routes, bridge: Bridge) -> None:
 def add_users(routes: Routes) -> None:
     """Add the paths of users."""
 
-    @routes.add("GET", "/v1/users", Operation.USERS, tag=_USERS, gives=list[UserLine])
+    @routes.add("GET", "/v1/users", Operation.USERS, tag=_USERS, gives=list[UserLine], client="users.all")
     async def users(ask: Ask) -> Response:
-        """List all users."""
+        """Return all users."""
         return answer(await ask(lambda service: service.users.list()))
 
     @routes.add(
@@ -71,9 +80,10 @@ def add_users(routes: Routes) -> None:
         status=201,
         refuses=(NameTaken, StorageFailed),
         examples={"a student": {"name": "ana", "role": "student"}},
+        client="users.add",
     )
     async def add_user(ask: Ask, body: UserBody) -> Response:
-        """Add a user; the answer has his first token, shown now and never again."""
+        """Add a user; return the first token, which is shown only now."""
         return answer(await ask(lambda service: service.users.add(body.name, body.role, body.password)), 201)
 
     @routes.add(
@@ -87,9 +97,13 @@ def add_users(routes: Routes) -> None:
             "another role": {"role": "operator"},
             "another password of one's own": {"old": "correct horse battery", "password": "four words are enough"},
         },
+        client="users.change",
     )
     async def change_user(ask: Ask, name: str, body: ChangeBody) -> Response:
-        """Change a role or a password; everybody may change a password of his own."""
+        """Change a user's role or password; every user may change their own password.
+
+        An empty password removes it. Users without the role admin give their `old` password too.
+        """
         changed = ask(
             lambda service: service.users.change(
                 name, role=body.role, password=body.password, old=body.old, by=ask.caller
@@ -104,9 +118,10 @@ def add_users(routes: Routes) -> None:
         tag=_USERS,
         gives=Removed,
         refuses=(UnknownName, StorageFailed),
+        client="users.remove",
     )
     async def remove_user(ask: Ask, name: str) -> Response:
-        """Remove a user with all tokens."""
+        """Remove a user and all tokens of that user."""
         await ask(lambda service: service.users.remove(name))
         return answer(Removed(name))
 
@@ -114,9 +129,17 @@ def add_users(routes: Routes) -> None:
 def add_tokens(routes: Routes) -> None:
     """Add the paths of tokens."""
 
-    @routes.add("GET", "/v1/users/{name}/tokens", *_OWN, tag=_USERS, gives=list[TokenLine], refuses=(UnknownName,))
+    @routes.add(
+        "GET",
+        "/v1/users/{name}/tokens",
+        *_OWN,
+        tag=_USERS,
+        gives=list[TokenLine],
+        refuses=(UnknownName,),
+        client="users.tokens",
+    )
     async def tokens(ask: Ask, name: str) -> Response:
-        """List the tokens of a user; never their secrets."""
+        """Return the tokens of a user, without their secrets."""
         return answer(await ask(lambda service: service.users.tokens(name, ask.caller)))
 
     @routes.add(
@@ -128,14 +151,23 @@ def add_tokens(routes: Routes) -> None:
         status=201,
         refuses=(UnknownName, StorageFailed),
         examples={"for a term": {"note": "notebook", "expires": "2099-01-31"}},
+        client="users.add_token",
     )
     async def add_token(ask: Ask, name: str, body: TokenBody) -> Response:
-        """Make one more token for a user, shown now and never again."""
+        """Create a token for a user; it is shown only now."""
         made = ask(lambda service: service.users.token(name, note=body.note, expires=body.expires, by=ask.caller))
         return answer(await made, 201)
 
-    @routes.add("DELETE", "/v1/tokens/{token}", *_OWN, tag=_USERS, gives=Removed, refuses=(NotFound, StorageFailed))
+    @routes.add(
+        "DELETE",
+        "/v1/tokens/{token}",
+        *_OWN,
+        tag=_USERS,
+        gives=Removed,
+        refuses=(NotFound, StorageFailed),
+        client="users.revoke_token",
+    )
     async def revoke_token(ask: Ask, token: str) -> Response:
-        """Make a token invalid at once."""
+        """Revoke a token at once."""
         await ask(lambda service: service.users.revoke(token, ask.caller))
         return answer(Removed(token))

@@ -23,12 +23,12 @@ from maya_un.errors import (
     Unreachable,
     WrongState,
 )
-from maya_un.process.view import JobLine, QueueView, Recovery
+from maya_un.schema.bodies import Again, Moving, Pausing, Recovering
+from maya_un.schema.jobs import JobLine, QueueView, Recovery
 from maya_un.server.asking import Ask
-from maya_un.server.bodies import Again, Moving, Pausing, Recovering
 from maya_un.server.exchange import answer, sent, sent_as_written
 from maya_un.server.numbers import JobNumber
-from maya_un.server.routes import Routes
+from maya_un.server.routes import AT_REST, Routes
 from maya_un.server.schemas import CHANGES
 
 _QUEUE = "queue"
@@ -47,9 +47,9 @@ ChangesBody = Annotated[dict[str, Any], sent_as_written(CHANGES)]
 def add_queue(routes: Routes) -> None:
     """Add the paths of the queue as a whole."""
 
-    @routes.add("GET", "/v1/queue", Operation.READ, tag=_QUEUE, gives=QueueView)
+    @routes.add("GET", "/v1/queue", Operation.READ, tag=_QUEUE, gives=QueueView, client="queue.view")
     async def queue(ask: Ask) -> Response:
-        """Tell how the queue stands: its mode, what is under way, what waits."""
+        """Return the queue now, with the first 50 waiting jobs."""
         return answer(await ask(_view))
 
     waits = {"after the step under way": {"when": "after step"}, "now": {"when": "now"}}
@@ -62,24 +62,53 @@ def add_queue(routes: Routes) -> None:
         gives=QueueView,
         refuses=(CannotPause,),
         examples=waits,
+        client="queue.pause",
+        patience=AT_REST,
     )
     async def pause_queue(ask: Ask, body: PausingBody) -> Response:
-        """Begin nothing more."""
+        """Pause the queue after the step under way.
+
+        With `when` "now", brake on the path and hold the step under way too.
+        """
         return answer(await ask(lambda service: service.queue.pause(ask.caller, when=body.when)))
 
-    @routes.add("POST", "/v1/queue/resume", Operation.RESUME, tag=_QUEUE, gives=QueueView, refuses=(AnswerNeeded,))
+    @routes.add(
+        "POST",
+        "/v1/queue/resume",
+        Operation.RESUME,
+        tag=_QUEUE,
+        gives=QueueView,
+        refuses=(AnswerNeeded,),
+        client="queue.resume",
+    )
     async def resume_queue(ask: Ask) -> Response:
-        """Go on with what waits, and with the step that is held."""
+        """Resume the queue, and the step that is held.
+
+        Raises `AnswerNeeded` while an interrupted job waits for a choice.
+        """
         return answer(await ask(lambda service: service.queue.resume(ask.caller)))
 
-    @routes.add("POST", "/v1/queue/step", Operation.STEP, tag=_QUEUE, gives=QueueView, refuses=(AnswerNeeded,))
+    @routes.add(
+        "POST",
+        "/v1/queue/step",
+        Operation.STEP,
+        tag=_QUEUE,
+        gives=QueueView,
+        refuses=(AnswerNeeded,),
+        client="queue.step",
+    )
     async def step_queue(ask: Ask) -> Response:
-        """Do one step and pause."""
+        """Carry out one step, then pause.
+
+        Raises `AnswerNeeded` while an interrupted job waits for a choice.
+        """
         return answer(await ask(lambda service: service.queue.step(ask.caller)))
 
-    @routes.add("POST", "/v1/queue/clear", Operation.CLEAR, tag=_QUEUE, gives=QueueView)
+    @routes.add(
+        "POST", "/v1/queue/clear", Operation.CLEAR, tag=_QUEUE, gives=QueueView, client="queue.clear", patience=AT_REST
+    )
     async def clear_queue(ask: Ask) -> Response:
-        """Cancel everything that waits."""
+        """Cancel all waiting jobs, including held ones; the job under way goes on."""
         return answer(await ask(lambda service: service.queue.clear(ask.caller)))
 
 
@@ -88,7 +117,7 @@ def add_recovery(routes: Routes) -> None:
 
     @routes.add("GET", "/v1/queue/recovery", Operation.READ, tag=_QUEUE, gives=Recovery, refuses=(NotFound,))
     async def recovery(ask: Ask) -> Response:
-        """Tell of the interrupted job that waits for a person, and what he may choose."""
+        """Return the interrupted job that waits for a person, and the choices."""
 
         async def found(service: Service) -> Recovery:
             waiting = service.queue.view().recovery
@@ -108,9 +137,15 @@ def add_recovery(routes: Routes) -> None:
         gives=QueueView,
         refuses=(NotFound, AnswerNeeded, NotHomed, PathRefused, Unreachable),
         examples=choices,
+        client="queue.recover",
+        patience=AT_REST,
     )
     async def choose_recovery(ask: Ask, body: RecoveringBody) -> Response:
-        """Say what becomes of the interrupted job."""
+        """Choose what happens to the interrupted job: resume, redo, skip or abort.
+
+        `holding` tells whether the gripper holds a part, where only a person can see it. Raises `AnswerNeeded` if it is
+        needed, `NotFound` if nothing was interrupted, and the errors of motion.
+        """
         chosen = ask(
             lambda service: service.queue.recover(
                 body.choice, holding=body.holding, resume_queue=body.resume_queue, by=ask.caller
@@ -135,16 +170,27 @@ def add_ordering(routes: Routes) -> None:
         """Change a job: how it is queued, or its steps that have not begun."""
         return answer(await ask(lambda service: service.queue.change(job, changes, ask.caller)))
 
-    @routes.add("POST", "/v1/jobs/{job}/hold", *_CHANGING, tag=_JOBS, gives=JobLine, refuses=_NO_SUCH)
+    @routes.add(
+        "POST", "/v1/jobs/{job}/hold", *_CHANGING, tag=_JOBS, gives=JobLine, refuses=_NO_SUCH, client="queue.hold"
+    )
     async def hold_job(ask: Ask, job: JobNumber) -> Response:
-        """Put a job aside that waits."""
+        """Hold a waiting job."""
         return answer(await ask(lambda service: service.queue.hold(job, ask.caller)))
 
     @routes.add(
-        "POST", "/v1/jobs/{job}/release", Operation.APPROVE, tag=_JOBS, gives=JobLine, refuses=(*_NO_SUCH, JobChanged)
+        "POST",
+        "/v1/jobs/{job}/release",
+        Operation.APPROVE,
+        tag=_JOBS,
+        gives=JobLine,
+        refuses=(*_NO_SUCH, JobChanged),
+        client="queue.release",
     )
     async def release_job(ask: Ask, job: JobNumber, version: Version = "") -> Response:
-        """Let a held job wait for its turn; for a proposal that approves it, in the `version` that was looked at."""
+        """Release a held job; for a proposal, this is the approval.
+
+        `version` is that of the report that was read: if the job has changed since, this raises `JobChanged`.
+        """
         return answer(await ask(lambda service: service.queue.release(job, ask.caller, version=version)))
 
     places = {"first of all": {"to": "first"}, "before another": {"before": 7}}
@@ -157,9 +203,13 @@ def add_ordering(routes: Routes) -> None:
         gives=JobLine,
         refuses=_NO_SUCH,
         examples=places,
+        client="queue.move",
     )
     async def move_job(ask: Ask, job: JobNumber, body: MovingBody) -> Response:
-        """Give a job that waits another place."""
+        """Move a waiting job `before` or `after` another one, or `to` the first or last place.
+
+        Give one of the three.
+        """
 
         def moved(service: Service) -> Awaitable[JobLine]:
             return service.queue.move(job, before=body.before, after=body.after, to=body.to, by=ask.caller)
@@ -176,9 +226,13 @@ def add_ordering(routes: Routes) -> None:
         status=202,
         refuses=(*_NO_SUCH, NotConnected, Faulted),
         examples={"from the third step": {"from_step": 3}},
+        client="queue.again",
     )
     async def repeat_job(ask: Ask, job: JobNumber, body: AgainBody) -> Response:
-        """Queue a job that has ended once more, as a new one."""
+        """Queue an ended job once more, as a new job.
+
+        It begins at a step (from 1); by default, at the first that was not done.
+        """
         return answer(await ask(lambda service: service.queue.again(job, from_step=body.from_step, by=ask.caller)), 202)
 
 

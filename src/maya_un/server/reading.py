@@ -8,11 +8,10 @@ from fastapi import Query, Response
 
 from maya_un.api.access.operations import Operation
 from maya_un.api.history import MOST_EVENTS
-from maya_un.api.messages import EventMessage, Status
 from maya_un.api.service import Service
 from maya_un.errors import EventsForgotten, NotFound
+from maya_un.schema.robot import EventMessage, Status, Table
 from maya_un.server.asking import Ask
-from maya_un.server.bodies import Table
 from maya_un.server.bridge import Bridge
 from maya_un.server.exchange import answer
 from maya_un.server.numbers import MOST
@@ -30,9 +29,9 @@ _TAG = "looking"
 def add_reading(routes: Routes, bridge: Bridge) -> None:
     """Add the paths."""
 
-    @routes.add("GET", "/v1/status", Operation.READ, tag=_TAG, gives=Status)
+    @routes.add("GET", "/v1/status", Operation.READ, tag=_TAG, gives=Status, client="status")
     async def status(ask: Ask) -> Response:
-        """Tell the latest state of the robot and of the queue."""
+        """Return everything about now: the machine, the motion under way, the queue."""
         return answer(await ask(lambda service: service.status()))
 
     @routes.add("GET", "/v1/events", Operation.READ, tag=_TAG, gives=list[EventMessage], refuses=(EventsForgotten,))
@@ -43,7 +42,10 @@ def add_reading(routes: Routes, bridge: Bridge) -> None:
         run: Annotated[int | None, Query(ge=1, le=MOST, description="of this run; without it, of the present")] = None,
         limit: Annotated[int, Query(ge=1, le=MOST_EVENTS, description="so many at most")] = MOST_EVENTS,
     ) -> Response:
-        """Return the events numbered above `since`, oldest first; without any, wait up to `wait` seconds for one."""
+        """Return the events numbered above `since`, oldest first.
+
+        Without any, wait up to `wait` seconds for one.
+        """
         asked = bridge.events(ask.caller, since, wait, run, min(limit, FEW_EVENTS))
         few = await (ask.while_allowed(asked, Operation.READ) if wait else asked)
         if len(few) < FEW_EVENTS or limit == FEW_EVENTS:
@@ -53,7 +55,7 @@ def add_reading(routes: Routes, bridge: Bridge) -> None:
 
     @routes.add("GET", "/v1/twin", Operation.READ, tag=_TAG, gives=Table, refuses=(NotFound,))
     async def twin(ask: Ask) -> Response:
-        """Tell where the parts on the twin's table stand, by the mechanics' own record."""
+        """Return where the parts stand on the twin's table [m], by its own record."""
 
         async def looked_at(_service: Service) -> Table:
             if bridge.parts is None:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from http import HTTPStatus
-from typing import Any, TypeVar, get_type_hints
+from typing import Any, NamedTuple, TypeVar, get_type_hints
 
 from fastapi import FastAPI, Request
 from fastapi.params import Depends, Header
@@ -18,12 +18,35 @@ from maya_un.server.exchange import Plain, Reader
 Handler = TypeVar("Handler", bound=Callable[..., Any])
 
 
+SOON = 10.0
+"""Longest wait for an ordinary answer [s]."""
+
+AT_REST = 120.0
+"""Longest wait for an answer that comes when the robot is at rest, or is computed from a long job [s]."""
+
+LONGEST_MOTION = 3600.0
+"""Longest wait for the answer to a motion [s]."""
+
+HURRY = 2.0
+"""Longest wait for the answer to a stop [s]."""
+
+
+class Option(NamedTuple):
+    """A parameter of a handler that comes from the query or, if it is a `header`, from a header of a request."""
+
+    hint: Any
+    default: Any
+    header: bool = False
+
+
 @dataclass(frozen=True, slots=True)
 class Rule:
     """What is known of a route: the operations it is for, most powerful first; none for one that is open to everybody.
 
-    `takes` reads its body, `gives` is the kind of its answer, with `status` or one of `also`. `options` are the names
-    of its query; `refuses` lists errors that it answers besides those that every route has.
+    `takes` reads its body, `gives` is the kind of its answer, with `status` or one of `also`. `options` are the
+    parameters of its query and its idempotency key by name; `refuses` lists errors that it answers besides those that
+    every route has. `client` is the method of the Python client, like "queue.pause", "" for none; `patience` is the
+    longest time until the answer [s].
     """
 
     operations: tuple[Operation, ...]
@@ -34,7 +57,14 @@ class Rule:
     also: tuple[int, ...]
     refuses: tuple[type[MayaError], ...]
     examples: dict[str, Any]
-    options: frozenset[str] = field(default_factory=frozenset[str])
+    options: Mapping[str, Option]
+    client: str = ""
+    patience: float = SOON
+
+    @property
+    def query(self) -> list[str]:
+        """The names that the query of a request may have, in order."""
+        return sorted(name for name, option in self.options.items() if not option.header)
 
 
 class Routes:
@@ -57,10 +87,13 @@ class Routes:
         also: tuple[int, ...] = (),
         refuses: tuple[type[MayaError], ...] = (),
         examples: dict[str, Any] | None = None,
+        client: str = "",
+        patience: float = SOON,
     ) -> Callable[[Handler], Handler]:
         """Return the decorator that adds a handler; its name is the operation id of generated clients.
 
-        `examples` are bodies of requests by what they show.
+        `examples` are bodies of requests by what they show. The Python client is generated from the arguments
+        (scripts/gen_client.py).
         """
 
         def added(handler: Handler) -> Handler:
@@ -76,27 +109,28 @@ class Routes:
             )
             reader = _reader_of(handler)
             known = examples or {}
+            found = _options_of(handler, path)
             self.rules[handler] = Rule(
-                operations, reader, gives, media, status, also, refuses, known, _options_of(handler, path)
+                operations, reader, gives, media, status, also, refuses, known, found, client, patience
             )
             return handler
 
         return added
 
 
-def _options_of(handler: Callable[..., Any], path: str = "") -> frozenset[str]:
-    """Return the names that the query of a request may have, those of the functions it depends on included."""
-    found: set[str] = set()
+def _options_of(handler: Callable[..., Any], path: str = "") -> dict[str, Option]:
+    """Return the options of a handler, including those of the functions it depends on."""
+    found: dict[str, Option] = {}
     hints = get_type_hints(handler, include_extras=True)
-    for name in inspect.signature(handler).parameters:
+    for name, parameter in inspect.signature(handler).parameters.items():
         marks = getattr(hints[name], "__metadata__", ())
         needed = [mark.dependency for mark in marks if isinstance(mark, Depends)]
         for one in needed:
-            found |= _options_of(one) if inspect.isfunction(one) else frozenset()
-        plain = hints[name] is Request or needed or any(isinstance(mark, Header) for mark in marks)
-        if not plain and f"{{{name}" not in path:
-            found.add(name)
-    return frozenset(found)
+            found |= _options_of(one) if inspect.isfunction(one) else {}
+        if hints[name] is not Request and not needed and f"{{{name}" not in path:
+            header = any(isinstance(mark, Header) for mark in marks)
+            found[name] = Option(hints[name], parameter.default, header)
+    return found
 
 
 def _reader_of(handler: Callable[..., Any]) -> Reader | Plain | None:

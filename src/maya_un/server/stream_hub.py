@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable
 from typing import NamedTuple
 
-from maya_un.api.messages import EventMessage
+from maya_un.schema.robot import EventMessage
 from maya_un.server.stream_messages import content, event_frame, queue_frame, state_frame
 from maya_un.server.stream_reader import Reader
 from maya_un.server.stream_ring import Ring

@@ -9,9 +9,10 @@ from math import isfinite
 from operator import attrgetter
 from typing import Any
 
-from maya_un.api.messages import EventMessage, to_json
 from maya_un.errors import InvalidRequest, MayaError
 from maya_un.process.decoding import decode_object
+from maya_un.schema.encoding import to_json
+from maya_un.schema.robot import EventMessage
 from maya_un.server.frames import framed
 from maya_un.values import State
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
 
-from maya_un.api.messages import EventMessage
 from maya_un.errors import EventsForgotten
+from maya_un.schema.robot import EventMessage
 from maya_un.server.share import Share
 from maya_un.server.stream_hub import Hub
 from maya_un.server.stream_messages import event_frame

@@ -13,8 +13,8 @@ from starlette.websockets import WebSocket
 from maya_un import __version__
 from maya_un.api.access.caller import Caller
 from maya_un.api.access.operations import Operation
-from maya_un.api.messages import EventMessage
 from maya_un.errors import InvalidRequest, MayaError, NotSignedIn, StreamLagging
+from maya_un.schema.robot import EventMessage
 from maya_un.server.bridge import Bridge
 from maya_un.server.crash import written_down
 from maya_un.server.stream_entrance import Entrance, received

@@ -6,18 +6,18 @@ from fastapi import FastAPI, Request, Response
 
 from maya_un import __version__
 from maya_un.api.access.operations import Operation
-from maya_un.api.messages import Status, to_json
 from maya_un.api.service import Service
-from maya_un.process.view import QueueView
+from maya_un.schema.encoding import to_json
+from maya_un.schema.jobs import QueueView
+from maya_un.schema.robot import Health, Readiness, Status
 from maya_un.server.asking import Ask
-from maya_un.server.bodies import Health
 from maya_un.server.bridge import Bridge
 from maya_un.server.exchange import answer
 from maya_un.server.language import language_of
 from maya_un.server.metrics import CONTENT_TYPE, Metrics
 from maya_un.server.openapi import document
 from maya_un.server.routes import Routes
-from maya_un.server.wellness import Readiness, readiness, storage_of
+from maya_un.server.wellness import readiness, storage_of
 
 _TAG = "server"
 

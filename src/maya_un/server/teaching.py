@@ -9,11 +9,11 @@ from fastapi import Response
 
 from maya_un.api.access.operations import Operation
 from maya_un.api.service import Service
-from maya_un.api.teaching import PalletInfo, Teaching
+from maya_un.api.teaching import Teaching
 from maya_un.errors import Busy, FileUnreadable, FileUnwritable, NameTaken, NotConnected, NotHomed, NotTaught
-from maya_un.process.taught import TaughtPose
+from maya_un.schema.bodies import Forgotten, Name
+from maya_un.schema.places import PalletInfo, TaughtPose
 from maya_un.server.asking import Ask
-from maya_un.server.bodies import Forgotten, Name
 from maya_un.server.dates import now
 from maya_un.server.exchange import answer, sent, sent_as_written
 from maya_un.server.routes import Routes
@@ -35,21 +35,36 @@ def add_poses(routes: Routes) -> None:
     """Add the paths of poses."""
     tag = "poses"
 
-    @routes.add("GET", "/v1/poses", Operation.READ, tag=tag, gives=list[TaughtPose], refuses=_READING)
+    @routes.add(
+        "GET", "/v1/poses", Operation.READ, tag=tag, gives=list[TaughtPose], refuses=_READING, client="poses.all"
+    )
     async def poses(ask: Ask) -> Response:
-        """List all taught poses."""
+        """Return all taught poses, in the order in which they were taught."""
         return answer(await _taught(ask, Teaching.poses))
 
-    @routes.add("GET", "/v1/poses/{name:path}", Operation.READ, tag=tag, gives=TaughtPose, refuses=_ONE)
+    @routes.add(
+        "GET", "/v1/poses/{name:path}", Operation.READ, tag=tag, gives=TaughtPose, refuses=_ONE, client="poses.get"
+    )
     async def pose(ask: Ask, name: str) -> Response:
-        """Tell where one pose is."""
+        """Return a taught pose; raises `NotTaught`."""
         return answer(await _taught(ask, lambda book: book.pose(name)))
 
     teaching = (*_TAKING, NotConnected, NotHomed, Busy)
 
-    @routes.add("PUT", "/v1/poses/{name:path}", Operation.TEACH, tag=tag, gives=TaughtPose, refuses=teaching)
+    @routes.add(
+        "PUT",
+        "/v1/poses/{name:path}",
+        Operation.TEACH,
+        tag=tag,
+        gives=TaughtPose,
+        refuses=teaching,
+        client="poses.teach",
+    )
     async def teach(ask: Ask, name: str, replace: bool = False) -> Response:
-        """Keep where the robot is under a name."""
+        """Store the present position of the robot under a name.
+
+        Raises `NameTaken` unless `replace` is true.
+        """
         return answer(await _taught(ask, lambda book: book.teach(name, now(), replacing=replace)))
 
     @routes.add(
@@ -60,16 +75,25 @@ def add_poses(routes: Routes) -> None:
         gives=TaughtPose,
         refuses=(NotTaught, *_TAKING),
         examples=_NAMES,
+        client="poses.rename",
     )
     async def rename(ask: Ask, name: str, body: NameBody) -> Response:
-        """Give a pose another name."""
+        """Rename a pose."""
         return answer(await _taught(ask, lambda book: book.rename_pose(name, body.name)))
 
     forgetting = (*_ONE, FileUnwritable)
 
-    @routes.add("DELETE", "/v1/poses/{name:path}", Operation.TEACH, tag=tag, gives=Forgotten, refuses=forgetting)
+    @routes.add(
+        "DELETE",
+        "/v1/poses/{name:path}",
+        Operation.TEACH,
+        tag=tag,
+        gives=Forgotten,
+        refuses=forgetting,
+        client="poses.forget",
+    )
     async def forget(ask: Ask, name: str) -> Response:
-        """Forget a pose."""
+        """Delete a pose."""
         await _taught(ask, lambda book: book.forget_pose(name))
         return answer(Forgotten(name))
 
@@ -78,14 +102,18 @@ def add_pallets(routes: Routes) -> None:
     """Add the paths of pallets."""
     tag = "pallets"
 
-    @routes.add("GET", "/v1/pallets", Operation.READ, tag=tag, gives=list[PalletInfo], refuses=_READING)
+    @routes.add(
+        "GET", "/v1/pallets", Operation.READ, tag=tag, gives=list[PalletInfo], refuses=_READING, client="pallets.all"
+    )
     async def pallets(ask: Ask) -> Response:
-        """List all taught pallets."""
+        """Return all taught pallets, in the order in which they were taught."""
         return answer(await _taught(ask, Teaching.pallets))
 
-    @routes.add("GET", "/v1/pallets/{name:path}", Operation.READ, tag=tag, gives=PalletInfo, refuses=_ONE)
+    @routes.add(
+        "GET", "/v1/pallets/{name:path}", Operation.READ, tag=tag, gives=PalletInfo, refuses=_ONE, client="pallets.get"
+    )
     async def pallet(ask: Ask, name: str) -> Response:
-        """Tell of one pallet."""
+        """Return a taught pallet; raises `NotTaught`."""
         return answer(await _taught(ask, lambda book: book.pallet(name)))
 
     @routes.add(
@@ -98,7 +126,7 @@ def add_pallets(routes: Routes) -> None:
         examples=_GRIDS,
     )
     async def teach_pallet(ask: Ask, name: str, grid: GridBody, replace: bool = False) -> Response:
-        """Keep a grid, spanned by its corners, under a name."""
+        """Store a grid, spanned by its corners, under a name."""
         return answer(await _taught(ask, lambda book: book.teach_pallet(name, grid, now(), replacing=replace)))
 
     @routes.add(
@@ -109,16 +137,25 @@ def add_pallets(routes: Routes) -> None:
         gives=PalletInfo,
         refuses=(NotTaught, *_TAKING),
         examples=_NAMES,
+        client="pallets.rename",
     )
     async def rename_pallet(ask: Ask, name: str, body: NameBody) -> Response:
-        """Give a pallet another name."""
+        """Rename a pallet."""
         return answer(await _taught(ask, lambda book: book.rename_pallet(name, body.name)))
 
     forgetting = (*_ONE, FileUnwritable)
 
-    @routes.add("DELETE", "/v1/pallets/{name:path}", Operation.TEACH, tag=tag, gives=Forgotten, refuses=forgetting)
+    @routes.add(
+        "DELETE",
+        "/v1/pallets/{name:path}",
+        Operation.TEACH,
+        tag=tag,
+        gives=Forgotten,
+        refuses=forgetting,
+        client="pallets.forget",
+    )
     async def forget_pallet(ask: Ask, name: str) -> Response:
-        """Forget a pallet; the poses at its corners stay."""
+        """Delete a pallet; the poses at its corners stay."""
         await _taught(ask, lambda book: book.forget_pallet(name))
         return answer(Forgotten(name))
 

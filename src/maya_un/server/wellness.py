@@ -3,25 +3,17 @@
 from __future__ import annotations
 
 import asyncio
-from dataclasses import dataclass
 
 from maya_un.api.service import Service
 from maya_un.errors import MayaError, NotConnected, ServiceNotAnswering, StorageFailed
 from maya_un.process.journal.sqlite import SqliteJournal
+from maya_un.schema.robot import Readiness
 from maya_un.server.bridge import Bridge
 from maya_un.server.metrics import Storage
 from maya_un.values import Mode, Notice
 
 PATIENCE = 1.0
 """The robot's loop answers within so long, or it is not ready [s, real time]."""
-
-
-@dataclass(frozen=True, slots=True)
-class Readiness:
-    """Whether wishes can be carried out, and what stands in the way."""
-
-    ready: bool
-    reasons: tuple[Notice, ...]
 
 
 async def readiness(bridge: Bridge, language: str) -> Readiness:

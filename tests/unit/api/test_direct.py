@@ -16,9 +16,9 @@ from maya_un.config import Config
 from maya_un.controller.homing import homed_pose
 from maya_un.errors import Busy, Cancelled, LeaseHeld, LeaseLost, Stopped
 from maya_un.events import FaultEntered
-from maya_un.process.states import TaskState
 from maya_un.robot.primitives.home import Home
 from maya_un.robot.primitives.pick import Pick
+from maya_un.schema.states import TaskState
 from maya_un.values import Mode, Point
 from tests.campaign import Campaign
 from tests.virtual_time import elapse

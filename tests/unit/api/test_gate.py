@@ -21,7 +21,8 @@ from maya_un.api.service import Service
 from maya_un.errors import LeaseHeld, LeaseLost, MayaError, NotAllowed, Unreachable
 from maya_un.events import EventLog
 from maya_un.process.journal.rows import AuditRow
-from maya_un.process.lease import PATIENCE, Lease
+from maya_un.process.lease import Lease
+from maya_un.schema.bodies import PATIENCE
 from tests.virtual_time import elapse, turn
 
 NEEDS = {

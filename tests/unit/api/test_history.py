@@ -10,7 +10,7 @@ from maya_un.events import EventLog, MotionBegun
 from maya_un.process import items
 from maya_un.process.journal.protocol import Filter
 from maya_un.process.journal.rows import AuditRow, EventRow
-from maya_un.process.states import TaskState
+from maya_un.schema.states import TaskState
 from tests.queues import Machine, asked, job
 from tests.virtual_time import elapse
 

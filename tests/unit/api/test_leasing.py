@@ -8,10 +8,10 @@ from typing import cast
 import pytest
 
 from maya_un.api.access.caller import LOCAL, Caller, Role
-from maya_un.api.leasing import LONGEST
 from maya_un.api.queueing import Queueing
 from maya_un.errors import InvalidValue, LeaseHeld, LeaseLost, LeaseNeeded, MayaError, NotAllowed, UnknownName
 from maya_un.process.process import Process
+from maya_un.schema.bodies import LONGEST
 from tests.entrances import House, house, somebody
 from tests.virtual_time import elapse
 

@@ -9,13 +9,13 @@ from contextlib import asynccontextmanager
 import pytest
 
 from maya_un.api.access.caller import LOCAL, Caller, Role
-from maya_un.api.messages import to_data
 from maya_un.api.service import Service
 from maya_un.errors import AnswerNeeded, InvalidRequest, InvalidValue, JobChanged, NotAllowed, NotFound, WrongState
 from maya_un.process.journal.protocol import Filter
 from maya_un.process.journal.rows import Options
-from maya_un.process.states import TaskState
-from maya_un.process.view import QueueMode
+from maya_un.schema.encoding import to_data
+from maya_un.schema.jobs import QueueMode
+from maya_un.schema.states import TaskState
 from tests.queues import PICK_AND_PLACE, Floor, Machine, job
 from tests.virtual_time import elapse
 

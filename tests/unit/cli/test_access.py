@@ -15,9 +15,6 @@ import pytest
 from maya_un import credentials, runtime
 from maya_un.api.access.caller import Role
 from maya_un.api.access.store import Change, FileStore, User
-from maya_un.api.leasing import LeaseTaken, LeaseView
-from maya_un.api.messages import to_data
-from maya_un.api.people import Me, NewToken, TokenLine, UserLine
 from maya_un.cli.access import files, lease, resetting
 from maya_un.cli.access.words import word
 from maya_un.cli.main import main
@@ -26,6 +23,8 @@ from maya_un.errors import LeaseLost
 from maya_un.loops import run
 from maya_un.process.journal import file
 from maya_un.runtime import Running
+from maya_un.schema.encoding import to_data
+from maya_un.schema.people import LeaseTaken, LeaseView, Me, NewToken, TokenLine, UserLine
 from tests.unit.cli.servers import http_service
 
 NOBODY = LeaseView("", "", 0.0, "", False, None, None, None, False)

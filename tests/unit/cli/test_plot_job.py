@@ -9,8 +9,7 @@ import pytest
 
 from maya_un.cli.main import main
 from maya_un.client.pictures import phases
-from maya_un.process.inspection import Band, JobInspection
-from maya_un.process.preview import JobPreview, StepPreview
+from maya_un.schema.previews import Band, JobInspection, JobPreview, StepPreview
 from tests.conventions.source import ROOT
 
 EXAMPLE = str(ROOT / "examples" / "01_pick_and_place.yaml")

@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any, NamedTuple
 
-from maya_un.api.messages import to_data
 from maya_un.errors import MayaError
+from maya_un.schema.encoding import to_data
 
 
 class Asked(NamedTuple):

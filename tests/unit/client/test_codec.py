@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 
-from maya_un.api.messages import JobAccepted
 from maya_un.client import codec
 from maya_un.client.doors import Door
 from maya_un.client.steps import Request, get
@@ -18,6 +17,7 @@ from maya_un.errors import (
     StreamLagging,
     UnknownName,
 )
+from maya_un.schema.jobs import JobAccepted
 from maya_un.values import Point
 
 OURS = {"Maya": "0.1.0"}

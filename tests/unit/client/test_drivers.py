@@ -10,13 +10,14 @@ from typing import Any
 import pytest
 
 from maya_un import AsyncClient, Client
-from maya_un.api.leasing import LeaseTaken
-from maya_un.api.messages import JobAccepted
 from maya_un.client.plans import moving
 from maya_un.client.plans.patience import persistently
 from maya_un.client.steps import Request, get
 from maya_un.errors import Busy, LeaseHeld, LeaseLost, ServiceNotAnswering, ServiceNotRunning
 from maya_un.loops import run
+from maya_un.schema.bodies import Speed
+from maya_un.schema.jobs import JobAccepted
+from maya_un.schema.people import LeaseTaken
 from maya_un.values import StopReport
 from tests.ports import free_port
 from tests.unit.cli.servers import hanging_service, http_service
@@ -138,6 +139,8 @@ class Leasing:
                 self.left -= 1
                 self.renewed.release()
                 return replace(NOBODY, holder="ana", yours=True) if self.left >= 0 else LeaseLost(reason="broken")
+            case "POST", "/v1/speed":
+                return Speed(1.0)
             case "DELETE", "/v1/lease":
                 return NOBODY
             case _:
@@ -153,7 +156,7 @@ def test_inside_the_block_the_lease_is_shown_and_renewed_and_given_back_at_its_e
                 assert leasing.renewed.acquire(timeout=10.0)
             client.stop()
         client.stop()
-    assert stand.asked[0].body == {"note": "calibration"}
+    assert stand.asked[0].body == {"note": "calibration", "force": False, "patience": 10.0}
     inside, outside = (asked for asked in stand.asked if asked.path == "/v1/stop")
     assert inside.headers["maya-lease"] == "lease 1"
     assert "maya-lease" not in outside.headers

@@ -11,12 +11,11 @@ from typing import Any
 
 import pytest
 
-from maya_un.api.messages import Distance, Reach, Status
 from maya_un.client import looks, notebook
-from maya_un.process.preview import JobPreview, Refusal, StepPreview
-from maya_un.process.report import JobReport, StepResult
-from maya_un.process.states import TaskState
-from maya_un.process.view import QueueMode, QueueView
+from maya_un.schema.jobs import JobReport, QueueMode, QueueView, StepResult
+from maya_un.schema.previews import Distance, JobPreview, Reach, Refusal, StepPreview
+from maya_un.schema.robot import Status
+from maya_un.schema.states import TaskState
 from maya_un.values import Joints, Mode, Notice, Point, State
 from tests.unit.client.test_plans import LINE
 from tests.unit.client.test_streaming import STATE

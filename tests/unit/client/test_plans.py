@@ -10,11 +10,9 @@ from typing import Any
 
 import pytest
 
-from maya_un.api.leasing import LeaseTaken, LeaseView
-from maya_un.api.messages import EventMessage, JobAccepted
-from maya_un.client import targets
+from maya_un.client import requests, targets
 from maya_un.client.driving import Held
-from maya_un.client.plans import history, jobs, leasing, moving, primitives, queue
+from maya_un.client.plans import jobs, leasing, moving, primitives, queue
 from maya_un.client.plans.patience import PATIENCE, persistently
 from maya_un.client.plans.waiting import StillWaiting
 from maya_un.client.steps import Plan, Request, get
@@ -29,10 +27,10 @@ from maya_un.errors import (
     ServiceNotRunning,
     TooManyRequests,
 )
-from maya_un.process.journal.rows import OnFailure
-from maya_un.process.report import JobReport
-from maya_un.process.states import TaskState
-from maya_un.process.view import JobLine, QueueMode, QueueView
+from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, OnFailure, QueueMode, QueueView
+from maya_un.schema.people import LeaseTaken, LeaseView
+from maya_un.schema.robot import EventMessage
+from maya_un.schema.states import TaskState
 from tests.unit.client.player import Player
 
 LINE = JobLine(
@@ -131,7 +129,11 @@ def test_a_submission_keeps_its_key_however_often_the_connection_breaks() -> Non
     assert len({post.key for post in posts}) == 1
     assert posts[0].key
     said = {key: value for key, value in posts[0].query.items() if value is not None}
-    assert said == {"priority": 3, "notes": "a", "depends_on": (5, 6)}
+    assert {key: said[key] for key in ("priority", "notes", "depends_on")} == {
+        "priority": 3,
+        "notes": "a",
+        "depends_on": [5, 6],
+    }
 
 
 def test_two_submissions_have_two_keys() -> None:
@@ -350,7 +352,7 @@ def test_a_lease_that_somebody_else_has_now_is_lost() -> None:
 def test_the_history_is_read_page_after_page() -> None:
     pages = [[replace(LINE, id=number) for number in range(300, 200, -1)], [replace(LINE, id=9)]]
     player = Player(lambda _: pages.pop(0))
-    found = player.items(history.every(owner="ana"), 1000)
+    found = player.items(jobs.every(owner="ana"), 1000)
     assert [line.id for line in found] == [*range(300, 200, -1), 9]
     assert [request.query["below"] for request in player.asked] == [None, 201]
     assert {request.query["owner"] for request in player.asked} == {"ana"}
@@ -358,12 +360,12 @@ def test_the_history_is_read_page_after_page() -> None:
 
 def test_what_is_said_about_the_queue() -> None:
     player = Player(lambda _: RUNNING)
-    player.perform(queue.pause("now"))
-    player.perform(queue.recover("redo", holding=False, resume_queue=False))
-    player.perform(queue.recover("abort"))
-    player.perform(queue.move(3, before=5))
+    player.perform(requests.pause_queue("now"))
+    player.perform(requests.choose_recovery("redo", holding=False, resume_queue=False))
+    player.perform(requests.choose_recovery("abort"))
+    player.perform(requests.move_job(3, before=5))
     player.perform(queue.change(3, priority=7, job={"steps": ["home"]}))
-    player.perform(queue.again(3, from_step=2))
+    player.perform(requests.repeat_job(3, from_step=2))
     assert [(request.path, request.body) for request in player.asked] == [
         ("/v1/queue/pause", {"when": "now"}),
         ("/v1/queue/recovery", {"choice": "redo", "resume_queue": False, "holding": False}),

@@ -11,10 +11,10 @@ import pytest
 from maya_un.config import Config
 from maya_un.controller.jogging import MARGIN, TOLERANCE, Jogging, Line
 from maya_un.controller.planner import Planner
-from maya_un.controller.protocol import Jogged
 from maya_un.errors import InvalidValue, MayaError, PathRefused, Stopped, UnknownName, Unreachable
 from maya_un.kinematics import Mechanism, Workspace
 from maya_un.kinematics.zones import Box
+from maya_un.schema.robot import Jogged
 from maya_un.values import JOG_AXES, Joints, Mode, Point
 from tests.campaign import Campaign
 from tests.unit.controller.bench import FAR, HERE, commands_in, homed

@@ -14,7 +14,6 @@ from maya_un.config import Config
 from maya_un.errors import InvalidJob
 from maya_un.graph.diagnostics import Level
 from maya_un.graph.queue import Queue, job_of
-from maya_un.process.states import TaskState
 from maya_un.process.tasks import expand
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.primitives.approach import Approach
@@ -26,6 +25,7 @@ from maya_un.robot.primitives.move import MoveJoints
 from maya_un.robot.primitives.pick import Pick
 from maya_un.robot.primitives.place import Place
 from maya_un.robot.robot import MayaRobot
+from maya_un.schema.states import TaskState
 from maya_un.values import FARTHEST, Joints, Point
 from tests.fakes import FakeController
 from tests.virtual_time import elapse

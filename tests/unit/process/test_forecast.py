@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from maya_un.events import HomingBegun, HomingDone
-from maya_un.process.view import JobLine
+from maya_un.schema.jobs import JobLine
 from tests.queues import Floor, Machine, asked, job
 from tests.virtual_time import elapse
 

@@ -3,11 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from maya_un.process.inspection import JobInspection
 from maya_un.process.inspection import inspected as worked_out
 from maya_un.process.job import Job
 from maya_un.process.tasks import expand
 from maya_un.robot.robot import MayaRobot
+from maya_un.schema.previews import JobInspection
 from tests.endings import finished
 from tests.fakes import FakeController
 

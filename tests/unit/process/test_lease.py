@@ -10,7 +10,8 @@ import pytest
 
 from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded
 from maya_un.events import EventLog
-from maya_un.process.lease import LINGER, OFFER, PATIENCE, Drive, Lease
+from maya_un.process.lease import LINGER, OFFER, Drive, Lease
+from maya_un.schema.bodies import PATIENCE
 from tests.virtual_time import elapse, turn
 
 

@@ -11,7 +11,7 @@ import pytest
 from maya_un.events import JobAdvanced
 from maya_un.process.items import AT_HAND, Item
 from maya_un.process.journal.rows import JobRow, Options, Owner
-from maya_un.process.states import TaskState
+from maya_un.schema.states import TaskState
 from tests.queues import Machine, asked, job
 from tests.virtual_time import elapse
 

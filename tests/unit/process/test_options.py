@@ -3,8 +3,9 @@ from __future__ import annotations
 import pytest
 
 from maya_un.errors import InvalidRequest, InvalidValue
-from maya_un.process.journal.rows import OnFailure, Options
+from maya_un.process.journal.rows import Options
 from maya_un.process.options import ORDINARY, checked, read_options
+from maya_un.schema.jobs import OnFailure
 
 
 def test_what_is_not_said_stays() -> None:

@@ -3,9 +3,10 @@ from __future__ import annotations
 import pytest
 
 from maya_un.process.job import Job
-from maya_un.process.preview import JobPreview, walked
+from maya_un.process.preview import walked
 from maya_un.process.tasks import expand
 from maya_un.robot.robot import MayaRobot
+from maya_un.schema.previews import JobPreview
 from tests.endings import finished
 from tests.fakes import FakeController
 

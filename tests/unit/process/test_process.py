@@ -12,11 +12,10 @@ from maya_un.events import JobAdvanced, StepAdvanced
 from maya_un.process import items as module
 from maya_un.process.job import Job
 from maya_un.process.process import Process
-from maya_un.process.report import JobReport
-from maya_un.process.states import TaskState
-from maya_un.process.view import QueueMode
 from maya_un.robot.primitives import Home, Pick
 from maya_un.robot.robot import MayaRobot
+from maya_un.schema.jobs import JobReport, QueueMode
+from maya_un.schema.states import TaskState
 from maya_un.values import Mode, Point
 from tests.fakes import FakeController, state_of
 from tests.virtual_time import elapse

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from maya_un.errors import AnswerNeeded, InvalidValue
 from maya_un.process.recovery import Decision, Situation, choices, decide
-from maya_un.process.states import TRANSITIONS, TaskState
+from maya_un.schema.states import TRANSITIONS, TaskState
 
 COMMANDS = ("home", "pick", "place", "approach", "line", "gripper", "move")
 

@@ -15,9 +15,9 @@ from maya_un.errors import (
     WrongState,
 )
 from maya_un.process.foresight import Foresight
-from maya_un.process.states import TaskState
-from maya_un.process.view import QueueMode
 from maya_un.robot.primitives import Home
+from maya_un.schema.jobs import QueueMode
+from maya_un.schema.states import TaskState
 from tests.queues import PICK_AND_PLACE, Floor, Machine, asked, job
 from tests.virtual_time import elapse
 

@@ -6,7 +6,7 @@ import asyncio
 
 from maya_un.process.journal.protocol import Filter
 from maya_un.process.slices import SLICE, Slices
-from maya_un.process.states import TaskState
+from maya_un.schema.states import TaskState
 from tests.queues import Machine, asked, job
 from tests.virtual_time import elapse
 

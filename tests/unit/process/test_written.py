@@ -9,9 +9,10 @@ import pytest
 from maya_un.errors import InvalidRequest, UnknownName
 from maya_un.process.job import Job
 from maya_un.process.spots import Grid
-from maya_un.process.taught import Taught, TaughtPallet, TaughtPose
+from maya_un.process.taught import Taught, TaughtPallet
 from maya_un.process.written import as_written, expanded, write_job, write_wish
 from maya_un.robot.primitives import Home, Pick, Primitive
+from maya_un.schema.places import TaughtPose
 from maya_un.values import Joints, Point
 
 HEIGHT = 0.4

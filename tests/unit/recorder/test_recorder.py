@@ -13,7 +13,7 @@ from maya_un.events import EmergencyStopped, Event, FaultEntered, JobAdvanced, R
 from maya_un.galil.transport import datagram_pair
 from maya_un.recorder import mcap_file, recorder
 from maya_un.recorder.recording import Recording
-from maya_un.recorder.shelf import Kept
+from maya_un.schema.robot import Kept
 from maya_un.testing import faults
 from maya_un.values import Joints
 from tests.recorded import UTC, Recorded, recorded, shelf

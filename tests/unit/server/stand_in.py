@@ -10,12 +10,11 @@ from typing import Any, cast
 import httpx
 
 from maya_un.api.access.caller import Caller
-from maya_un.api.messages import EventMessage, HeldJog
 from maya_un.api.service import Service
-from maya_un.controller.protocol import Jogged
 from maya_un.events import Event, EventLog
 from maya_un.process.journal.protocol import Filter
 from maya_un.process.journal.rows import Options
+from maya_un.schema.robot import EventMessage, HeldJog, Jogged
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
 from maya_un.server.edge import Edge

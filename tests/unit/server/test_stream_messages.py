@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 from websockets.frames import Frame, Opcode
 
-from maya_un.api.messages import EventMessage
 from maya_un.errors import InvalidRequest, Unreachable
+from maya_un.schema.robot import EventMessage
 from maya_un.server import stream_messages
 from maya_un.server.stream_messages import (
     Past,

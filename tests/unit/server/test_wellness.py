@@ -12,9 +12,10 @@ from maya_un.api.service import Service
 from maya_un.errors import NodeGone
 from maya_un.loops import run
 from maya_un.process.journal.sqlite import SqliteJournal
+from maya_un.schema.robot import Readiness
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
-from maya_un.server.wellness import PATIENCE, Readiness, readiness, storage_of
+from maya_un.server.wellness import PATIENCE, readiness, storage_of
 from maya_un.values import Mode
 from tests.unit.server.stand_in import Now, StandIn, door
 from tests.virtual_time import elapse

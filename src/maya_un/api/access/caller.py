@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from maya_un.errors import InvalidValue
+from maya_un.schema.bodies import RoleName
 
 
 class Role(IntEnum):
@@ -33,6 +34,9 @@ class Role(IntEnum):
                 return role
         known = ", ".join(role.word for role in cls)
         raise InvalidValue(key="role", value=repr(word), reason=f"it is one of {known}")
+
+
+assert set(RoleName.__args__) == {role.word for role in Role}
 
 
 @dataclass(frozen=True, slots=True)

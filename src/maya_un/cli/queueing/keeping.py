@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from maya_un.api.messages import to_data
 from maya_un.cli import output
 from maya_un.cli.queueing.words import word
 from maya_un.cli.settings import Settings
@@ -14,6 +13,7 @@ from maya_un.files import replacing
 from maya_un.process.journal import backup as backups
 from maya_un.process.journal import export as exports
 from maya_un.process.journal.file import NAME
+from maya_un.schema.encoding import to_data
 
 
 def kept() -> Path:

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Sequence
-from typing import Any, Literal, NamedTuple, TypedDict, Unpack, cast
+from dataclasses import replace
+from typing import Literal, NamedTuple, TypedDict, Unpack
 
-from maya_un.api.messages import EventMessage, JobAccepted
+from maya_un.client import requests
 from maya_un.client.jobs import JobLike, body_of
-from maya_un.client.plans.asking import status
-from maya_un.client.plans.patience import AT_REST, persistently
+from maya_un.client.plans.patience import persistently
 from maya_un.client.plans.waiting import remark
-from maya_un.client.steps import TIMEOUT, Clock, Item, Plan, Request, Source, get
+from maya_un.client.steps import TIMEOUT, Clock, Item, Plan, Source
 from maya_un.errors import EventsForgotten
-from maya_un.process.report import JobReport
+from maya_un.schema.jobs import JobAccepted, JobLine, JobReport
+
+PAGE = 100
+"""Jobs of one page."""
 
 LOOK = 2.0
 """A question for news is answered after so long that there are none [s, real time]."""
@@ -43,13 +46,23 @@ class SubmitOptions(TypedDict, total=False):
     stepwise: bool
 
 
+def every(*, state: Sequence[str] = (), owner: str | None = None, text: str | None = None) -> Source[JobLine]:
+    """Yield all jobs, newest first, page after page."""
+    below = None
+    while True:
+        lines = yield from requests.jobs(state=state, owner=owner, text=text or "", below=below, limit=PAGE)
+        for line in lines:
+            yield Item(line)
+        if len(lines) < PAGE:
+            return
+        below = lines[-1].id
+
+
 def submit(job: JobLike, *, key: str = "", **options: Unpack[SubmitOptions]) -> Plan[Submitted]:
     """Append a job to the queue, once, however often the connection breaks meanwhile."""
-    said = cast("dict[str, Any]", options)
-    query = {name: tuple(value) if name == "depends_on" else value for name, value in said.items()}
-    since = (yield from persistently(status())).last_event
-    wish = Request("POST", "/v1/jobs", JobAccepted, query, body_of(job), key=key or new_key())
-    return Submitted((yield from persistently(wish)), since)
+    since = (yield from persistently(requests.status())).last_event
+    request = requests.submit(body_of(job), key=key or new_key(), **options)
+    return Submitted((yield from persistently(request)), since)
 
 
 def new_key() -> str:
@@ -57,20 +70,10 @@ def new_key() -> str:
     return secrets.token_urlsafe(18)
 
 
-def report(number: int) -> Request[JobReport]:
-    """Return what is known of a job now; raises `NotFound`."""
-    return get(f"/v1/jobs/{number}", JobReport)
-
-
 def known(number: int) -> Plan[JobAccepted]:
     """Return what is needed of a job to ask about it; raises `NotFound`."""
-    found = yield from report(number)
+    found = yield from requests.report(number)
     return JobAccepted(found.id, found.name, len(found.steps))
-
-
-def cancel(number: int) -> Request[JobReport]:
-    """End a job early; one that runs stops on its path. Returns when it is at rest; raises `NotFound`."""
-    return Request("DELETE", f"/v1/jobs/{number}", JobReport, timeout=AT_REST)
 
 
 def wait(number: int, timeout: float | None = None) -> Plan[JobReport]:
@@ -78,7 +81,7 @@ def wait(number: int, timeout: float | None = None) -> Plan[JobReport]:
 
     Ctrl-C ends the waiting and leaves the job alone. Raises `TimeoutError` after `timeout` [s, real time], `NotFound`.
     """
-    since = (yield from persistently(status())).last_event
+    since = (yield from persistently(requests.status())).last_event
     return (yield from ended(number, since, timeout))
 
 
@@ -87,7 +90,7 @@ def ended(number: int, since: int, timeout: float | None = None) -> Plan[JobRepo
     begun = yield from Clock()
     said = ""
     while True:
-        found = yield from persistently(report(number))
+        found = yield from persistently(requests.report(number))
         if found.state.ended:
             return found
         said = yield from remark(found, said)
@@ -101,10 +104,10 @@ def ended(number: int, since: int, timeout: float | None = None) -> Plan[JobRepo
 
 def progress(number: int) -> Source[JobReport]:
     """Yield the report of a job now, and again whenever one of its steps or the job itself goes on, to its end."""
-    since = (yield from persistently(status())).last_event
+    since = (yield from persistently(requests.status())).last_event
     shown: object = None
     while True:
-        found = yield from persistently(report(number))
+        found = yield from persistently(requests.report(number))
         stage = (found.state, *(step.state for step in found.steps))
         if stage != shown:
             yield Item(found)
@@ -121,11 +124,11 @@ def _news(number: int, since: int, patience: float) -> Plan[tuple[int, bool]]:
 
     Without any event at all that is taken for news, since the service may have been started anew meanwhile.
     """
-    look = get("/v1/events", list[EventMessage], patience + TIMEOUT, since=since, wait=patience)
+    look = replace(requests.events(since=since, wait=patience), timeout=patience + TIMEOUT)
     try:
         events = yield from persistently(look)
     except EventsForgotten:
-        return (yield from persistently(status())).last_event, True
+        return (yield from persistently(requests.status())).last_event, True
     if not events:
         return since, True
     return events[-1].seq, any(event.kind in {"job", "step"} and event.detail.get("job") == number for event in events)

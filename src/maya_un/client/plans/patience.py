@@ -17,10 +17,6 @@ SHORTEST, LONGEST = 0.05, 2.0
 """The first rest, and the longest [s]; each is twice the one before."""
 
 
-AT_REST = 120.0
-"""Longest wait for an answer that comes when the robot is at rest, or that is worked out of a long job [s]."""
-
-
 def persistently(request: Request[T], patience: float = PATIENCE) -> Generator[Request[T] | Rest, Any, T]:
     """Ask, and ask again where no answer came, until so much time was rested; raises what the last try raised.
 

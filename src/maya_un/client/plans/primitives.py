@@ -11,7 +11,7 @@ from maya_un.client.plans.moving import wish
 from maya_un.client.steps import Plan
 from maya_un.client.targets import Spot, spot, state_of
 from maya_un.client.verb import Verb
-from maya_un.process.report import JobReport
+from maya_un.schema.jobs import JobReport
 
 
 def home() -> Plan[JobReport]:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import warnings
 
-from maya_un.client.plans.leasing import view as lease_view
-from maya_un.client.plans.queue import view as queue_view
+from maya_un.client import requests
 from maya_un.client.steps import Plan
-from maya_un.process.report import JobReport
-from maya_un.process.states import TaskState
-from maya_un.process.view import QueueMode
+from maya_un.schema.jobs import JobReport, QueueMode
+from maya_un.schema.states import TaskState
 
 
 class StillWaiting(UserWarning):
@@ -37,10 +35,10 @@ def _reason(report: JobReport) -> Plan[str]:
 
 
 def _before_it() -> Plan[str]:
-    queue = yield from queue_view()
+    queue = yield from requests.queue()
     if queue.mode is QueueMode.PAUSED:
         return f"the queue is paused ({queue.reason}); queue.resume() lets it go on."
-    lease = yield from lease_view()
+    lease = yield from requests.lease()
     if lease.holder and not lease.yours and not lease.implicit:
         return f"{lease.holder} drives the robot."
     return ""

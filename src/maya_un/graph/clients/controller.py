@@ -13,7 +13,7 @@ from maya_un.controller.inspection import Inspection
 from maya_un.controller.jogging import Jogging
 from maya_un.controller.pacing import SLOWEST
 from maya_un.controller.planner import Planner
-from maya_un.controller.protocol import Jogged, Preview
+from maya_un.controller.protocol import Preview
 from maya_un.controller.run import PLACES, OnVia
 from maya_un.errors import CannotPause, InvalidValue, MayaError, NodeGone, NotConnected, NotHomed, NotOverRos
 from maya_un.events import Connected, Disconnected, Event, EventLog, HomingBegun, MotionStopped, PhaseBegun
@@ -29,6 +29,7 @@ from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
 from maya_un.motion.path import Path, Route
+from maya_un.schema.robot import Jogged
 from maya_un.values import Joints, Mode, Progress, State, StopReport
 
 AHEAD = 2.0

@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from maya_un.process.journal.rows import AuditRow, EventRow, JobRow, OnFailure, Options, Owner, QueueRow, StepRow
-from maya_un.process.states import TaskState
+from maya_un.process.journal.rows import AuditRow, EventRow, JobRow, Options, Owner, QueueRow, StepRow
+from maya_un.schema.jobs import OnFailure
+from maya_un.schema.states import TaskState
 
 Values = tuple[Any, ...]
 """What is bound to a statement, or came of one."""

@@ -9,7 +9,7 @@ from maya_un.process.journal.encoding import JOB
 from maya_un.process.journal.protocol import Filter
 from maya_un.process.journal.rows import JobRow
 from maya_un.process.journal.tables import LARGEST, bounded
-from maya_un.process.states import TaskState
+from maya_un.schema.states import TaskState
 
 MOST = 1000
 """The longest page."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from maya_un.process.journal.rows import AuditRow, Cleared, EventRow, JobRow, Left, QueueRow, StepRow, Unfinished
-from maya_un.process.states import TaskState
+from maya_un.schema.states import TaskState
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,18 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from enum import StrEnum
 from typing import Any, NamedTuple
 
 from maya_un.process.order import Order
-from maya_un.process.states import TaskState
-
-
-class OnFailure(StrEnum):
-    """What the queue does after a job that failed by a refusal; after a fault of the machine it always pauses."""
-
-    CONTINUE = "continue"
-    PAUSE = "pause"
+from maya_un.schema.jobs import OnFailure
+from maya_un.schema.states import TaskState
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,7 @@ from maya_un.process.journal.rows import (
     Unfinished,
 )
 from maya_un.process.order import Order, Place
-from maya_un.process.states import TaskState
+from maya_un.schema.states import TaskState
 
 Change = JobRow | QueueRow | Cleared | tuple[int, StepRow]
 """A newer version of a job, of the queue's mode, of a step (the job's number, the step), the end of many jobs."""

@@ -9,12 +9,11 @@ from typing import Any
 import pytest
 
 from maya_un import runtime
-from maya_un.api.messages import to_data
 from maya_un.cli.main import main
-from maya_un.process.journal.rows import OnFailure
-from maya_un.process.states import TaskState
-from maya_un.process.view import JobLine
 from maya_un.runtime import Running
+from maya_un.schema.encoding import to_data
+from maya_un.schema.jobs import JobLine, OnFailure
+from maya_un.schema.states import TaskState
 from tests.unit.cli.servers import http_service
 
 LINE: dict[str, Any] = to_data(

@@ -12,7 +12,7 @@ from maya_un.cli.queueing.keeping import kept
 from maya_un.loops import run
 from maya_un.process.journal.rows import JobRow, Options, Owner
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.process.states import TaskState
+from maya_un.schema.states import TaskState
 from tests.unit.cli.queueing.answers import printed
 
 

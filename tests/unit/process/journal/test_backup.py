@@ -21,7 +21,7 @@ from maya_un.errors import (
 from maya_un.process.journal import backup, copying
 from maya_un.process.journal.protocol import Filter
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.process.states import TaskState
+from maya_un.schema.states import TaskState
 from tests.journals import content, damage, job_row, looked_up, overwrite, rights
 
 

@@ -12,7 +12,7 @@ from maya_un.process.journal import export
 from maya_un.process.journal.export import Form
 from maya_un.process.journal.rows import Options, Owner
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.process.states import TaskState
+from maya_un.schema.states import TaskState
 from tests.journals import DATE, job_row, step_row
 
 DONE = job_row(

@@ -10,7 +10,7 @@ from maya_un.process.journal import listing
 from maya_un.process.journal.memory import MemoryJournal
 from maya_un.process.journal.protocol import Filter
 from maya_un.process.journal.rows import JobRow, Options, Owner
-from maya_un.process.states import TaskState
+from maya_un.schema.states import TaskState
 from tests.journals import job_row
 
 STATES = (TaskState.QUEUED, TaskState.HELD, TaskState.DONE, TaskState.FAILED)

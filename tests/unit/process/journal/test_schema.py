@@ -11,7 +11,7 @@ from maya_un.process.journal import schema
 from maya_un.process.journal.protocol import Filter
 from maya_un.process.journal.rows import QueueRow
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.process.states import TaskState
+from maya_un.schema.states import TaskState
 from tests.journals import audit_row, event_row, job_row, step_row
 
 DUMPS = sorted((Path(__file__).parents[3] / "vectors" / "journal").glob("version-*.sql"))

@@ -25,7 +25,7 @@ from maya_un.process.journal import batches, file
 from maya_un.process.journal.protocol import Filter, Journal
 from maya_un.process.journal.rows import Options, QueueRow, Unfinished
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.process.states import TaskState
+from maya_un.schema.states import TaskState
 from tests.journals import (
     DATE,
     audit_row,

@@ -1,13 +1,19 @@
-"""What the queue looks like from outside: values for whoever shows it."""
+"""Jobs, their steps and the queue, as messages. Durations are in s, lengths in m."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
 
-from maya_un.process.journal.rows import OnFailure
-from maya_un.process.states import TaskState
-from maya_un.values import State
+from maya_un.schema.states import TaskState
+from maya_un.values import Point, State
+
+
+class OnFailure(StrEnum):
+    """What the queue does after a job that failed by a refusal; after a fault of the machine it always pauses."""
+
+    CONTINUE = "continue"
+    PAUSE = "pause"
 
 
 class QueueMode(StrEnum):
@@ -104,3 +110,62 @@ class QueueView:
     finish_at: str | None
     recovery: Recovery | None
     estimated: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class StepResult:
+    """One step: what was predicted, what it took, where it ended.
+
+    `index` counts from 1 over all rounds, `key` is its place in the job. `code` is 0, or the error's; durations in s;
+    `end_counts` are encoder counts, `end_point` is in m; both None until the step has ended somewhere. `phase` is the
+    last that it was known to begin.
+    """
+
+    index: int
+    key: str
+    step: str
+    state: TaskState
+    code: int
+    message: str
+    predicted: float | None
+    duration: float | None
+    end_counts: tuple[int, int, int] | None
+    end_point: Point | None
+    phase: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class JobReport:
+    """One job: its state, its steps' results, predicted and actual duration [s].
+
+    `predicted` is the sum over the steps that can be predicted (a homing cannot). `lowest` and `highest` bound
+    the gripper point over the whole job as checked [m], None where that was in an earlier run, and where the job has
+    ended before its first step. `parts` tells where the job has put its named parts [m], None for those that it has not
+    put down, or let go where nobody knows. `remarks` say what of its pallets is out of shape; they are used as they
+    are. `line` is how it stands in the queue, with its owner, dates and options. `version` is another where its steps
+    are changed, or the places that they name.
+    """
+
+    id: int
+    name: str
+    state: TaskState
+    code: int
+    message: str
+    predicted: float | None
+    duration: float | None
+    lowest: float | None
+    highest: float | None
+    steps: tuple[StepResult, ...]
+    parts: dict[str, Point | None]
+    remarks: tuple[str, ...]
+    line: JobLine
+    version: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class JobAccepted:
+    """A job is in the queue under the number `id`, with so many `steps` over all rounds and cells."""
+
+    id: int
+    name: str
+    steps: int

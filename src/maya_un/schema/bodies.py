@@ -1,4 +1,4 @@
-"""What requests carry, and answers that only HTTP gives: frozen dataclasses, SI units, no other key than these."""
+"""The bodies of requests, and answers that only acknowledge them: frozen dataclasses in SI units without other keys."""
 
 from __future__ import annotations
 
@@ -8,24 +8,25 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, Strict, WithJsonSchema
 
-from maya_un.api.access.caller import Role
-from maya_un.api.leasing import LONGEST
-from maya_un.process.lease import PATIENCE
-from maya_un.values import FARTHEST, JOG_AXES, Point
+from maya_un.values import FARTHEST, JOG_AXES
 
 _ONLY_THESE = ConfigDict(extra="forbid")
+
 
 Axis = Annotated[str, WithJsonSchema({"enum": list(JOG_AXES)})]
 """Which are known is told where they are read."""
 
+
 Share = Annotated[float, Field(ge=0.001, le=1.0, description="share of the full speed")]
+
+
 Distance = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, description="rad or m", allow_inf_nan=False)]
 
 
 RoleName = Literal["viewer", "student", "operator", "admin"]
-Password = Annotated[str, Field(max_length=256, json_schema_extra={"format": "password"})]
 
-assert set(RoleName.__args__) == {role.word for role in Role}
+
+Password = Annotated[str, Field(max_length=256, json_schema_extra={"format": "password"})]
 
 
 def _one_way(direction: int) -> int:
@@ -35,14 +36,18 @@ def _one_way(direction: int) -> int:
 
 
 Direction = Annotated[int, Strict(), AfterValidator(_one_way), WithJsonSchema({"enum": [1, -1]})]
+
+
 Yes = Annotated[bool, Strict(), WithJsonSchema({"const": True})]
+
+
 No = Annotated[bool, Strict(), WithJsonSchema({"const": False})]
 """`Literal[True]` would take 1 as well."""
 
 
 @dataclass(frozen=True, slots=True)
 class JogBy:
-    """Move along one axis by a distance [rad or m]; with `clip` only as far as the workspace allows."""
+    """Jog along one axis by a distance [rad or m]; with `clip`, only as far as the workspace allows."""
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
     axis: Axis
@@ -53,7 +58,7 @@ class JogBy:
 
 @dataclass(frozen=True, slots=True)
 class JogHold:
-    """Move along one axis for as long as this is said again, at least twice a second."""
+    """Jog along one axis for as long as this request is repeated, at least twice a second."""
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
     axis: Axis
@@ -64,7 +69,7 @@ class JogHold:
 
 @dataclass(frozen=True, slots=True)
 class JogRelease:
-    """Let go of a held jog, whichever it is; what held it may be said with it, and is not read."""
+    """End the held jog; other keys are accepted and ignored."""
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
     hold: No
@@ -122,6 +127,14 @@ class Recovering:
     choice: Literal["resume", "redo", "skip", "abort"]
     holding: bool | None = None
     resume_queue: bool = True
+
+
+LONGEST = 12 * 3600.0
+"""Longest time for which a lease is taken without being renewed [s]."""
+
+
+PATIENCE = 10.0
+"""A lease that is not renewed for so long ends [s, real time]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,58 +204,49 @@ class Name:
     name: str
 
 
+class Acknowledgement:
+    """Base of answers that say no more than the status does; methods of the Python client return None for them."""
+
+    __slots__ = ()
+
+
 @dataclass(frozen=True, slots=True)
-class Table:
-    """Where the parts on the twin's table stand [m], by name."""
-
-    parts: dict[str, Point]
-
-
-@dataclass(frozen=True, slots=True)
-class Released:
+class Released(Acknowledgement):
     """The held jog was let go."""
 
     released: Literal[True] = True
 
 
 @dataclass(frozen=True, slots=True)
-class Resumed:
+class Resumed(Acknowledgement):
     """Motion goes on."""
 
     resumed: Literal[True] = True
 
 
 @dataclass(frozen=True, slots=True)
-class Aborted:
+class Aborted(Acknowledgement):
     """The axes stand."""
 
     aborted: Literal[True] = True
 
 
 @dataclass(frozen=True, slots=True)
-class Recovered:
+class Recovered(Acknowledgement):
     """There is no fault any more."""
 
     recovered: Literal[True] = True
 
 
 @dataclass(frozen=True, slots=True)
-class Forgotten:
+class Forgotten(Acknowledgement):
     """What was taught under this name is forgotten."""
 
     forgotten: str
 
 
 @dataclass(frozen=True, slots=True)
-class Removed:
+class Removed(Acknowledgement):
     """What had this name is gone."""
 
     removed: str
-
-
-@dataclass(frozen=True, slots=True)
-class Health:
-    """The server lives."""
-
-    status: Literal["ok"]
-    version: str

@@ -1,0 +1,23 @@
+"""Messages as JSON: `State`, `Event` and everything in this package. Points are [x, y, z], joints [a, b, c]."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from pydantic import TypeAdapter
+
+
+def to_data(value: object) -> Any:
+    """Return a message as plain data for JSON."""
+    return _adapter(type(value)).dump_python(value, mode="json")
+
+
+def to_json(value: object) -> bytes:
+    """Return a message as JSON."""
+    return _adapter(type(value)).dump_json(value)
+
+
+@cache
+def _adapter(kind: type[Any]) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)

@@ -1,0 +1,97 @@
+"""Users, their tokens, the control lease and the audit log, as messages. Dates are ISO 8601 in UTC, times in s."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class LeaseView:
+    """Who drives: his name, from where, for how long [s], what he says; "" and 0 where nobody does.
+
+    `implicit` is one who drives for the length of a wish or a job. `expires_in` [s] is None where nothing has to be
+    renewed. `yours` says that it is held by who asks, under the lease that he shows.
+    """
+
+    holder: str
+    source: str
+    since: float
+    note: str
+    implicit: bool
+    expires_in: float | None
+    offered_to: str | None
+    asked_by: str | None
+    yours: bool
+
+
+@dataclass(frozen=True, slots=True)
+class LeaseTaken:
+    """The lease was taken: its `id` is to be shown with every wish, and renewed within `expires_in` [s]."""
+
+    id: str
+    holder: str
+    note: str
+    expires_in: float
+
+
+@dataclass(frozen=True, slots=True)
+class TokenLine:
+    """A token as it is listed: never its secret. Dates are in UTC; `expires` and `used` are "" for never."""
+
+    id: str
+    user: str
+    note: str
+    created: str
+    expires: str
+    used: str
+    session: bool
+    valid: bool
+
+
+@dataclass(frozen=True, slots=True)
+class UserLine:
+    """A user: his role, since when, whether he has a password, how many tokens are valid, when he was seen last."""
+
+    name: str
+    role: str
+    created: str
+    password: bool
+    tokens: int
+    used: str
+
+
+@dataclass(frozen=True, slots=True)
+class NewToken:
+    """A token that was just made; `token` is shown now and never again."""
+
+    id: str
+    user: str
+    role: str
+    token: str
+    note: str
+    expires: str
+
+
+@dataclass(frozen=True, slots=True)
+class Me:
+    """Who asks: his name and role, by which token, from where. `users` says whether users are kept."""
+
+    name: str
+    role: str
+    token: str
+    source: str
+    users: bool
+
+
+@dataclass(frozen=True, slots=True)
+class AuditLine:
+    """Who asked for what, from where, when (ISO 8601, UTC), and what came of it: `code` is 0, or the error's."""
+
+    number: int
+    date: str
+    who: str
+    role: str
+    source: str
+    operation: str
+    code: int
+    detail: str

@@ -1,0 +1,118 @@
+"""The state of the robot, its motion and its events, as messages. Units are m, rad, s."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from maya_un.schema.jobs import JobLine, QueueMode
+from maya_un.values import Notice, Point, Progress, State
+
+if TYPE_CHECKING:
+    from maya_un.events import Event
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """Everything about now: the machine, the motion under way, the queue.
+
+    `address` is the controller's, "sim" for the twin; `speed` is the speed of the twin's clock, 1 on a machine.
+    `holding` is None where nobody knows; `last_event` is the number of the newest event, `run` that of this start of
+    the program, which numbers its events anew; `jobs` has what runs and the first that wait. `queue` tells whether jobs
+    begin, and `reason` why not.
+    """
+
+    version: str
+    address: str
+    speed: float
+    state: State
+    progress: Progress | None
+    can_teleop: bool
+    holding: bool | None
+    jobs: tuple[JobLine, ...]
+    last_event: int
+    run: int = 1
+    queue: QueueMode = QueueMode.RUNNING
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class EventMessage:
+    """An event as edges send it: number, loop time [s], kind, code (0 where none), details."""
+
+    seq: int
+    time: float
+    kind: str
+    code: int
+    detail: dict[str, str | int | float | bool | None]
+
+    @classmethod
+    def of(cls, event: Event) -> EventMessage:
+        """Return the message for an event; details that are not plain become text."""
+        detail = {key: plain(value) for key, value in event.detail.items()}
+        return cls(event.seq, event.time, event.kind, event.code, detail)
+
+
+@dataclass(frozen=True, slots=True)
+class Jogged:
+    """How far a jog goes along its `axis` (rad or m, signed).
+
+    `limit` is the name of what ends it before the distance asked for, "" where nothing does; `reason` says it in words.
+    """
+
+    axis: str
+    distance: float
+    limit: str = ""
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class HeldJog:
+    """How a held jog stands: `moving` or at rest. `limit` names what ended it, "" where nothing did; `reason` says it.
+
+    One that neither moves nor met a limit was stopped, and begins anew once the key was let go.
+    """
+
+    axis: str
+    direction: int
+    moving: bool
+    limit: str = ""
+    reason: str = ""
+
+
+def plain(value: object) -> str | int | float | bool | None:
+    """Return a detail of an event as an edge sends it: what is not plain becomes text."""
+    return value if value is None or isinstance(value, str | int | float | bool) else str(value)
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """A recording in the folder: its file `name`, the date of its saving (UTC), why it was saved, its size."""
+
+    name: str
+    date: str
+    reason: str
+    bytes: int
+
+
+@dataclass(frozen=True, slots=True)
+class Readiness:
+    """Whether wishes can be carried out, and what stands in the way."""
+
+    ready: bool
+    reasons: tuple[Notice, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Where the parts on the twin's table stand [m], by name."""
+
+    parts: dict[str, Point]
+
+
+@dataclass(frozen=True, slots=True)
+class Health:
+    """The server lives."""
+
+    status: Literal["ok"]
+    version: str
