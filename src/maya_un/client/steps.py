@@ -176,8 +176,3 @@ def said(body: Mapping[str, object]) -> dict[str, object]:
 def get(path: str, answer: type[T], timeout: float = TIMEOUT, **query: Scalar | Sequence[Scalar]) -> Request[T]:
     """Return the request for what stands at `path`."""
     return Request("GET", path, answer, query, timeout=timeout)
-
-
-def post(path: str, answer: type[T], body: object = None, **query: Scalar | Sequence[Scalar]) -> Request[T]:
-    """Return the request that wishes for something."""
-    return Request("POST", path, answer, query, body)

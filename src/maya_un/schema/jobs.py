@@ -10,7 +10,7 @@ from maya_un.values import Point, State
 
 
 class OnFailure(StrEnum):
-    """What the queue does after a job that failed by a refusal; after a fault of the machine it always pauses."""
+    """Effect of a refused job on the queue; after a fault of the machine the queue always pauses."""
 
     CONTINUE = "continue"
     PAUSE = "pause"

@@ -85,7 +85,7 @@ class Me:
 
 @dataclass(frozen=True, slots=True)
 class AuditLine:
-    """Who asked for what, from where, when (ISO 8601, UTC), and what came of it: `code` is 0, or the error's."""
+    """A request: its caller, source, date (ISO 8601, UTC) and result; `code` is 0, or that of the error."""
 
     number: int
     date: str

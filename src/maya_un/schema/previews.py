@@ -41,7 +41,7 @@ class Refusal:
 
 @dataclass(frozen=True, slots=True)
 class JobPreview:
-    """What a job will be: `duration` [s] over the steps that can be predicted, extremes of the gripper point [m].
+    """The preview of a job: `duration` [s] over the steps that can be predicted, extremes of the gripper point [m].
 
     With a `refusal`, `steps` ends before the refused one and nothing of the job will run.
     """

@@ -1,4 +1,4 @@
-"""What the robot reports, and what a job would do: nothing here moves anything. Units are m, rad, s."""
+"""Reports of the robot, and previews of jobs; nothing moves. Units are m, rad, s."""
 
 from __future__ import annotations
 
