@@ -17,7 +17,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 
-CLEAN = ("scripts/prose.py",)
+CLEAN = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs", "scripts")
 """The files and folders that are checked. A folder stands for every page and every Python file below it."""
 
 OLD = ("docs/decisions/", "tests/goldens/", "node_modules/")
