@@ -45,6 +45,9 @@ DIALECT = {
 
 _DIALECT = {re.compile(rf"\b({word})\b", re.IGNORECASE): repair for word, repair in DIALECT.items()}
 _SENTENCE = re.compile(r"(?<=[.!?:])[\"”’)*_]*\s+(?=[\"“‘(*_¿]*[A-ZÁÉÍÓÚ`0-9])")
+_CODE = re.compile(r"(^|\n)\s*(from [\w.]+ import|def \w+\(|return )")
+"""A string with one of these is source code, as generators hold it."""
+
 _MIN_WORDS = 3
 
 
@@ -113,7 +116,7 @@ def _files(names: list[str]) -> Iterator[Path]:
 def _page(path: Path, text: str) -> Iterator[Text]:
     """Yield the paragraphs, list items, cells and titles of a page in Markdown, without code."""
     if path.name == "CHANGELOG.md":
-        text = text.split("\n## [")[0] if "\n## [" not in text else "\n## [".join(text.split("\n## [")[:2])
+        text = "\n## [".join(text.split("\n## [", 2)[:2])  # released versions keep their words
     code, begun, lines = False, 0, list[str]()
     for number, line in enumerate([*text.split("\n"), ""], 1):
         fence = line.lstrip().startswith("```")
@@ -147,7 +150,7 @@ def _python(text: str) -> Iterator[Text]:
 
 
 def _paragraphs(line: int, string: str) -> Iterator[Text]:
-    if len(string.split()) < _MIN_WORDS:
+    if len(string.split()) < _MIN_WORDS or _CODE.search(string):
         return
     for paragraph in re.split(r"(\n\s*\n)", string):
         if paragraph.strip():
@@ -178,7 +181,7 @@ def _capital(comment: str) -> str:
 
 def _spoken(text: str) -> str:
     """Return a text without its code and the addresses of its links."""
-    text = re.sub(r"``.*?``|`[^`]*`", "`X`", text)
+    text = re.sub(r"``.*?``|`[^`]*`|\{[^{}]*\}", "`X`", text)
     return re.sub(r"!?\[([^]]*)\]\([^)]*\)", r"\1", text).strip()
 
 
