@@ -23,7 +23,7 @@ UI = ROOT / "ros" / "maya_ui"
 HERE = {"master": True, "controller": True, "robot": True, "process": True}
 FAULT = (
     "Axis b could not follow its reference and its motor was switched off. Look for an obstacle or a jammed line, "
-    "then say `maya recover`."
+    "then run `maya recover`."
 )
 
 
@@ -273,9 +273,9 @@ def test_what_is_under_way_is_shown_until_it_has_ended(screen: Screen) -> None:
     assert screen.text("progress") == "Task: lower  %p%"
     assert "under way" in screen.read("now")["tip"]
     screen.tell(
-        "Ended", wish="task", done=False, code="2201", message="Stopped before the end, because somebody said stop."
+        "Ended", wish="task", done=False, code="2201", message="Stopped before the end by a stop command."
     )
-    assert screen.text("note") == "Task: Stopped before the end, because somebody said stop. (2201)"
+    assert screen.text("note") == "Task: Stopped before the end by a stop command. (2201)"
     assert screen.read("note")["kind"] == ""
     assert screen.text("progress") == ""
 

@@ -187,7 +187,7 @@ def test_a_pose_that_cannot_be_reached_at_all_is_left_out(
         2: (Unreachable(target="it", reason="a zone", nearest="none"), True),
     }
     collect(monkeypatch, file, f"{THERE}q\n")
-    assert "Left out: The way to there leaves the workspace" in capsys.readouterr().out
+    assert "Left out: The path to there leaves the workspace" in capsys.readouterr().out
     assert points.read(file, CONFIG).observations.counts[0].tolist() == list(UNITS.to_counts(door.told[2]))
 
 
