@@ -96,7 +96,7 @@ def test_a_fault_is_begun_told_and_ended(capsys: pytest.CaptureFixture[str]) -> 
         assert main(["dmc", "fault", "--active"]) == 0
         assert "stuck_limit" in capsys.readouterr().out
         assert main(["dmc", "fault", "--clear", "--lang", "es"]) == 0
-        assert capsys.readouterr().out == "No le pasa nada.\n"
+        assert capsys.readouterr().out == "Ningún fallo está activo.\n"
         assert host.virtual.wire.latency == 0.0
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 _WORDS: dict[str, tuple[str, str]] = {
     "nothing_kept": (
-        "nothing has been kept there yet; `maya up` keeps a log and a journal",
+        "nothing has been stored there yet; `maya up` stores a log and a journal",
         "allí no se ha guardado nada todavía; `maya up` lleva un registro y un diario",
     ),
 }

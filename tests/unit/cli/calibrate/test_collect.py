@@ -163,7 +163,7 @@ def test_what_is_not_understood_is_asked_again(
     collect(monkeypatch, file, f"{wrong}\n{THERE}q\n")
     place = MECHANISM.fk(UNITS.to_joints(UNITS.to_counts(door.told[0])))
     assert points.read(file, CONFIG).observations.points == pytest.approx(np.array([place]), abs=1e-6)
-    assert "Say it again" in capsys.readouterr().out
+    assert "Enter it again" in capsys.readouterr().out
     assert len(door.told) == 2
 
 
