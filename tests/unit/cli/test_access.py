@@ -266,7 +266,7 @@ def test_the_owner_of_the_file_gets_in_again(state: Path, capsys: pytest.Capture
     assert credentials.token().startswith(f"maya_{tokens['ann'][0]}_")
     assert state.stat().st_mode & 0o077 == 0
     text = printed("maya user reset --all", capsys)
-    assert "are forgotten" in text
+    assert "are removed" in text
     assert f"Your token in {credentials.token_file()} was one of them" in text
     assert users_in(state) == ([], {})
     assert not credentials.token_file().exists()

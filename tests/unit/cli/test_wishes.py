@@ -110,10 +110,10 @@ def test_an_axis_that_nobody_knows_is_refused(capsys: pytest.CaptureFixture[str]
             "Paused. `maya resume` continues.\n",
             ("/v1/pause", None),
         ),
-        (["resume"], {"resumed": True}, "Going on.\n", ("/v1/resume", None)),
+        (["resume"], {"resumed": True}, "Resumed.\n", ("/v1/resume", None)),
         (["speed", "50%"], {"ratio": 0.5}, "Speed 50 % from now on.\n", ("/v1/speed", {"ratio": 0.5})),
         (["speed", "0.3"], {"ratio": 0.3}, "Speed 30 % from now on.\n", ("/v1/speed", {"ratio": 0.3})),
-        (["resume", "--lang", "es"], {"resumed": True}, "Continúa.\n", ("/v1/resume", None)),
+        (["resume", "--lang", "es"], {"resumed": True}, "Reanudado.\n", ("/v1/resume", None)),
     ],
 )
 def test_pause_resume_and_speed(

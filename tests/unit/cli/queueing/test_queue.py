@@ -30,7 +30,7 @@ def words(text: str) -> list[list[str]]:
 
 def test_an_empty_queue_says_so(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     serve()
-    assert printed(["queue"], capsys) == "The queue is running.\n\nNothing waits.\n"
+    assert printed(["queue"], capsys) == "The queue is running.\n\nNo job is waiting.\n"
 
 
 def test_what_is_under_way_comes_first_with_its_end_by_the_clock_of_the_wall(
@@ -45,7 +45,7 @@ def test_what_is_under_way_comes_first_with_its_end_by_the_clock_of_the_wall(
     assert shown[2][:7] == ["6", "one", "running", "2/5", "13.0", "s", shown[2][6]]
     assert shown[3][:7] == ["7", "two", "cubes", "queued", "0/5", "6:40", "min"]
     assert shown[3][-5:] == ["5", "ana", "please", "after", "6"]
-    assert shown[4:] == [["under", "way:", "down,", "25", "%"], ["2", "more", "wait."]]
+    assert shown[4:] == [["under", "way:", "down,", "25", "%"], ["2", "more", "are", "waiting."]]
 
 
 def test_a_paused_queue_says_why_and_how_it_goes_on(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
