@@ -19,7 +19,7 @@ _WORDS: dict[str, tuple[str, str]] = {
     "because_storage": ("the disk cannot be written", "no se puede escribir en el disco"),
     "because_failure": ("a job failed", "un trabajo falló"),
     "waits_paused": (
-        "Job {id} waits: the queue is paused ({reason}). `maya queue resume` lets it go on.",
+        "Job {id} waits: the queue is paused ({reason}). `maya queue resume` continues it.",
         "El trabajo {id} espera: la cola está en pausa ({reason}). `maya queue resume` la continúa.",
     ),
     "waits_interrupted": (
