@@ -26,7 +26,7 @@ from maya_un.kinematics.zones import Zone, clearances_between, corners_at
 from maya_un.values import Point
 
 EXACTNESS = 1e-3
-"""What the search is to be exact to [m], besides what is kept off zones for the rounding to counts."""
+"""Tolerance of the search [m], in addition to the distance from zones for the rounding to counts."""
 
 _COARSE = 0.01
 

@@ -269,7 +269,7 @@ class Workspace(Ranges):
                 named = True
                 yield in_zone(name, zone.margin, clearance)
         if not named:
-            # What is left are straight lines: they just meet, at any tension.
+            # The remaining case are straight lines: they just meet, at any tension.
             yield self._bounds.reason(Limit.COUPLING, max(0.0, -margins.coupling), joints)
 
     def _nearest_within_limits(self, target: Point) -> Point:
