@@ -68,7 +68,7 @@ Everywhere: --json, --lang en|es, --config FILE; see `maya COMMAND --help`.
 Exit codes: 0 done, 1 not carried out, 2 request refused, 130 interrupted."""
 
 QUICK = {
-    "status": "Usage: maya status\n\n  Show the state of the running robot.\n\n  ",
+    "status": f"Usage: maya status\n\n  Show the state of the running robot.\n\n  {EVERYWHERE}",
     "stop": (
         "Usage: maya stop [--address real|HOST[:PORT]]\n\n"
         "  Stop the running robot on its path. If the service does not answer, or with\n"

@@ -1,4 +1,4 @@
-"""What a job waits for, said to whoever follows it."""
+"""Reasons why a queue is paused and why a job waits, in every language."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _WORDS: dict[str, tuple[str, str]] = {
         "El trabajo {id} espera su turno, número {position}.",
     ),
 }
-"""Why a queue is paused, and what a job waits for, in every language."""
+"""Reasons why a queue is paused, and why a job waits, in every language."""
 
 
 def because(view: Mapping[str, Any], language: str) -> str:

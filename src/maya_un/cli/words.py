@@ -1,4 +1,4 @@
-"""What the command line says of itself, in every language; errors have their words in `maya_un.messages`."""
+"""Texts of the command line, in every language; those of errors are in `maya_un.messages`."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ class Of(Described, Generic[P, T]):
 
 
 class _Job:
-    """What can be said about one job."""
+    """Methods of one job."""
 
     report = Of(requests.report)
     wait = Of(jobs.wait)

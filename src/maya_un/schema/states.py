@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class TaskState(StrEnum):
-    """Where a job or a step is in its life.
+    """The state of a job or a step.
 
     `held` waits for a person: it was put aside, is a proposal, or depends on what failed. `paused` was begun and goes
     on when somebody says so. `interrupted` was under way when this program ended; a person says what becomes of it.

@@ -1,4 +1,4 @@
-"""What `maya lease` and `maya user` say, in every language."""
+"""Texts of `maya lease` and `maya user`, in every language."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `maya calibrate` says, in every language."""
+"""Texts of `maya calibrate`, in every language."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `maya doctor` says, in every language: what it means, and what to do (nothing where all is well)."""
+"""Texts of `maya doctor`, in every language: what it means, and what to do (nothing where all is well)."""
 
 from __future__ import annotations
 

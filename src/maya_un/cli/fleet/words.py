@@ -1,4 +1,4 @@
-"""What `maya fleet` says, in every language."""
+"""Texts of `maya fleet`, in every language."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `maya logs` says of itself, in every language."""
+"""Texts of `maya logs`, in every language."""
 
 from __future__ import annotations
 

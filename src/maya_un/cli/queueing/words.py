@@ -1,4 +1,4 @@
-"""What `maya queue`, `maya job` and `maya history` say, in every language."""
+"""Texts of `maya queue`, `maya job` and `maya history`, in every language."""
 
 from __future__ import annotations
 
