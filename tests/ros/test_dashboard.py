@@ -272,9 +272,7 @@ def test_what_is_under_way_is_shown_until_it_has_ended(screen: Screen) -> None:
     screen.tell("Under", wish="task", phase="lower", share=0.4)
     assert screen.text("progress") == "Task: lower  %p%"
     assert "under way" in screen.read("now")["tip"]
-    screen.tell(
-        "Ended", wish="task", done=False, code="2201", message="Stopped before the end by a stop command."
-    )
+    screen.tell("Ended", wish="task", done=False, code="2201", message="Stopped before the end by a stop command.")
     assert screen.text("note") == "Task: Stopped before the end by a stop command. (2201)"
     assert screen.read("note")["kind"] == ""
     assert screen.text("progress") == ""
