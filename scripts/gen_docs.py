@@ -200,14 +200,14 @@ def roles_page() -> str:
 def _role_lines() -> Iterator[str]:
     yield f"{NOTE}\n# Roles\n"
     yield "Each role includes the rights of the ones before it. An operation that *drives* also needs the control"
-    yield "lease; [share the robot](../how-to/share-the-robot.md) describes both. An operation beyond the role is refused"
-    yield "with 4102, a request without a valid token with 4101."
+    yield "lease; [share the robot](../how-to/share-the-robot.md) describes both. An operation beyond the role is"
+    yield "refused with 4102, a request without a valid token with 4101."
     yield f"\n| operation | meaning | {' | '.join(role.word for role in Role)} | drives |"
     yield f"|---|---|{'---|' * (len(Role) + 1)}"
     yield from (_role_row(operation, rule) for operation, rule in RULES.items())
     own = " and ".join(f"`{operation}`" for operation in Operation if operation in OWN)
     yield f"\nUsers with the right `{Operation.PROPOSE}` may also {own} their own jobs. `{Operation.STOP}` and"
-    yield f"`{Operation.ABORT}` need no lease and no role, only a valid token; on the robot's own machine they need none."
+    yield f"`{Operation.ABORT}` need no lease and no role, only a valid token; on the robot's machine they need none."
     yield "\nThe table is valid for every interface: HTTP, the stream, rosbridge and the ROS graph, where"
     yield "[each name](graph.md) states the operation that it needs."
 
