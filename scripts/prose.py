@@ -21,7 +21,7 @@ CLEAN = (
     "README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs", "scripts", "src/maya_un/messages", "src/maya_un/errors",
     "src/maya_un/config", "src/maya_un/events.py", "src/maya_un/assembly.py", "src/maya_un/values.py",
     "src/maya_un/loops.py", "src/maya_un/files.py", "src/maya_un/address.py", "src/maya_un/schema", "src/maya_un/robot",
-    "src/maya_un/kinematics", "src/maya_un/motion", "src/maya_un/client", "src/maya_un/server",
+    "src/maya_un/kinematics", "src/maya_un/motion", "src/maya_un/client", "src/maya_un/server", "src/maya_un/process",
     "src/maya_un/cli/help.py", "src/maya_un/cli/words.py", "src/maya_un/cli/waiting.py",
 )  # fmt: skip
 """The files and folders that are checked. A folder stands for every page and every Python file below it."""
@@ -187,7 +187,7 @@ def _capital(comment: str) -> str:
 
 def _spoken(text: str) -> str:
     """Return a text without its code and the addresses of its links."""
-    text = re.sub(r"``.*?``|`[^`]*`|\{[^{}]*\}", "`X`", text)
+    text = re.sub(r"``.*?``|`[^`]*`|\{[^{}]*\}|\"\w+\":", "`X`", text)
     return re.sub(r"!?\[([^]]*)\]\([^)]*\)", r"\1", text).strip()
 
 
