@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import ast
 import importlib
-import inspect
-from collections.abc import Iterator
 
 from tests.conventions import source
-from tests.conventions.source import Function, Module
 
 MAX_LINES = 600
 
@@ -37,72 +34,6 @@ MAY_LOOK_AT_THE_CLOCK = {"cli", "client", "server", "supervisor", "loops"}
 
 COMPARES_DATES = {"maya_un.graph.step"}
 """They read dates that a command carries, and are given the present one."""
-
-
-def public_definitions(body: list[ast.stmt], prefix: str) -> Iterator[tuple[str, Function | ast.ClassDef]]:
-    for node in body:
-        if isinstance(node, Function | ast.ClassDef) and not node.name.startswith("_"):
-            yield prefix + node.name, node
-            if isinstance(node, ast.ClassDef):
-                yield from public_definitions(node.body, f"{prefix}{node.name}.")
-
-
-def inherits_docstring(module: Module, dotted: str) -> bool:
-    *owner, _ = dotted.split(".")
-    if not owner:
-        return False
-    found: object = importlib.import_module(module.name)
-    for part in dotted.split("."):
-        found = getattr(found, part)
-    return not isinstance(found, type) and bool(inspect.getdoc(found))
-
-
-def is_overload(node: Function | ast.ClassDef) -> bool:
-    return any(isinstance(item, ast.Name) and item.id == "overload" for item in node.decorator_list)
-
-
-def test_every_module_is_documented() -> None:
-    assert [module.name for module in source.modules() if not ast.get_docstring(module.tree)] == []
-
-
-def test_every_public_name_is_documented() -> None:
-    bare = [
-        f"{module.name}: {name}"
-        for module in source.modules()
-        for name, node in public_definitions(module.tree.body, "")
-        if not ast.get_docstring(node) and not is_overload(node) and not inherits_docstring(module, name)
-    ]
-    assert not bare, f"public names without a docstring: {bare}"
-
-
-def unannotated(function: Function, *, method: bool) -> Iterator[str]:
-    arguments = function.args
-    positional = [*arguments.posonlyargs, *arguments.args]
-    static = any(isinstance(item, ast.Name) and item.id == "staticmethod" for item in function.decorator_list)
-    if method and not static:
-        positional = positional[1:]
-    others = [arguments.vararg, arguments.kwarg]
-    for argument in (*positional, *arguments.kwonlyargs, *(item for item in others if item)):
-        if argument.annotation is None:
-            yield f"{function.name}({argument.arg})"
-    if function.returns is None:
-        yield f"{function.name} ->"
-
-
-def methods(tree: ast.Module) -> set[ast.AST]:
-    classes = (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef))
-    return {node for owner in classes for node in owner.body}
-
-
-def without_annotation(module: Module) -> list[str]:
-    inside = methods(module.tree)
-    bare = [name for node in module.functions() for name in unannotated(node, method=node in inside)]
-    return [f"{module.name}: {name}" for name in bare]
-
-
-def test_everything_is_annotated() -> None:
-    bare = [name for module in (*source.modules(), *source.test_modules()) for name in without_annotation(module)]
-    assert not bare, f"without annotation: {bare}"
 
 
 def test_a_module_stays_readable_in_one_sitting() -> None:
