@@ -22,7 +22,7 @@ from fastapi.routing import APIRoute
 
 from maya_un.api.access.operations import STOPPING
 from maya_un.api.service import Service
-from maya_un.client.steps import TIMEOUT
+from maya_un.client.request import TIMEOUT
 from maya_un.schema.bodies import Acknowledgement, No, Yes
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
@@ -207,7 +207,7 @@ def function(call: Call) -> str:
     if query:
         arguments.append(f"query={_object(query)}")
     if body or call.kind is not None:
-        arguments.append(f"body={_object(body, leave_out=True)}")
+        arguments.append(f"body={_object(body)}")
     elif raw:
         arguments.append(f"body={raw}")
     if call.rule.patience != TIMEOUT:
@@ -238,10 +238,12 @@ def _raw(call: Call) -> str:
     )
 
 
-def _object(of: Sequence[Parameter], *, leave_out: bool = False) -> str:
-    pairs = [f'"{one.key}": {one.name or one.default}' for one in of]
-    plain = "{" + ", ".join(pairs) + "}"
-    return f"said({plain})" if leave_out and any("None" in one.type for one in of) else plain
+def _object(of: Sequence[Parameter]) -> str:
+    """Return the source of a query or a body; values that are their defaults are left out of it."""
+    needed = ", ".join(f'"{one.key}": {one.name or one.default}' for one in of if not one.name or one.default is None)
+    others = ", ".join(f'"{one.key}": ({one.name}, {one.default})' for one in of if one.name and one.default)
+    parts = [f"{{{needed}}}"] if needed or not others else []
+    return " | ".join([*parts, f"changed({{{others}}})"] if others else parts)
 
 
 def _path(route: APIRoute) -> str:
@@ -274,8 +276,8 @@ def requests() -> Iterator[str]:
     yield "\n\nfrom __future__ import annotations\n\n"
     typing = [name for name in ("Any", "Literal") if f"{name}[" in source or f" {name}]" in source]
     yield f"from typing import TYPE_CHECKING, {', '.join(typing)}\n\n"
-    names = [name for name in ("DATA", "NOTHING", "Answer", "Request", "quoted", "said") if f"{name}" in source]
-    yield f"from maya_un.client.steps import {', '.join(names)}\n\nif TYPE_CHECKING:\n"
+    names = [name for name in ("DATA", "NOTHING", "Answer", "Request", "changed", "quoted") if f"{name}" in source]
+    yield f"from maya_un.client.request import {', '.join(names)}\n\nif TYPE_CHECKING:\n"
     yield "    from collections.abc import Sequence\n\n"
     for module in sorted(set(imports.values())):
         yield f"    from {module} import {', '.join(sorted(one for one in imports if imports[one] == module))}\n"

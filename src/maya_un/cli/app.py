@@ -191,7 +191,7 @@ def abort(context: typer.Context) -> int:
     """Stop without deceleration; the motors may go off, then say `maya recover`."""
     from maya_un.cli import wishes
 
-    return wishes.at_once("abort", "aborted", settings_of(context))
+    return wishes.abort(settings_of(context))
 
 
 @app.command(**_HOW)
@@ -207,7 +207,7 @@ def resume(context: typer.Context) -> int:
     """Go on after `maya pause`."""
     from maya_un.cli import wishes
 
-    return wishes.at_once("resume", "resumed", settings_of(context))
+    return wishes.resume(settings_of(context))
 
 
 @app.command(**_HOW)

@@ -121,9 +121,10 @@ def _in_force(settings: Settings) -> Config:
 
     if settings.config is None:
         from maya_un.cli.client import Client
+        from maya_un.client import requests
 
         with suppress(MayaError):
-            return Config.model_validate(Client.find(_PATIENCE).get("/v1/config"))
+            return Config.model_validate(Client.find(_PATIENCE).ask(requests.config()))
     return configuration(settings)
 
 

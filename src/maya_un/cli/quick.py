@@ -12,6 +12,7 @@ from maya_un.cli.client import Client
 from maya_un.cli.help import QUICK
 from maya_un.cli.settings import Settings
 from maya_un.cli.words import word
+from maya_un.client import requests
 from maya_un.errors import InvalidCommandLine, MayaError, ServiceNotRunning
 
 STOP_BUDGET = 0.1
@@ -46,7 +47,7 @@ def stop(arguments: list[str], settings: Settings) -> int:
         raise ServiceNotRunning
     budget = SERVICE_TIMEOUT if running.controller is None else STOP_BUDGET
     try:
-        report: dict[str, Any] = Client(running.url).post("/v1/stop", timeout=budget)
+        report: dict[str, Any] = Client(running.url).ask(requests.stop(), timeout=budget)
     except MayaError:
         if running.controller is None:
             raise
@@ -94,10 +95,10 @@ def _stopping(report: dict[str, Any], settings: Settings) -> str:
 
 
 def status(arguments: list[str], settings: Settings) -> int:
-    """Tell what the running robot is doing; raises as `Client.request` does."""
+    """Tell what the running robot is doing; raises as `Client.ask` does."""
     if arguments:
         raise InvalidCommandLine(reason=f"{' '.join(arguments)} is not understood", command="maya status")
-    found: dict[str, Any] = Client.find(timeout=2.0).get("/v1/status")
+    found: dict[str, Any] = Client.find(timeout=2.0).ask(requests.status())
     return output.answer(found, _described(found, settings.language), settings)
 
 

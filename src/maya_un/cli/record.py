@@ -14,6 +14,7 @@ from maya_un.cli.client import Client
 from maya_un.cli.report import table
 from maya_un.cli.settings import Settings
 from maya_un.cli.words import word
+from maya_un.client import requests
 from maya_un.config import RecorderConfig
 from maya_un.config.state import state_folder
 from maya_un.errors import FileUnreadable, InvalidCommandLine, NotFound
@@ -55,7 +56,7 @@ def listed(settings: Settings) -> int:
 
 def save(settings: Settings) -> int:
     """Have the running robot save its last minutes now; raises `ServiceNotRunning`."""
-    kept = Client.find().post("/v1/recordings", timeout=_SAVING)
+    kept = Client.find().ask(requests.save_recording(), timeout=_SAVING)
     return output.answer(kept, word("record_saved", settings.language, name=kept["name"]), settings)
 
 

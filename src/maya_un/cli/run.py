@@ -25,6 +25,7 @@ from maya_un.cli.settings import Settings
 from maya_un.cli.signals import on_end
 from maya_un.cli.twin import parts_of, require_twin
 from maya_un.cli.words import word
+from maya_un.client import requests
 from maya_un.config import Config
 from maya_un.errors import InvalidCommandLine, InvalidJob
 from maya_un.loops import ScaledLoop, run_virtual
@@ -254,8 +255,8 @@ def _go_on() -> None:
 def _by_service(client: Client, job: Job, display: Display, settings: Settings) -> Outcome:
     url = f"http://{client.host}:{client.port}"
     display.note(word("with_service", settings.language, url=url))
-    since = client.get("/v1/status")["last_event"]
-    accepted = client.post("/v1/jobs", job.model_dump(exclude_none=True, warnings=False))
+    since = client.ask(requests.status())["last_event"]
+    accepted = client.ask(requests.submit(job.model_dump(exclude_none=True, warnings=False)))
     report, interrupted = follow(client, accepted["id"], since, display, settings)
-    places = client.get("/v1/twin")["parts"] if client.get("/v1/status")["address"] == SIM else None
+    places = client.ask(requests.twin())["parts"] if client.ask(requests.status())["address"] == SIM else None
     return Outcome(as_data(report, places), interrupted)

@@ -10,7 +10,6 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from math import degrees
 from typing import Any, NamedTuple, NoReturn
-from urllib.parse import quote
 
 from maya_un.api.teaching import Teaching
 from maya_un.cli import output
@@ -19,6 +18,7 @@ from maya_un.cli.configure import configuration, taught_places
 from maya_un.cli.report import table
 from maya_un.cli.settings import Settings
 from maya_un.cli.words import word
+from maya_un.client import requests
 from maya_un.errors import InvalidCommandLine, NameTaken, ServiceNotRunning
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.process.book import Book
@@ -50,31 +50,29 @@ def keep(client: Client, name: str, language: str, replacing: bool) -> str:
 
 def poses(settings: Settings) -> int:
     """List all taught poses."""
-    found = _asked(settings, lambda client: client.get("/v1/poses"), Teaching.poses)
+    found = _asked(settings, lambda client: client.ask(requests.poses()), Teaching.poses)
     return output.answer({"poses": found}, _listed(found, settings.language), settings)
 
 
 def remove(what: str, name: str, settings: Settings) -> int:
     """Forget a pose or a pallet; raises `NotTaught`, and `InvalidValue` for the corner of a pallet."""
     forget = Teaching.forget_pose if what == "poses" else Teaching.forget_pallet
-    _asked(settings, lambda client: client.request("DELETE", _path(what, name)), lambda book: forget(book, name))
+    request = requests.forget(name) if what == "poses" else requests.forget_pallet(name)
+    _asked(settings, lambda client: client.ask(request), lambda book: forget(book, name))
     return output.answer({"forgotten": name}, word("forgotten", settings.language, name=name), settings)
 
 
 def rename(what: str, old: str, new: str, settings: Settings) -> int:
     """Give a pose or a pallet another name; raises `NotTaught`, `NameTaken` and `InvalidValue`."""
     change = Teaching.rename_pose if what == "poses" else Teaching.rename_pallet
-    value = _asked(
-        settings,
-        lambda client: client.request("PATCH", _path(what, old), {"name": new}),
-        lambda book: change(book, old, new),
-    )
+    request = requests.rename(old, new) if what == "poses" else requests.rename_pallet(old, new)
+    value = _asked(settings, lambda client: client.ask(request), lambda book: change(book, old, new))
     return output.answer(value, word("renamed", settings.language, old=old, new=new), settings)
 
 
 def pallets(settings: Settings) -> int:
     """List all taught pallets."""
-    found = _asked(settings, lambda client: client.get("/v1/pallets"), Teaching.pallets)
+    found = _asked(settings, lambda client: client.ask(requests.pallets()), Teaching.pallets)
     lines = [_pallet_text(pallet, settings.language) for pallet in found]
     text = "\n".join(lines) or word("no_pallets", settings.language)
     return output.answer({"pallets": found}, text, settings)
@@ -93,7 +91,7 @@ def teach_pallet(grid: Grid, settings: Settings, *, replacing: bool) -> int:
     body: dict[str, object] = {"corners": corners, "rows": grid.rows, "columns": grid.columns}
     pallet = _asked(
         settings,
-        lambda client: client.request("PUT", _path("pallets", grid.name, replacing), body),
+        lambda client: client.ask(requests.teach_pallet(grid.name, body, replace=replacing)),
         lambda book: book.teach_pallet(grid.name, body, now(), replacing=replacing),
     )
     return output.answer(pallet, _pallet_text(pallet, settings.language), settings)
@@ -122,7 +120,7 @@ def _driven_to(grid: Grid, settings: Settings, replacing: bool) -> list[str]:
 
 def _require_free(client: Client, name: str, replacing: bool) -> None:
     """Raise `NameTaken` before anybody has driven anywhere."""
-    known = (place["name"] for what in ("poses", "pallets") for place in client.get(f"/v1/{what}"))
+    known = (place["name"] for request in (requests.poses(), requests.pallets()) for place in client.ask(request))
     if not replacing and name in known:
         raise NameTaken(name=name)
 
@@ -148,11 +146,7 @@ def _aside(text: str, settings: Settings) -> None:
 
 
 def _taught(client: Client, name: str, replacing: bool) -> dict[str, Any]:
-    return client.request("PUT", _path("poses", name, replacing))
-
-
-def _path(what: str, name: str, replacing: bool = False) -> str:
-    return f"/v1/{what}/{quote(name, safe='', errors='surrogatepass')}" + "?replace=true" * replacing
+    return client.ask(requests.teach(name, replace=replacing))
 
 
 def _asked(settings: Settings, there: Callable[[Client], Any], here: Callable[[Teaching], object]) -> Any:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from maya_un.cli.client import Client
+from maya_un.client import requests
 
 _WORDS: dict[str, tuple[str, str]] = {
     "because_asked": ("{by} paused it", "{by} la pausó"),
@@ -58,7 +59,7 @@ def reason(client: Client, report: Mapping[str, Any], language: str) -> str:
     """Return why a job does not go on by itself, "" where it does; `report` is a JobReport as JSON has it."""
     if report["state"] not in {"queued", "paused", "interrupted", "held"}:
         return ""
-    view = client.get("/v1/queue")
+    view = client.ask(requests.queue())
     begun = report["state"] == "queued" and all(line["id"] != report["id"] for line in view["waiting"])
     return "" if begun else _reason(client, view, report, language)
 
@@ -74,7 +75,7 @@ def _reason(client: Client, view: Mapping[str, Any], report: Mapping[str, Any], 
         return _word("waits_interrupted", language, id=number, other=view["recovery"]["job"])
     if view["mode"] == "paused" and not direct:
         return _word("waits_paused", language, id=number, reason=because(view, language))
-    lease = client.get("/v1/lease")
+    lease = client.ask(requests.lease())
     if lease["holder"] and not lease["implicit"] and not lease["yours"]:
         return _word("waits_lease", language, id=number, **lease)
     under_way = view["running"]

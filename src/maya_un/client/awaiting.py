@@ -17,7 +17,8 @@ from maya_un.client import codec, trouble
 from maya_un.client.course import Course
 from maya_un.client.doors import Door, Finder
 from maya_un.client.driving import Held
-from maya_un.client.steps import TIMEOUT, Clock, Dial, Hear, Item, Line, Plan, Request, Rest, Say, Source, Step
+from maya_un.client.request import TIMEOUT, Request
+from maya_un.client.steps import Clock, Dial, Hear, Item, Line, Plan, Rest, Say, Source, Step
 from maya_un.client.verb import Awaiting
 from maya_un.errors import ServiceNotRunning
 

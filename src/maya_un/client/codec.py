@@ -11,7 +11,7 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import to_json
 
 from maya_un.client.doors import Door
-from maya_un.client.steps import Answer, Request
+from maya_un.client.request import Answer, Request
 from maya_un.errors import MayaError, ServiceNotAnswering, by_code, from_notice
 
 T = TypeVar("T")

@@ -6,71 +6,14 @@ and one that awaits carry out the same plans, so that nothing about the service 
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping, Sequence
-from dataclasses import dataclass, field
-from importlib import import_module
-from typing import Any, Generic, NamedTuple, NewType, Protocol, TypeVar
-from urllib.parse import quote, urlencode
+from collections.abc import Generator, Mapping
+from dataclasses import dataclass
+from typing import Any, Generic, NewType, Protocol, TypeVar
+
+from maya_un.client.request import Request
 
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
-
-TIMEOUT = 10.0
-"""Longest wait for an ordinary answer [s]."""
-
-Scalar = str | int | float | bool | None
-
-
-class Answer(NamedTuple):
-    """The type of an answer, named and not imported: `many` stands for a list of it."""
-
-    module: str
-    name: str
-    many: bool = False
-
-    def load(self) -> Any:
-        """Import the type and return it."""
-        kind = getattr(import_module(self.module), self.name)
-        return list[kind] if self.many else kind
-
-
-NOTHING = type(None)
-"""The answer is not read."""
-
-DATA: type[dict[str, Any]] = dict
-"""The answer is read as JSON."""
-
-
-@dataclass(frozen=True, slots=True)
-class Request(Generic[T]):
-    """A request, and the type of its `answer`; a plan of a single step.
-
-    Values of the `query` that are None or empty are left out. `timeout` [s] is the longest wait for the answer. `key`
-    is the idempotency key: the same key with the same request is the same request. An `urgent` request has a
-    connection of its own, so that it waits for no other.
-    """
-
-    method: str
-    path: str
-    answer: type[T] | Answer
-    query: Mapping[str, Scalar | Sequence[Scalar]] = field(default_factory=dict[str, Any])
-    body: object = None
-    timeout: float = TIMEOUT
-    key: str = ""
-    urgent: bool = False
-
-    @property
-    def target(self) -> str:
-        """The path with the query."""
-        said: list[tuple[str, str]] = []
-        for key, values in self.query.items():
-            several = values if isinstance(values, Sequence) and not isinstance(values, str) else (values,)
-            said += [(key, _text(value)) for value in several if value is not None and value != ""]
-        return self.path + ("?" + urlencode(said, errors="surrogatepass") if said else "")
-
-    def __iter__(self) -> Generator[Request[T], Any, T]:
-        """Ask, and return the answer."""
-        return (yield self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,22 +100,3 @@ class Source(Protocol[T]):
     def __iter__(self) -> Generator[Step | Item[T], Any, None]:
         """Begin."""
         ...
-
-
-def _text(value: Scalar) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
-
-
-def quoted(name: str) -> str:
-    """Return a name as a part of a path, whatever is in it."""
-    return quote(name, safe="", errors="surrogatepass")
-
-
-def said(body: Mapping[str, object]) -> dict[str, object]:
-    """Return a body without what is None."""
-    return {key: value for key, value in body.items() if value is not None}
-
-
-def get(path: str, answer: type[T], timeout: float = TIMEOUT, **query: Scalar | Sequence[Scalar]) -> Request[T]:
-    """Return the request for what stands at `path`."""
-    return Request("GET", path, answer, query, timeout=timeout)

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from maya_un.client.course import Course
-from maya_un.client.steps import Clock, Dial, Hear, Item, Line, Plan, Request, Rest, Say, Source
+from maya_un.client.request import Request
+from maya_un.client.steps import Clock, Dial, Hear, Item, Line, Plan, Rest, Say, Source
 
 T = TypeVar("T")
 

@@ -9,7 +9,7 @@ import pytest
 
 from maya_un.client import codec
 from maya_un.client.doors import Door
-from maya_un.client.steps import Request, get
+from maya_un.client.request import Request, get
 from maya_un.errors import (
     Busy,
     InternalError,

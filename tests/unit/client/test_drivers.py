@@ -12,7 +12,7 @@ import pytest
 from maya_un import AsyncClient, Client
 from maya_un.client.plans import moving
 from maya_un.client.plans.patience import persistently
-from maya_un.client.steps import Request, get
+from maya_un.client.request import Request, get
 from maya_un.errors import Busy, LeaseHeld, LeaseLost, ServiceNotAnswering, ServiceNotRunning
 from maya_un.loops import run
 from maya_un.schema.bodies import Speed

@@ -15,7 +15,8 @@ from maya_un.client.driving import Held
 from maya_un.client.plans import jobs, leasing, moving, primitives, queue
 from maya_un.client.plans.patience import PATIENCE, persistently
 from maya_un.client.plans.waiting import StillWaiting
-from maya_un.client.steps import Plan, Request, get
+from maya_un.client.request import Request, get
+from maya_un.client.steps import Plan
 from maya_un.errors import (
     Busy,
     EventsForgotten,

@@ -11,8 +11,9 @@ import pytest
 from maya_un.client import AsyncClient, Client
 from maya_un.client.course import Course
 from maya_un.client.handle import AsyncJobHandle, JobHandle
+from maya_un.client.request import Request, get
 from maya_un.client.resources import AsyncQueue, Queue
-from maya_un.client.steps import Item, Plan, Request, Rest, Source, get
+from maya_un.client.steps import Item, Plan, Rest, Source
 from maya_un.client.verb import Awaiting, Blocking, Stream, Verb
 
 T = TypeVar("T")

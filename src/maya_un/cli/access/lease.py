@@ -20,6 +20,7 @@ from maya_un.cli.access.words import word
 from maya_un.cli.called import called
 from maya_un.cli.client import Client
 from maya_un.cli.settings import Settings
+from maya_un.client import requests
 from maya_un.errors import MayaError, ServiceNotAnswering
 
 HEARTBEAT = 2.0
@@ -34,7 +35,7 @@ _UNITS = (("d", 86400.0), ("h", 3600.0), ("min", 60.0))
 
 def show(settings: Settings) -> int:
     """Tell who drives; raises `ServiceNotRunning`."""
-    view = Client.find().get("/v1/lease")
+    view = Client.find().ask(requests.lease())
     return output.answer(view, _described(view, settings.language), settings)
 
 
@@ -44,9 +45,9 @@ def take(note: str, patience: float | None, settings: Settings, *, force: bool) 
     Raises `LeaseHeld`, `NotAllowed`, and `LeaseLost` once somebody else has taken it.
     """
     client = Client.find()
-    body = {"note": note, "force": force} | ({} if patience is None else {"patience": patience})
+    lasting: dict[str, float] = {} if patience is None else {"patience": patience}
     with called({"patience": "--for", "note": "--note"}):
-        taken = client.post("/v1/lease", body)
+        taken = client.ask(requests.take_lease(note=note, force=force, **lasting))
     files.keep_lease(taken["id"], client.url)
     shown = {key: value for key, value in taken.items() if key != "id"}
     if patience is not None:
@@ -61,7 +62,7 @@ def take(note: str, patience: float | None, settings: Settings, *, force: bool) 
 def release(settings: Settings) -> int:
     """Give the lease back; raises `LeaseNeeded` and its kin where none is held."""
     held = credentials.held()
-    view = Client.find().request("DELETE", "/v1/lease")
+    view = Client.find().ask(requests.release_lease())
     if held is not None:
         credentials.forget(held.id)
     return output.answer(view, word("released", settings.language), settings)
@@ -69,13 +70,13 @@ def release(settings: Settings) -> int:
 
 def offer(name: str, settings: Settings) -> int:
     """Let `name` take the lease within a minute; raises `UnknownName`, `NotAllowed`, `LeaseHeld`."""
-    view = Client.find().post("/v1/lease/offer", {"to": name})
+    view = Client.find().ask(requests.offer_lease(name))
     return output.answer(view, word("offering", settings.language, **view), settings)
 
 
 def ask(settings: Settings) -> int:
     """Let everybody know that one would like to drive."""
-    view = Client.find().post("/v1/lease/ask")
+    view = Client.find().ask(requests.ask_for_lease())
     return output.answer(view, word("asking" if view["holder"] else "asking_all", settings.language, **view), settings)
 
 
@@ -85,7 +86,7 @@ def _drive(client: Client, settings: Settings) -> int:
     try:
         while True:
             try:
-                view = client.post("/v1/lease/renew", timeout=_ANSWER)
+                view = client.ask(requests.renew_lease(), timeout=_ANSWER)
                 left = view["expires_in"] or 0.0
                 _tell(_state(view, settings.language), settings)
             except ServiceNotAnswering:
@@ -94,7 +95,7 @@ def _drive(client: Client, settings: Settings) -> int:
             wait.wait(HEARTBEAT)
     except KeyboardInterrupt:
         with suppress(MayaError):
-            client.request("DELETE", "/v1/lease")
+            client.ask(requests.release_lease())
         _tell("", settings)  # after it: the terminal may be gone
         if not settings.json:
             output.say(word("released", settings.language))

@@ -24,6 +24,7 @@ from maya_un.cli.pendant.session import Session
 from maya_un.cli.settings import Settings
 from maya_un.cli.signals import on_end
 from maya_un.cli.words import word
+from maya_un.client import requests
 from maya_un.kinematics.workspace import Workspace
 
 _STYLE = Style.from_dict(
@@ -41,7 +42,7 @@ _STYLE = Style.from_dict(
 def jog(settings: Settings) -> int:
     """Move the running robot by keys until a person ends it; return the exit code. Raises `ServiceNotRunning`."""
     client = Client.find()
-    client.get("/v1/health")
+    client.ask(requests.health())
     return asyncio.run(_Pendant(client, settings).show())
 
 

@@ -6,7 +6,6 @@ import csv
 import io
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
-from urllib.parse import urlencode
 
 from maya_un.cli import output
 from maya_un.cli.called import called
@@ -14,6 +13,8 @@ from maya_un.cli.client import Client
 from maya_un.cli.queueing import text
 from maya_un.cli.queueing.words import word
 from maya_un.cli.settings import Settings
+from maya_un.client import requests
+from maya_un.client.request import Request
 from maya_un.errors import InvalidCommandLine
 
 USUAL = 20
@@ -48,18 +49,15 @@ def _found(client: Client, wanted: Wanted) -> list[dict[str, Any]]:
     found: list[dict[str, Any]] = []
     while len(found) < wanted.number:
         below = found[-1]["id"] if found else None
-        page = client.get(f"/v1/jobs?{_query(wanted, below, min(_PAGE, wanted.number - len(found)))}")
+        page = client.ask(_page(wanted, below, min(_PAGE, wanted.number - len(found))))
         found += page
         if not page:
             break
     return found
 
 
-def _query(wanted: Wanted, below: int | None, limit: int) -> str:
-    asked = {"owner": wanted.owner, "text": wanted.text, "below": below, "limit": limit, "state": list(wanted.states)}
-    return urlencode(
-        {key: value for key, value in asked.items() if value not in (None, [])}, doseq=True, errors="surrogatepass"
-    )
+def _page(wanted: Wanted, below: int | None, limit: int) -> Request[Any]:
+    return requests.jobs(state=wanted.states, owner=wanted.owner, text=wanted.text or "", below=below, limit=limit)
 
 
 def _csv(jobs: Sequence[Mapping[str, Any]]) -> str:

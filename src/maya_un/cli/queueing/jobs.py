@@ -10,7 +10,6 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
-from urllib.parse import urlencode
 
 from maya_un.cli import output
 from maya_un.cli.called import called
@@ -22,12 +21,9 @@ from maya_un.cli.queueing.words import word
 from maya_un.cli.report import as_data, as_text
 from maya_un.cli.settings import Settings
 from maya_un.cli.waiting import reason
+from maya_un.client import requests
 from maya_un.errors import FileUnwritable, InvalidCommandLine, WrongState
 from maya_un.process.files import load_job
-
-AT_REST = 120.0
-"""Longest wait for a job that is cancelled to come to rest [s]."""
-
 
 _CHANGEABLE = {"queued", "held", "paused", "interrupted"}
 
@@ -61,11 +57,10 @@ def submit(file: str, options: Options, settings: Settings, *, wait: bool) -> in
     """Append the job of a file to the queue; with `wait` follow it to its end. Return the exit code."""
     job = load_job(Path(file))
     client = Client.find()
-    since = client.get("/v1/status")["last_event"]
+    since = client.ask(requests.status())["last_event"]
     body = job.model_dump(mode="json", exclude_none=True, warnings=False)
-    query = urlencode({key: _plain(value) for key, value in options.said().items()}, doseq=True, errors="surrogatepass")
     with called(_OPTIONS):
-        accepted = client.post(f"/v1/jobs?{query}" if query else "/v1/jobs", body)
+        accepted = client.ask(requests.submit(body, **options.said()))
     if not wait:
         return output.answer(accepted, _accepted(client, accepted, settings), settings)
     with chosen(settings) as display:
@@ -80,19 +75,15 @@ def _accepted(client: Client, accepted: dict[str, Any], settings: Settings) -> s
     text = word("accepted", settings.language, **accepted)
     if settings.json:
         return text
-    waiting = client.get("/v1/queue")["waiting"]
+    waiting = client.ask(requests.queue())["waiting"]
     line = next((line for line in waiting if line["id"] == accepted["id"]), None)
     why = "" if line is None else reason(client, line, settings.language)
     return f"{text}\n{why}" if why else text
 
 
-def _plain(value: object) -> object:
-    return str(value).lower() if isinstance(value, bool) else value
-
-
 def show(job: int, settings: Settings) -> int:
     """Print what is known of a job, step by step, also of one long ended."""
-    report = Client.find().get(f"/v1/jobs/{job}")
+    report = Client.find().ask(requests.report(job))
     _print(report, settings)
     if not settings.json:
         line = report["line"]
@@ -117,22 +108,20 @@ def _dated(line: Mapping[str, Any]) -> dict[str, Any]:
 
 def cancel(job: int, settings: Settings) -> int:
     """End a job early; one that runs stops on its path."""
-    report = Client.find().request("DELETE", f"/v1/jobs/{job}", timeout=AT_REST)
+    report = Client.find().ask(requests.cancel(job))
     return output.answer(report, _became(report, settings.language), settings)
 
 
 def hold(job: int, settings: Settings) -> int:
     """Put a job aside that waits."""
-    return _line(Client.find().post(f"/v1/jobs/{job}/hold"), settings)
+    return _line(Client.find().ask(requests.hold_job(job)), settings)
 
 
 def release(job: int, version: str | None, settings: Settings) -> int:
     """Let a job wait for its turn that was held; a proposal is approved as it is shown, or in the `version` said."""
     client = Client.find()
-    report = client.get(f"/v1/jobs/{job}")
-    line = client.post(
-        f"/v1/jobs/{job}/release?{urlencode({'version': version or report['version']}, errors='surrogatepass')}"
-    )
+    report = client.ask(requests.report(job))
+    line = client.ask(requests.release_job(job, version or report["version"]))
     if line["proposal"] and not settings.json:
         steps = [f"  {step['index']:>3}  {step['step']}" for step in report["steps"]]
         output.say("\n".join([word("approved", settings.language, **line), *steps]))
@@ -141,16 +130,15 @@ def release(job: int, version: str | None, settings: Settings) -> int:
 
 def again(job: int, from_step: int | None, settings: Settings) -> int:
     """Queue a job that has ended once more, from a step on."""
-    body = {} if from_step is None else {"from_step": from_step}
     with called({"from_step": "--from"}):
-        line = Client.find().post(f"/v1/jobs/{job}/again", body)
+        line = Client.find().ask(requests.repeat_job(job, from_step))
     words = word("again", settings.language, old=job, **{**line, "state": text.state(line, settings.language)})
     return output.answer(line, words, settings)
 
 
 def notes(job: int, said: str, settings: Settings) -> int:
     """Write something to a job that waits."""
-    return _line(Client.find().request("PATCH", f"/v1/jobs/{job}", {"notes": said}), settings)
+    return _line(Client.find().ask(requests.change_job(job, {"notes": said})), settings)
 
 
 def edit(job: int, options: Options, file: str | None, settings: Settings) -> int:
@@ -164,7 +152,7 @@ def edit(job: int, options: Options, file: str | None, settings: Settings) -> in
     if not changes:
         return output.answer({"changed": False}, word("unchanged", settings.language), settings)
     with called(_OPTIONS):
-        line = client.request("PATCH", f"/v1/jobs/{job}", changes)
+        line = client.ask(requests.change_job(job, changes))
     return _line(line, settings)
 
 
@@ -172,10 +160,10 @@ def _by_hand(client: Client, job: int, settings: Settings) -> dict[str, Any]:
     """Return what somebody changes in an editor; raises what would be raised after all his work."""
     if settings.json or not sys.stdin.isatty():
         raise InvalidCommandLine(reason="say what is to change, or --file FILE", command="maya job edit")
-    state = client.get(f"/v1/jobs/{job}")["state"]
+    state = client.ask(requests.report(job))["state"]
     if state not in _CHANGEABLE:
         raise WrongState(number=job, state=state, wish="changed")
-    return _edited(client.get(f"/v1/jobs/{job}/body"), job)
+    return _edited(client.ask(requests.job_body(job)), job)
 
 
 def _edited(body: Mapping[str, Any], job: int) -> dict[str, Any]:

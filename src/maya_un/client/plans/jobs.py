@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Literal, NamedTuple, TypedDict, Unpack
 
 from maya_un.client import requests
 from maya_un.client.jobs import JobLike, body_of
 from maya_un.client.plans.patience import persistently
 from maya_un.client.plans.waiting import remark
-from maya_un.client.steps import TIMEOUT, Clock, Item, Plan, Source
+from maya_un.client.request import TIMEOUT
+from maya_un.client.steps import Clock, Item, Plan, Source
 from maya_un.errors import EventsForgotten
 from maya_un.schema.jobs import JobAccepted, JobLine, JobReport
 
@@ -124,7 +124,7 @@ def _news(number: int, since: int, patience: float) -> Plan[tuple[int, bool]]:
 
     Without any event at all that is taken for news, since the service may have been started anew meanwhile.
     """
-    look = replace(requests.events(since=since, wait=patience), timeout=patience + TIMEOUT)
+    look = requests.events(since=since, wait=patience).within(patience + TIMEOUT)
     try:
         events = yield from persistently(look)
     except EventsForgotten:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from maya_un.client import requests
 from maya_un.client.driving import Held
-from maya_un.client.steps import Clock, Plan, Request, Rest
+from maya_un.client.request import Request
+from maya_un.client.steps import Clock, Plan, Rest
 from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded, MayaError
 from maya_un.schema.people import LeaseTaken, LeaseView
 
@@ -16,7 +15,7 @@ _SHARE = 1.0 / 3.0
 
 def give_back() -> Request[LeaseView]:
     """Release the lease; raises `LeaseLost`."""
-    return replace(requests.release_lease(), urgent=True)
+    return requests.release_lease().urgently()
 
 
 def kept(held: Held, taken: LeaseTaken) -> Plan[None]:
@@ -29,7 +28,7 @@ def kept(held: Held, taken: LeaseTaken) -> Plan[None]:
         yield from Rest(_SHARE * min(taken.expires_in, until - (yield from Clock())))
         asked = yield from Clock()
         try:
-            yield from replace(requests.renew_lease(), timeout=max(0.1, until - asked), urgent=True)
+            yield from requests.renew_lease().within(max(0.1, until - asked)).urgently()
         except (LeaseLost, LeaseHeld, LeaseNeeded) as error:
             held.lose(error if isinstance(error, LeaseLost) else LeaseLost(reason=str(error)))
             return

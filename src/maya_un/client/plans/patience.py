@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Generator
 from typing import Any, TypeVar
 
-from maya_un.client.steps import Request, Rest
+from maya_un.client.request import Request
+from maya_un.client.steps import Rest
 from maya_un.errors import ServiceNotAnswering, ServiceNotRunning, TooManyRequests
 
 T = TypeVar("T")
