@@ -6,3 +6,5 @@ from maya_un.client.jobs import JobBuilder as JobBuilder
 from maya_un.client.pictures import Picture as Picture
 from maya_un.client.plans.streaming import Event as Event
 from maya_un.client.plans.waiting import StillWaiting as StillWaiting
+
+__all__ = ["AsyncClient", "AsyncJobHandle", "Client", "Event", "JobBuilder", "JobHandle", "Picture", "StillWaiting"]

@@ -108,7 +108,7 @@ def test_who_drives(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
 def test_a_lease_for_a_time_is_kept_and_shown_and_given_back(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
     answer = json.loads(printed("maya lease take --for 10min --note aligning --json", capsys))
     assert "id" not in answer
-    assert kept.asked[-1] == ("POST", "/v1/lease", {"note": "aligning", "force": False, "patience": 600.0})
+    assert kept.asked[-1] == ("POST", "/v1/lease", {"note": "aligning", "patience": 600.0})
     place = runtime.folder() / credentials.LEASE_FILE
     assert place.stat().st_mode & 0o777 == 0o600
     held = credentials.held()
@@ -129,7 +129,7 @@ def test_what_was_lost_is_said_and_forgotten(
         "You drive now. Ctrl-C gives it back.\nmaya: error 4105: This control lease has ended (broken)"
     )
     assert [path for _, path, _ in kept.asked] == ["/v1/lease"] + ["/v1/lease/renew"] * 4
-    assert kept.asked[0][2] == {"note": "", "force": True}
+    assert kept.asked[0][2] == {"force": True}
     assert credentials.held() is None
 
 

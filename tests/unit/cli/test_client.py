@@ -53,9 +53,9 @@ def test_nobody_listens_at_what_is_no_address(url: str) -> None:
         Client(url)
 
 
-def test_silence_ends() -> None:
+def test_an_ordinary_answer_is_waited_for_as_long_as_the_client_says() -> None:
     with hanging_service() as url, pytest.raises(ServiceNotAnswering):
-        Client(url, timeout=0.01).ask(requests.status())
+        Client(url, timeout=0.05).ask(requests.status())
 
 
 def test_a_wait_that_is_given_counts_more_than_that_of_the_client() -> None:
@@ -69,10 +69,7 @@ def test_an_operation_that_takes_long_is_waited_for_longer_than_others() -> None
         return 200, {"mode": "running"}
 
     with http_service(late) as url:
-        client = Client(url, timeout=0.05)
-        assert client.ask(requests.clear_queue()) == {"mode": "running"}
-        with pytest.raises(ServiceNotAnswering):
-            client.ask(requests.queue())
+        assert Client(url, timeout=0.05).ask(requests.clear_queue()) == {"mode": "running"}
 
 
 def test_nobody_there_is_not_running() -> None:

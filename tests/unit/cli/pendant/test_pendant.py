@@ -118,8 +118,8 @@ def test_a_key_is_one_step_of_the_size_that_was_chosen() -> None:
     with pendant(robot) as session:
         real_time(press(session))
     assert robot.asked == [
-        ("POST", "/v1/jog", {"axis": "x", "distance": -0.01, "clip": True}),
-        ("POST", "/v1/jog", {"axis": "a", "distance": radians(5.0), "clip": True}),
+        ("POST", "/v1/jog", {"axis": "x", "distance": -0.01}),
+        ("POST", "/v1/jog", {"axis": "a", "distance": radians(5.0)}),
     ]
 
 
