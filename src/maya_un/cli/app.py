@@ -230,6 +230,21 @@ def recover(context: typer.Context, take_over: TakeOver = False) -> int:
 
 
 @app.command(**_HOW)
+def call(
+    context: typer.Context,
+    operation: Annotated[str | None, typer.Argument(metavar="[OPERATION]", help="default: list them all")] = None,
+    given: Annotated[list[str], typer.Argument(metavar="[NAME=VALUE]...", help="its parameters, as JSON or text")] = [],  # noqa: B006
+) -> int:
+    """Send any operation of the HTTP interface, by its name, and print the answer as JSON.
+
+    Example: maya call pause_queue when=now
+    """
+    from maya_un.cli import call as command
+
+    return command.call(operation, given, settings_of(context))
+
+
+@app.command(**_HOW)
 def fk(context: typer.Context, a: Angle, b: Length, c: Length) -> int:
     """Tell where joints a, b, c hold the gripper."""
     from maya_un.cli import offline
