@@ -54,7 +54,7 @@ _USED_UP = frozenset({errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM})
 _log = logging.getLogger("maya.connections")
 
 
-class Share(NamedTuple):
+class DescriptorShare(NamedTuple):
     """The share of a listener: descriptors numbered below `full` for any request, below `most` for a stop."""
 
     full: int
@@ -66,28 +66,28 @@ class Share(NamedTuple):
         return min(STOPS, max(1, self.most - self.full - _SLACK))
 
 
-ALL = Share(sys.maxsize, sys.maxsize)
+ALL = DescriptorShare(sys.maxsize, sys.maxsize)
 """The share of a listener without a limit on its descriptors."""
 
 
-class Shares(NamedTuple):
+class DescriptorShares(NamedTuple):
     """The share of this machine's own clients, and that of others."""
 
-    near: Share
-    far: Share
+    near: DescriptorShare
+    far: DescriptorShare
 
     @classmethod
-    def of(cls, limit: int, used: int) -> Shares:
+    def of(cls, limit: int, used: int) -> DescriptorShares:
         """Divide the descriptors below `limit`, of which `used` are in use."""
         free = max(0, limit - used)
         stops = min(STOPS, max(2, free // 5)) + _SLACK
         most = limit - min(KEPT, free // 4)
-        near = Share(max(used, most - stops), most)
+        near = DescriptorShare(max(used, most - stops), most)
         below = near.full - min(OWN, (near.full - used) // 3)
-        return cls(near, Share(max(used, below - stops), below))
+        return cls(near, DescriptorShare(max(used, below - stops), below))
 
     @classmethod
-    def now(cls) -> Shares:
+    def now(cls) -> DescriptorShares:
         """Divide the descriptors that this process may open."""
         limit, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
         return cls.of(WANTED if limit == resource.RLIM_INFINITY else limit, _used())
@@ -147,7 +147,7 @@ class Listener(asyncio.AbstractServer):
         self,
         sockets: Sequence[socket.socket],
         factory: Callable[[], asyncio.BaseProtocol],
-        share: Share,
+        share: DescriptorShare,
         *,
         tls: ssl.SSLContext | None = None,
         refusals: Refusals | None = None,
@@ -269,7 +269,7 @@ async def listen(host: str, port: int, factory: Callable[[], asyncio.BaseProtoco
     finally:
         bound.close()
     try:
-        return Listener(sockets, factory, Shares.now().near)
+        return Listener(sockets, factory, DescriptorShares.now().near)
     except OSError:
         for door in sockets:
             door.close()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 
-from maya_un.cli.conform import Socket
+from maya_un.cli.conform import TcpChannel
 from maya_un.galil.conformance import Demand
 
 ADDRESS = os.environ.get("MAYA_CONTRACT_ADDRESS", "")
@@ -22,6 +22,6 @@ def place() -> tuple[str, int]:
     return host, int(port or 23)
 
 
-def box() -> Socket:
+def box() -> TcpChannel:
     """Open a connection to the box."""
-    return Socket(*place())
+    return TcpChannel(*place())

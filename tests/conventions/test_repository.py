@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.virtual.coverage import COVERAGE, Class
+from maya_un.virtual.coverage import COVERAGE, CoverageClass
 from tests.conventions.source import ROOT
 
 COMMANDS = ["run", "test"] + [f"scripts/{name}" for name in ("test-fast", "check", "bench", "docs", "gen", "ros")]
@@ -115,7 +115,7 @@ def test_every_page_is_found_from_the_index_of_the_documentation() -> None:
 
 
 def test_the_readme_tells_how_much_of_the_language_the_twin_does() -> None:
-    done = sum(coverage.kind is Class.IMPLEMENTED for coverage in COVERAGE.values())
+    done = sum(coverage.kind is CoverageClass.IMPLEMENTED for coverage in COVERAGE.values())
     assert f"[{done} of {len(COVERAGE)} entries of the language]" in text("README.md")
 
 

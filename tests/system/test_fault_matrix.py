@@ -24,7 +24,7 @@ from maya_un.schema.jobs import JobReport
 from maya_un.schema.states import TaskState
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode, Point
-from maya_un.virtual.maya.start import Start
+from maya_un.virtual.maya.start import StartPose
 from maya_un.virtual.wire.faults import TABLE, Value
 from tests.campaign import Campaign
 from tests.virtual_time import elapse
@@ -107,7 +107,7 @@ async def _robot(phase: str) -> AsyncIterator[tuple[Rig, Process]]:
     The guard waits longer than usual, so that a minute of motion needs fewer beats.
     """
     config = parse({"safety": {"guard_time": 2.0}})
-    start = Start() if phase == "homing" else Start(*HERE)
+    start = StartPose() if phase == "homing" else StartPose(*HERE)
     async with rig(config, start=start, parts={"cube": PART}, live=True) as bench:
         if phase != "homing":
             handle = bench.virtual.machine.connect()

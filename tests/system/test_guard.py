@@ -21,7 +21,7 @@ from maya_un.loops import run_virtual
 from maya_un.values import Joints
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import Start
+from maya_un.virtual.maya.start import StartPose
 from maya_un.virtual.wire.server import VirtualController
 from tests.campaign import Campaign
 from tests.system.processes import Wire, done, running
@@ -193,7 +193,7 @@ async def _trial(rng: Random, silence: float) -> tuple[BaseException | None, May
 
     A host held up for longer than a reply may take (2 s) would find its link lost instead.
     """
-    mechanics = MayaMechanics(start=Start(*HERE))
+    mechanics = MayaMechanics(start=StartPose(*HERE))
     virtual = VirtualController(VirtualDmc(mechanics))
     lines: list[Stalling] = []
 

@@ -37,7 +37,7 @@ from maya_un.errors import (
 from maya_un.galil.numbers import SCALE
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import Start
+from maya_un.virtual.maya.start import StartPose
 from maya_un.virtual.wire.server import VirtualController
 from tests.campaign import Campaign
 from tests.system.processes import Wire
@@ -153,7 +153,7 @@ class Box:
         self.judge, self.address = self.ask(self._serve())
 
     async def _serve(self) -> tuple[Judge, str]:
-        mechanics = MayaMechanics(start=Start(*PLACES[0]))
+        mechanics = MayaMechanics(start=StartPose(*PLACES[0]))
         virtual = VirtualController(VirtualDmc(mechanics))
         judge = Judge(virtual, mechanics)
         virtual.tap = judge.see

@@ -9,7 +9,7 @@ import socket
 import pytest
 
 from maya_un import listening
-from maya_un.listening import LEAST, Listener, Refusals, Share, Shares
+from maya_un.listening import LEAST, DescriptorShare, DescriptorShares, Listener, Refusals
 from maya_un.loops import run
 from tests.virtual_time import elapse
 
@@ -17,7 +17,7 @@ from tests.virtual_time import elapse
 @pytest.mark.parametrize("limit", [32, 48, 64, 256, 1024, 1_000_000])
 @pytest.mark.parametrize("used", [4, 12, 20])
 def test_shares_leave_descriptors_for_the_robot_for_stops_and_for_this_machine(limit: int, used: int) -> None:
-    near, far = Shares.of(limit, used)
+    near, far = DescriptorShares.of(limit, used)
     assert used <= far.full <= far.most <= near.full < near.most < limit
     assert limit - near.most >= (limit - used) // 5 or limit - near.most == listening.KEPT
     assert near.stops >= 1
@@ -26,7 +26,7 @@ def test_shares_leave_descriptors_for_the_robot_for_stops_and_for_this_machine(l
 
 
 def test_shares_of_an_ordinary_limit_serve_hundreds() -> None:
-    near, far = Shares.of(1024, 20)
+    near, far = DescriptorShares.of(1024, 20)
     assert (near.full, near.most, near.stops) == (974, 1008, 32)
     assert (far.full, far.most, far.stops) == (908, 942, 32)
 
@@ -70,7 +70,7 @@ class Greeter(asyncio.Protocol):
         transport.close()
 
 
-def listened(share: Share, count: int) -> list[bytes]:
+def listened(share: DescriptorShare, count: int) -> list[bytes]:
     """Return what `count` connections at once were told."""
 
     async def main() -> list[bytes]:
@@ -97,8 +97,8 @@ def test_listener_with_descriptors_left_takes_all() -> None:
 
 
 def test_listener_with_few_descriptors_left_takes_one_after_the_other() -> None:
-    assert listened(Share(0, 1_000_000), 20) == [b"x"] * 20
+    assert listened(DescriptorShare(0, 1_000_000), 20) == [b"x"] * 20
 
 
 def test_listener_without_a_descriptor_left_closes_what_comes() -> None:
-    assert listened(Share(0, 0), 5) == [b""] * 5
+    assert listened(DescriptorShare(0, 0), 5) == [b""] * 5

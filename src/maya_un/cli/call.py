@@ -12,8 +12,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from maya_un.cli import output
-from maya_un.cli.client import Client
-from maya_un.cli.settings import Settings
+from maya_un.cli.client import ServiceClient
+from maya_un.cli.settings import OutputSettings
 from maya_un.client import requests
 from maya_un.client.request import Request
 from maya_un.errors import InvalidCommandLine
@@ -21,7 +21,7 @@ from maya_un.errors import InvalidCommandLine
 Operation = Callable[..., Request[Any]]
 
 
-def call(name: str | None, given: Sequence[str], settings: Settings) -> int:
+def call(name: str | None, given: Sequence[str], settings: OutputSettings) -> int:
     """Send the operation `name` with parameters like "ratio=0.5", and print its answer as JSON.
 
     Without a name, list the operations. Raises `InvalidCommandLine` for an unknown operation or parameter, and the
@@ -33,7 +33,7 @@ def call(name: str | None, given: Sequence[str], settings: Settings) -> int:
     if operation is None:
         raise _invalid(f"there is no operation {name}, and `maya call` lists all operations")
     request = request_of(name, operation, given)
-    output.emit(Client.find().ask(request))
+    output.emit(ServiceClient.find().ask(request))
     return output.DONE
 
 
@@ -64,7 +64,7 @@ def request_of(name: str, operation: Operation, given: Sequence[str]) -> Request
     return operation(**values)
 
 
-def _list(settings: Settings) -> int:
+def _list(settings: OutputSettings) -> int:
     rows = [(name, list(inspect.signature(one).parameters), _summary(one)) for name, one in operations().items()]
     listed = [{"operation": name, "parameters": keys, "help": summary} for name, keys, summary in rows]
     lines = [" ".join([name, *(f"{key}=" for key in keys)]) + f"\n    {summary}" for name, keys, summary in rows]

@@ -20,7 +20,7 @@ ANSWER = 5.0
 """Longest wait for an ordinary answer [s]."""
 
 
-class Client:
+class ServiceClient:
     """A client of the service at `url`.
 
     `timeout` [s] is the longest wait for the connection and for an ordinary answer. Raises `ServiceNotRunning` if `url`
@@ -38,7 +38,7 @@ class Client:
         self._timeout = timeout
 
     @classmethod
-    def find(cls, timeout: float = ANSWER) -> Client:
+    def find(cls, timeout: float = ANSWER) -> ServiceClient:
         """Return a client of the running service; raises `ServiceNotRunning` if no file names one."""
         running = runtime.find()
         if running is None:
@@ -46,7 +46,7 @@ class Client:
         return cls(running.url, timeout)
 
     @classmethod
-    def running(cls) -> Client | None:
+    def running(cls) -> ServiceClient | None:
         """Return a client of the running service, None if nothing listens; raises `ServiceNotAnswering`."""
         with suppress(ServiceNotRunning):
             client = cls.find()

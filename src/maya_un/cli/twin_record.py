@@ -13,7 +13,7 @@ from maya_un.assembly import Twin
 from maya_un.errors import FileUnwritable
 from maya_un.files import open_own
 from maya_un.server.dates import epoch
-from maya_un.virtual.maya.chronicle import Chronicle
+from maya_un.virtual.maya.chronicle import MechanicsRecordWriter
 
 
 class LineFile:
@@ -60,7 +60,7 @@ class TwinRecord:
         self._controller = twin.controller
         self._file = file
         born = epoch() - twin.controller.machine.now
-        self._chronicle = Chronicle(twin.mechanics, file.add, born)
+        self._chronicle = MechanicsRecordWriter(twin.mechanics, file.add, born)
 
     async def keep(self, period: float) -> None:
         """Write motion every `period` [s] until cancelled, and once more then.

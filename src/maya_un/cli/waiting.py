@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.client import requests
 
 _WORDS: dict[str, tuple[str, str]] = {
@@ -55,7 +55,7 @@ def because(view: Mapping[str, Any], language: str) -> str:
     return _word(key, language, by=view["by"]) if key in _WORDS else str(view["reason"])
 
 
-def reason(client: Client, report: Mapping[str, Any], language: str) -> str:
+def reason(client: ServiceClient, report: Mapping[str, Any], language: str) -> str:
     """Return why a job does not go on by itself, "" where it does; `report` is a JobReport as JSON has it."""
     if report["state"] not in {"queued", "paused", "interrupted", "held"}:
         return ""
@@ -64,7 +64,7 @@ def reason(client: Client, report: Mapping[str, Any], language: str) -> str:
     return "" if begun else _reason(client, view, report, language)
 
 
-def _reason(client: Client, view: Mapping[str, Any], report: Mapping[str, Any], language: str) -> str:
+def _reason(client: ServiceClient, view: Mapping[str, Any], report: Mapping[str, Any], language: str) -> str:
     number = report["id"]
     line = next((line for line in view["waiting"] if line["id"] == number), None)
     direct = line is not None and line["direct"]

@@ -17,21 +17,21 @@ T_co = TypeVar("T_co", covariant=True)
 
 
 @dataclass(frozen=True, slots=True)
-class Rest:
+class Sleep:
     """Let so many seconds of real time pass."""
 
     seconds: float
 
-    def __iter__(self) -> Generator[Rest, Any, None]:
+    def __iter__(self) -> Generator[Sleep, Any, None]:
         """Rest."""
         yield self
 
 
 @dataclass(frozen=True, slots=True)
-class Clock:
+class ReadClock:
     """Look at a clock that only goes forth [s, real time]."""
 
-    def __iter__(self) -> Generator[Clock, Any, float]:
+    def __iter__(self) -> Generator[ReadClock, Any, float]:
         """Look."""
         return (yield self)
 
@@ -41,48 +41,48 @@ Line = NewType("Line", object)
 
 
 @dataclass(frozen=True, slots=True)
-class Dial:
+class Connect:
     """Open the websocket at `path`; it is closed when the plan is over, or dials again."""
 
     path: str
 
-    def __iter__(self) -> Generator[Dial, Any, Line]:
+    def __iter__(self) -> Generator[Connect, Any, Line]:
         """Dial."""
         return (yield self)
 
 
 @dataclass(frozen=True, slots=True)
-class Say:
+class Send:
     """Send a message over a websocket."""
 
     line: Line
     message: Mapping[str, object]
 
-    def __iter__(self) -> Generator[Say, Any, None]:
+    def __iter__(self) -> Generator[Send, Any, None]:
         """Say it."""
         yield self
 
 
 @dataclass(frozen=True, slots=True)
-class Hear:
+class Receive:
     """Wait for the next message of a websocket, with `now` only for one that is there: None where there is none."""
 
     line: Line
     now: bool = False
 
-    def __iter__(self) -> Generator[Hear, Any, str | bytes | None]:
+    def __iter__(self) -> Generator[Receive, Any, str | bytes | None]:
         """Listen."""
         return (yield self)
 
 
 @dataclass(frozen=True, slots=True)
-class Item(Generic[T]):
+class Emit(Generic[T]):
     """Hand a value to whoever iterates over the plan."""
 
     value: T
 
 
-Step = Request[Any] | Rest | Clock | Dial | Say | Hear
+Step = Request[Any] | Sleep | ReadClock | Connect | Send | Receive
 """What every driver carries out."""
 
 
@@ -94,9 +94,9 @@ class Plan(Protocol[T_co]):
         ...
 
 
-class Source(Protocol[T]):
+class StreamPlan(Protocol[T]):
     """Steps in order, and items between them."""
 
-    def __iter__(self) -> Generator[Step | Item[T], Any, None]:
+    def __iter__(self) -> Generator[Step | Emit[T], Any, None]:
         """Begin."""
         ...

@@ -14,7 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, cast
 
-from maya_un.client.doors import Door
+from maya_un.client.doors import ServiceAddress
 from maya_un.client.jobs import JobBuilder, JobLike, body_of
 from maya_un.config import default_path
 from maya_un.errors import InternalError, from_notice
@@ -48,7 +48,7 @@ class TwinProcess:
         try:
             self._process = self._started(["--speed", str(speed), "--seed", str(seed), *self._on_table(table, parts)])
             atexit.register(self.close)
-            self.door = Door(self._announced())
+            self.door = ServiceAddress(self._announced())
         except BaseException:
             self.close()
             raise

@@ -17,7 +17,7 @@ RETRY = (0.5, 1.0, 2.0, 5.0)
 """Waits between attempts to reach a lost controller [s]; the last one repeats."""
 
 
-class Link:
+class DriverLink:
     """One driver at a time; `firmware` is what the device last said it is.
 
     `on_lost` is told the reason of a loss once, `on_back` when the controller answers again.

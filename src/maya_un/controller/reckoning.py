@@ -29,7 +29,7 @@ _PUSHED = 4
 Counts = Sequence[float]
 
 
-class Reckoning:
+class PositionReckoner:
     """Known positions of Maya's axes at rest."""
 
     def __init__(self, config: Config, order: faults.Order) -> None:

@@ -20,7 +20,7 @@ PATIENCE = 30.0
 """A controller that refuses commands is polled for this time [s] until its axes rest."""
 
 
-class Stopping:
+class MotionStopper:
     """Ends what moves on the controller that `monitor` keeps."""
 
     def __init__(self, monitor: Monitor) -> None:

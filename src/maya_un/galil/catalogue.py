@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 
-class Kind(Enum):
+class EntryKind(Enum):
     """What an entry is in the language."""
 
     COMMAND = "command"
@@ -32,7 +32,7 @@ class Arguments(Enum):
     OWN = "own"
 
 
-class Where(Enum):
+class EntryContext(Enum):
     """Who may use an entry."""
 
     BOTH = "both"
@@ -41,13 +41,13 @@ class Where(Enum):
     NEITHER = "neither"
 
 
-class Entry(NamedTuple):
+class CatalogueEntry(NamedTuple):
     """One entry; `default` is what the controller takes unless told otherwise, empty where nothing is."""
 
     name: str
-    kind: Kind
+    kind: EntryKind
     arguments: Arguments
-    where: Where
+    where: EntryContext
     default: str
     purpose: str
 
@@ -323,9 +323,9 @@ ZS ¦ command ¦ plain ¦ program ¦ 0 ¦ forgets where subroutines would return
 """
 
 
-def _read(line: str) -> Entry:
+def _read(line: str) -> CatalogueEntry:
     name, kind, arguments, where, default, purpose = (part.strip() for part in line.split("¦"))
-    return Entry(name, Kind(kind), Arguments(arguments), Where(where), default, purpose)
+    return CatalogueEntry(name, EntryKind(kind), Arguments(arguments), EntryContext(where), default, purpose)
 
 
 CATALOGUE = MappingProxyType({entry.name: entry for entry in map(_read, _TABLE.strip().splitlines())})

@@ -97,7 +97,7 @@ def columns(axes: int) -> tuple[str, ...]:
     return tuple(f"_{name}{letter}" for letter in LETTERS[:axes] for name in ("TP", "TE", "TV", "TT"))
 
 
-class Clock:
+class SampleClock:
     """Time of records [s] from their sample numbers, of which only the low 16 bits are sent.
 
     `period` is TM [µs]: 1000 means 1024 samples in a second (DMC-41x3, command TM). Records must be less than

@@ -71,7 +71,7 @@ class Expression:
 Arg: TypeAlias = int | float | Expression | Mark
 
 
-class Form(Enum):
+class ArgumentForm(Enum):
     """How the text behind a mnemonic is read."""
 
     AXES = "letters, or values by axis"
@@ -79,7 +79,7 @@ class Form(Enum):
     VERBATIM = "left to whoever executes it"
 
 
-def _table() -> MappingProxyType[str, Form]:
+def _table() -> MappingProxyType[str, ArgumentForm]:
     axes = (
         "AC AD AF AG AL AM AP AR AS AU AV BA BC BD BG BI BL BM BR BT BW BX BZ CA CD CE CM CR CS DC DE DP DV EA EG EM "
         "EQ ER ES ET FA FE FI FL FV GA GD GM GR HM HV IL IP IT JG KD KI KP KS LC LD LE LI LM MC MF MO MR MT NB NF NZ "
@@ -91,7 +91,7 @@ def _table() -> MappingProxyType[str, Form]:
         "OB OP PF QQ QZ RC RE RI RS SB SL SM TA TB TC TH TI TM TR TZ UI UL US VF WH WT ZS"
     )
     verbatim = "CF DA DL DM ED ELSE ENDIF HS HX IF IH II JP JS LS MB MG NO PW QD QU RA RD XQ"
-    forms = {Form.AXES: axes, Form.PLAIN: plain, Form.VERBATIM: verbatim}
+    forms = {ArgumentForm.AXES: axes, ArgumentForm.PLAIN: plain, ArgumentForm.VERBATIM: verbatim}
     return MappingProxyType({name: form for form, names in forms.items() for name in names.split()})
 
 
@@ -189,9 +189,9 @@ def parse(text: str) -> Command:
     raise InvalidCommand(ErrorCode.INPUT_BUFFER_FULL if text == TOO_LONG else ErrorCode.UNRECOGNIZED_COMMAND, text)
 
 
-def _parse_known(form: Form, name: str, text: str) -> Command:
+def _parse_known(form: ArgumentForm, name: str, text: str) -> Command:
     rest = text[len(name) :]
-    if form is Form.VERBATIM:
+    if form is ArgumentForm.VERBATIM:
         return Command(name, text=rest.strip(" \t"))
     body = rest.strip(" \t")
     if not body:
@@ -201,7 +201,7 @@ def _parse_known(form: Form, name: str, text: str) -> Command:
     speed = end_speed = None
     if name in _MODIFIED:
         body, speed, end_speed = _modifiers(body, text)
-    if form is Form.AXES:
+    if form is ArgumentForm.AXES:
         if found := _EXPLICIT.fullmatch(body):
             axes = found[1].translate(ALIASES)
             return Command(name, axes, _args(found[2], text), speed, end_speed)

@@ -30,7 +30,7 @@ from maya_un.galil import arrays, program
 from maya_un.galil.burned import Burned
 from maya_un.galil.codes import ERROR_TEXTS
 from maya_un.galil.commands import LINE_LIMIT
-from maya_un.galil.framing import Kind, Message, Received, Record, Reply, ReplySplitter, Stray
+from maya_un.galil.framing import Message, Received, RecordReply, Reply, ReplyKind, ReplySplitter, Stray
 from maya_un.galil.numbers import parse_number
 from maya_un.galil.record import DataRecord, decode
 from maya_un.galil.stream import RecordStream
@@ -46,7 +46,7 @@ TRANSFER_TIMEOUT = 10.0
 """Longest wait for the end of a download or upload [s]; a program of 4000 lines is 320 kB."""
 
 
-class _Request(Generic[T]):
+class _CommandRequest(Generic[T]):
     """One or several commands whose answers make one result."""
 
     __slots__ = ("answers", "error", "future", "left", "result")
@@ -80,11 +80,11 @@ class _Request(Generic[T]):
             self.future.set_result(self.result(self.answers))
 
 
-class _Sent(NamedTuple):
+class _SentCommand(NamedTuple):
     """A command on the wire; `request` is None for our own question after a rejection. `patience` is in s."""
 
     command: str
-    request: _Request[object] | None
+    request: _CommandRequest[object] | None
     patience: float
 
 
@@ -101,8 +101,8 @@ class Driver:
         self._transport = transport
         self._timeout = timeout
         self._splitter = ReplySplitter()
-        self._sent: deque[_Sent] = deque()
-        self._rejected: list[_Sent] = []
+        self._sent: deque[_SentCommand] = deque()
+        self._rejected: list[_SentCommand] = []
         self._since = 0.0
         self._watchdog: asyncio.TimerHandle | None = None
         self._closing = False
@@ -131,15 +131,15 @@ class Driver:
         `timeout` [s] replaces the link's for commands known to take long (BN, BP, BV). Raises `CommandRejected`,
         `InvalidValue` for a text that is not one command, and what became of the link.
         """
-        return await self._submit((command,), Kind.TEXT, _first_text, timeout)
+        return await self._submit((command,), ReplyKind.TEXT, _first_text, timeout)
 
     async def exact(self, command: str, *, timeout: float | None = None) -> str:
         """Send one command and return what it printed as it came, blanks included; otherwise as `send`."""
-        return await self._submit((command,), Kind.TEXT, _first_as_it_is, timeout)
+        return await self._submit((command,), ReplyKind.TEXT, _first_as_it_is, timeout)
 
     def urgent(self, command: str) -> asyncio.Future[str]:
         """Write one command before returning, for a stop; the future is its reply and may be left alone."""
-        future = self._submit((command,), Kind.TEXT, _first_text)
+        future = self._submit((command,), ReplyKind.TEXT, _first_text)
         future.add_done_callback(_look)
         return future
 
@@ -149,11 +149,11 @@ class Driver:
         A rejected command does not keep the controller from executing those behind it. Once all have answered,
         raises `CommandRejected` for the first; where several were, its code is the last one's.
         """
-        return await self._submit(tuple(commands), Kind.TEXT, _all_texts) if commands else []
+        return await self._submit(tuple(commands), ReplyKind.TEXT, _all_texts) if commands else []
 
     def begin_batch(self, commands: Sequence[str]) -> asyncio.Future[list[str]]:
         """Write commands as `batch` does, before returning; the future is what they print and may be left alone."""
-        future = self._submit(tuple(commands), Kind.TEXT, _all_texts)
+        future = self._submit(tuple(commands), ReplyKind.TEXT, _all_texts)
         future.add_done_callback(_look)
         return future
 
@@ -175,7 +175,7 @@ class Driver:
 
     async def raw_record(self) -> bytes:
         """Return the bytes of the data record of now, without prompt; raises as `send`."""
-        return await self._submit(("QR",), Kind.RECORD, _first_bytes)
+        return await self._submit(("QR",), ReplyKind.RECORD, _first_bytes)
 
     async def subscribe(self) -> None:
         """Have the controller send its programs' messages here, marked by bit 7 (CW 1; CF I)."""
@@ -239,7 +239,7 @@ class Driver:
     async def close(self) -> None:
         """Wait for the replies under way, then end the link. No reason of loss follows; again is harmless."""
         if not self._closing:
-            barrier = None if self.lost.done() or not self._sent else self._submit(("",), Kind.TEXT, _first_text)
+            barrier = None if self.lost.done() or not self._sent else self._submit(("",), ReplyKind.TEXT, _first_text)
             self._closing = True
             if barrier is not None:
                 with suppress(MayaError):  # a loss is told by `lost`, a rejection by its own request
@@ -255,7 +255,7 @@ class Driver:
     def _submit(
         self,
         commands: tuple[str, ...],
-        kind: Kind,
+        kind: ReplyKind,
         result: Callable[[list[Answer]], T],
         timeout: float | None = None,
     ) -> asyncio.Future[T]:
@@ -265,11 +265,11 @@ class Driver:
     async def _transfer(self, command: str, data: bytes) -> None:
         """Send a download with its data in one piece, so that nobody's command can get between them."""
         self._require_open()
-        await self._begin(data, (command,), Kind.TRANSFER, _first_text, max(self._timeout, TRANSFER_TIMEOUT))
+        await self._begin(data, (command,), ReplyKind.TRANSFER, _first_text, max(self._timeout, TRANSFER_TIMEOUT))
 
     async def _listing(self, command: str) -> str:
         patience = max(self._timeout, TRANSFER_TIMEOUT)
-        return await self._submit((command,), Kind.LISTING, _first_as_it_is, patience)
+        return await self._submit((command,), ReplyKind.LISTING, _first_as_it_is, patience)
 
     def _require_open(self) -> None:
         if self.lost.done():
@@ -281,20 +281,22 @@ class Driver:
         self,
         data: bytes,
         commands: tuple[str, ...],
-        kind: Kind,
+        kind: ReplyKind,
         result: Callable[[list[Answer]], T],
         timeout: float | None,
     ) -> asyncio.Future[T]:
-        request = _Request(self._loop.create_future(), len(commands), result)
+        request = _CommandRequest(self._loop.create_future(), len(commands), result)
         patience = self._timeout if timeout is None else timeout
-        self._expect(commands, cast("_Request[object]", request), patience, kind)
+        self._expect(commands, cast("_CommandRequest[object]", request), patience, kind)
         self._write(data)
         return request.future
 
-    def _expect(self, commands: Sequence[str], request: _Request[object] | None, patience: float, kind: Kind) -> None:
+    def _expect(
+        self, commands: Sequence[str], request: _CommandRequest[object] | None, patience: float, kind: ReplyKind
+    ) -> None:
         if not self._sent:
             self._since = self._loop.time()
-        self._sent.extend(_Sent(command, request, patience) for command in commands)
+        self._sent.extend(_SentCommand(command, request, patience) for command in commands)
         self._splitter.expect(kind, len(commands))
         if self._watchdog is None:
             self._watchdog = self._loop.call_at(self._since + patience, self._look_at_oldest)
@@ -333,7 +335,7 @@ class Driver:
         self._since = self._loop.time()
         if sent.request is None:
             self._explain(received)
-        elif isinstance(received, Record):
+        elif isinstance(received, RecordReply):
             sent.request.answer(received.data)
         elif received.ok:
             sent.request.answer(received.text)
@@ -348,17 +350,17 @@ class Driver:
         for listener in tuple(self._listeners):
             listener(message)
 
-    def _ask_why(self, sent: _Sent) -> None:
+    def _ask_why(self, sent: _SentCommand) -> None:
         """Ask for the code before anybody else can write; one question serves all rejections until its answer.
 
         Whatever is rejected before that answer was executed before the question, so the question is in time.
         """
         self._rejected.append(sent)
         if len(self._rejected) == 1:
-            self._expect((_ASK,), None, self._timeout, Kind.TEXT)
+            self._expect((_ASK,), None, self._timeout, ReplyKind.TEXT)
             self._write(f"{_ASK}\r".encode())
 
-    def _explain(self, received: Reply | Record) -> None:
+    def _explain(self, received: Reply | RecordReply) -> None:
         text = received.text if isinstance(received, Reply) else ""
         rejected, self._rejected = self._rejected, []
         for sent in rejected:
@@ -376,7 +378,7 @@ class Driver:
             # If this process itself was held up, the reply is here already and its reader is next in line.
             self._loop.call_soon(self._give_up, self._sent[0])
 
-    def _give_up(self, oldest: _Sent) -> None:
+    def _give_up(self, oldest: _SentCommand) -> None:
         if self._sent and self._sent[0] is oldest:
             seconds = f"{oldest.patience:g}"
             self._lose(LinkTimeout(address=self.address, command=oldest.command, seconds=seconds))

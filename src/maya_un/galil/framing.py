@@ -83,7 +83,7 @@ class LineSplitter:
         return command
 
 
-class Kind(Enum):
+class ReplyKind(Enum):
     """What a request will be answered with.
 
     `LISTING` is the answer to UL and QU: any text, ended by Ctrl-Z and a prompt. `TRANSFER` is that to DL and QD with
@@ -97,11 +97,11 @@ class Kind(Enum):
 
 
 _ENDS = {
-    Kind.TEXT: re.compile(rb"(?:\r\n|\x1a):"),
-    Kind.LISTING: re.compile(rb"\x1a:"),
-    Kind.TRANSFER: re.compile(rb"\r\n:"),
+    ReplyKind.TEXT: re.compile(rb"(?:\r\n|\x1a):"),
+    ReplyKind.LISTING: re.compile(rb"\x1a:"),
+    ReplyKind.TRANSFER: re.compile(rb"\r\n:"),
 }
-_PROMPTS = {Kind.TEXT: b":?", Kind.LISTING: b"?", Kind.TRANSFER: b""}
+_PROMPTS = {ReplyKind.TEXT: b":?", ReplyKind.LISTING: b"?", ReplyKind.TRANSFER: b""}
 """Bytes that are a whole answer where they come first."""
 
 
@@ -117,7 +117,7 @@ class Reply:
 
 
 @dataclass(frozen=True, slots=True)
-class Record:
+class RecordReply:
     """The answer to QR: a whole data record, without its prompt."""
 
     data: bytes
@@ -140,7 +140,7 @@ class Stray:
 _DONE = Reply(True)
 """What most commands are answered with."""
 
-Received: TypeAlias = Reply | Record | Message | Stray
+Received: TypeAlias = Reply | RecordReply | Message | Stray
 
 
 class ReplySplitter:
@@ -153,7 +153,7 @@ class ReplySplitter:
     """
 
     def __init__(self) -> None:
-        self._kinds: deque[Kind] = deque()
+        self._kinds: deque[ReplyKind] = deque()
         self._text = b""
         self._record = b""
         self._message = b""
@@ -163,7 +163,7 @@ class ReplySplitter:
         """How many requests wait for their reply."""
         return len(self._kinds)
 
-    def expect(self, kind: Kind = Kind.TEXT, count: int = 1) -> None:
+    def expect(self, kind: ReplyKind = ReplyKind.TEXT, count: int = 1) -> None:
         """Announce that so many more requests are on their way and what will answer each."""
         self._kinds.extend([kind] * count)
 
@@ -172,10 +172,10 @@ class ReplySplitter:
         received: list[Received] = []
         place = 0
         while place < len(data):
-            if self._kinds and self._kinds[0] is Kind.RECORD and (self._record or not _is_message(data[place])):
+            if self._kinds and self._kinds[0] is ReplyKind.RECORD and (self._record or not _is_message(data[place])):
                 place = self._take_record(data, place, received)
                 continue
-            if not self._text and self._kinds and data[place] == _ACCEPTED and self._kinds[0] is Kind.TEXT:
+            if not self._text and self._kinds and data[place] == _ACCEPTED and self._kinds[0] is ReplyKind.TEXT:
                 self._kinds.popleft()
                 received.append(_DONE)
                 place += 1
@@ -229,7 +229,7 @@ class ReplySplitter:
         if whole[-1] != _ACCEPTED:
             return self._fail(whole, end, received)
         self._kinds.popleft()
-        received.append(Record(whole[:-1]))
+        received.append(RecordReply(whole[:-1]))
         return end
 
     def _fail(self, data: bytes, end: int, received: list[Received]) -> int:
@@ -239,7 +239,7 @@ class ReplySplitter:
         return end
 
     def _take_message(self, data: bytes, place: int, end: int, received: list[Received]) -> int:
-        if self._kinds and self._kinds[0] is Kind.RECORD:
+        if self._kinds and self._kinds[0] is ReplyKind.RECORD:
             # The record's own first byte also has bit 7 set; only what looks like text is taken.
             end = next((i for i in range(place, end) if not _is_message(data[i])), end)
         *lines, self._message = (self._message + data[place:end].translate(_SEVEN_BITS)).split(b"\n")
@@ -247,12 +247,12 @@ class ReplySplitter:
         return end
 
 
-def _reply(kind: Kind, data: bytes) -> Reply:
+def _reply(kind: ReplyKind, data: bytes) -> Reply:
     """Return the reply whose text, without its prompt, is `data`."""
-    if kind is Kind.LISTING:
+    if kind is ReplyKind.LISTING:
         return Reply(True, data[:-1].decode("ascii"))
     text = data.removesuffix(b"\r\n").decode("ascii")
-    if kind is Kind.TEXT:
+    if kind is ReplyKind.TEXT:
         return Reply(True, text)
     words = text.lstrip(":?")
     return Reply("?" not in text[: len(text) - len(words)], words)

@@ -24,7 +24,7 @@ _BLOCKS = 0x07  # S, T and I present
 _PRESENT = 0x80
 
 
-class Status:
+class AxisStatus:
     """Bits of an axis' status word, and of a plane's where it has them."""
 
     MOVING = 1 << 15
@@ -45,7 +45,7 @@ class Status:
     MOTOR_OFF = 1 << 0
 
 
-class Switch:
+class AxisSwitches:
     """Bits of an axis' switches; a limit's bit is 1 while the limit is not active."""
 
     LATCHED = 1 << 7
@@ -61,7 +61,7 @@ class AxisRecord:
     """One axis. Positions and `error` are in counts; the fields named raw are in the record's own units."""
 
     status: int = 0
-    switches: int = Switch.FORWARD_INACTIVE | Switch.REVERSE_INACTIVE
+    switches: int = AxisSwitches.FORWARD_INACTIVE | AxisSwitches.REVERSE_INACTIVE
     stop_code: int = 0
     reference: int = 0
     position: int = 0
@@ -76,32 +76,32 @@ class AxisRecord:
     @property
     def moving(self) -> bool:
         """Whether the axis' profile is under way."""
-        return bool(self.status & Status.MOVING)
+        return bool(self.status & AxisStatus.MOVING)
 
     @property
     def motor_off(self) -> bool:
         """Whether the motor is off."""
-        return bool(self.status & Status.MOTOR_OFF)
+        return bool(self.status & AxisStatus.MOTOR_OFF)
 
     @property
     def coordinated(self) -> bool:
         """Whether the axis takes part in a coordinated motion."""
-        return bool(self.status & Status.COORDINATED)
+        return bool(self.status & AxisStatus.COORDINATED)
 
     @property
     def stopping(self) -> bool:
         """Whether the axis brakes because of ST or a limit."""
-        return bool(self.status & Status.STOPPING)
+        return bool(self.status & AxisStatus.STOPPING)
 
     @property
     def forward_limit_active(self) -> bool:
         """Whether the forward limit switch is active, which its bit says by 0."""
-        return not self.switches & Switch.FORWARD_INACTIVE
+        return not self.switches & AxisSwitches.FORWARD_INACTIVE
 
     @property
     def reverse_limit_active(self) -> bool:
         """Whether the reverse limit switch is active, which its bit says by 0."""
-        return not self.switches & Switch.REVERSE_INACTIVE
+        return not self.switches & AxisSwitches.REVERSE_INACTIVE
 
     @property
     def velocity(self) -> float:
@@ -126,12 +126,12 @@ class PlaneRecord:
     @property
     def moving(self) -> bool:
         """Whether a sequence is under way."""
-        return bool(self.status & Status.MOVING)
+        return bool(self.status & AxisStatus.MOVING)
 
     @property
     def stopping(self) -> bool:
         """Whether the sequence brakes because of ST or a limit."""
-        return bool(self.status & Status.STOPPING)
+        return bool(self.status & AxisStatus.STOPPING)
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,7 +27,7 @@ _TOKEN = re.compile(r"""[^"'/]+|"[^"]*"?|'|//|/""")
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class ProgramSource:
     """Lines ready for a download, and how many lines of the source were changed in which way."""
 
     lines: tuple[str, ...]
@@ -53,7 +53,7 @@ class Source:
         return tuple(text.format(f"{count} line{'s' * (count != 1)}") for count, text in found if count)
 
 
-def prepared(text: str) -> Source:
+def prepared(text: str) -> ProgramSource:
     """Return a program as it goes to a controller; what no controller takes stays in it, for the download to refuse."""
     lines = split(text)
     marked = len(lines) > 1 and all(_HASHES.match(line) for line in lines[:2])
@@ -70,7 +70,7 @@ def prepared(text: str) -> Source:
         comments += short != plain
         empty += not short
         kept.append(short or "'")
-    return Source(tuple(kept), remarks, tabs, comments, empty)
+    return ProgramSource(tuple(kept), remarks, tabs, comments, empty)
 
 
 def _code(line: str, mark: str) -> str:

@@ -30,7 +30,7 @@ _HEAD = 6
 _LETTER = re.compile(rb"IH([A-H])\r\n:")
 
 
-class Way(Enum):
+class StreamMode(Enum):
     """How the records come."""
 
     SENT = "DR by UDP"
@@ -80,7 +80,7 @@ class Gaps:
         return True
 
 
-class Link(Protocol):
+class StreamLink(Protocol):
     """What a stream needs of the driver's link."""
 
     @property
@@ -119,7 +119,7 @@ class RecordStream:
     polling stays with it. `lost` counts the records that were sent and did not arrive, `received` those that did.
     """
 
-    def __init__(self, link: Link, period: int) -> None:
+    def __init__(self, link: StreamLink, period: int) -> None:
         self._link = link
         self._loop = asyncio.get_running_loop()
         self._gaps = Gaps(period)
@@ -133,11 +133,11 @@ class RecordStream:
         self._ended = False
         self.latest: RawRecord | None = None
         self.received = 0
-        self.way = Way.POLLED
+        self.way = StreamMode.POLLED
         self.reason = ""
 
     @classmethod
-    async def open(cls, link: Link, rate: float, datagrams: DatagramFactory | None) -> RecordStream:
+    async def open(cls, link: StreamLink, rate: float, datagrams: DatagramFactory | None) -> RecordStream:
         """Begin; see `Driver.stream`."""
         stream = cls(link, period := period_of(rate))
         try:
@@ -148,7 +148,7 @@ class RecordStream:
         if stream.reason:
             await stream._give_back()
         else:
-            stream.way = Way.SENT
+            stream.way = StreamMode.SENT
         stream._task = stream._loop.create_task(stream._run(), name="data records")
         return stream
 
@@ -222,9 +222,9 @@ class RecordStream:
 
     async def _run(self) -> None:
         try:
-            if self.way is Way.SENT and self._endpoint is not None:
+            if self.way is StreamMode.SENT and self._endpoint is not None:
                 self.reason = await self._receive(self._endpoint)
-                self.way = Way.POLLED
+                self.way = StreamMode.POLLED
                 await self._give_back()
             await self._poll()
         except MayaError as error:
@@ -265,7 +265,7 @@ class RecordStream:
     def _arrived(self, data: bytes) -> None:
         if len(data) <= _HEAD or not data[0] & 0x80 or len(data) != int.from_bytes(data[2:4], "little"):
             return
-        if self.way is Way.SENT:
+        if self.way is StreamMode.SENT:
             record = RawRecord(data)
             if self._gaps.take(record.sample):
                 self._take(record)

@@ -17,9 +17,9 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple, cast
 
 from maya_un.errors import UnexpectedReply
-from maya_un.galil.framing import Kind, LineSplitter, Message, Received, Record, Reply, ReplySplitter, Stray
+from maya_un.galil.framing import LineSplitter, Message, Received, RecordReply, Reply, ReplyKind, ReplySplitter, Stray
 from maya_un.galil.hardware import LETTERS
-from maya_un.galil.record import AxisRecord, DataRecord, Status, decode
+from maya_un.galil.record import AxisRecord, AxisStatus, DataRecord, decode
 
 FORMAT = "maya-dmc-capture"
 VERSION = 1
@@ -27,7 +27,7 @@ VERSION = 1
 Side = Literal["client", "controller"]
 
 
-class Piece(NamedTuple):
+class WirePiece(NamedTuple):
     """What went over the wire at once, or the begin or end of a connection (`event`); `time` in s."""
 
     time: float
@@ -47,7 +47,7 @@ def header(controller: str) -> str:
     return json.dumps({"format": FORMAT, "version": VERSION, "controller": controller})
 
 
-def read(lines: Iterable[str]) -> list[Piece]:
+def read(lines: Iterable[str]) -> list[WirePiece]:
     """Return the pieces of a recording; raises `ValueError` with the line's number for what is none.
 
     A last line that was cut short, as a crash leaves it, is passed over.
@@ -59,7 +59,7 @@ def read(lines: Iterable[str]) -> list[Piece]:
         head = {}
     if head.get("format") != FORMAT or head.get("version") != VERSION:
         raise ValueError(f"it is no {FORMAT} of version {VERSION}")
-    pieces: list[Piece] = []
+    pieces: list[WirePiece] = []
     for number, text in enumerate(texts[1:], start=2):
         try:
             pieces.append(_piece(_object(text)))
@@ -75,7 +75,7 @@ def _object(text: str) -> dict[str, Any]:
     return cast("dict[str, Any]", found) if isinstance(found, dict) else {}
 
 
-def _piece(found: dict[str, Any]) -> Piece:
+def _piece(found: dict[str, Any]) -> WirePiece:
     side = found["from"]
     if side not in {"client", "controller"}:
         raise ValueError("nobody sends")
@@ -84,7 +84,7 @@ def _piece(found: dict[str, Any]) -> Piece:
     time = float(found["t"])
     if not 0.0 <= time < math.inf:
         raise ValueError("that is no time")
-    return Piece(time, int(found["link"]), cast("Side", side), data, event)
+    return WirePiece(time, int(found["link"]), cast("Side", side), data, event)
 
 
 @dataclass(slots=True)
@@ -93,11 +93,11 @@ class Exchange:
 
     time: float
     command: str
-    reply: Reply | Record | None = None
+    reply: Reply | RecordReply | None = None
 
 
 @dataclass(slots=True)
-class Conversation:
+class ConnectionTranscript:
     """One connection, taken apart: every command with its answer, and the messages of programs in between.
 
     `stray` is set where bytes came that answer nothing; from there on answers cannot be told apart.
@@ -117,7 +117,7 @@ class Conversation:
                 continue  # the text of a program, or the data of an array: answered when all of it is there
             if command.startswith(("DL", "QD")) and "=" not in command and "?" not in command:
                 self._lines.program = True
-            self._replies.expect(Kind.RECORD if command == "QR" else Kind.TEXT)
+            self._replies.expect(ReplyKind.RECORD if command == "QR" else ReplyKind.TEXT)
             self.exchanges.append(Exchange(time, command))
 
     def heard(self, data: bytes) -> None:
@@ -148,11 +148,11 @@ class Conversation:
         return self._answered == len(self.exchanges) or bool(self.stray)
 
 
-def conversations(pieces: Iterable[Piece]) -> dict[int, Conversation]:
+def conversations(pieces: Iterable[WirePiece]) -> dict[int, ConnectionTranscript]:
     """Return the connections of a recording by their number, each taken apart."""
-    found: dict[int, Conversation] = {}
+    found: dict[int, ConnectionTranscript] = {}
     for piece in pieces:
-        conversation = found.setdefault(piece.link, Conversation())
+        conversation = found.setdefault(piece.link, ConnectionTranscript())
         if piece.side == "client":
             conversation.said(piece.data, piece.time)
         else:
@@ -169,8 +169,8 @@ _FLEETING_COMMANDS = ("TV", "TT")
 
 def difference(
     command: str,
-    recorded: Reply | Record | None,
-    replayed: Reply | Record | None,
+    recorded: Reply | RecordReply | None,
+    replayed: Reply | RecordReply | None,
     counts: float,
     seconds: float = 0.0,
 ) -> str:
@@ -181,7 +181,7 @@ def difference(
     """
     if isinstance(recorded, Reply) and isinstance(replayed, Reply):
         return _texts(command, recorded, replayed, counts)
-    if isinstance(recorded, Record) and isinstance(replayed, Record):
+    if isinstance(recorded, RecordReply) and isinstance(replayed, RecordReply):
         return _records(recorded, replayed, counts, seconds)
     if recorded is None and replayed is None:
         return ""
@@ -207,10 +207,10 @@ def _allowed(command: str, counts: float) -> float:
     return counts if _POSITIONS.search(command) else 0.0
 
 
-_COMPARED = Status.MOVING | Status.COORDINATED | Status.MOTOR_OFF
+_COMPARED = AxisStatus.MOVING | AxisStatus.COORDINATED | AxisStatus.MOTOR_OFF
 
 
-def _records(recorded: Record, replayed: Record, counts: float, seconds: float) -> str:
+def _records(recorded: RecordReply, replayed: RecordReply, counts: float, seconds: float) -> str:
     try:
         before, after = decode(recorded.data), decode(replayed.data)
     except UnexpectedReply:
@@ -242,10 +242,10 @@ def _axis_differences(one: AxisRecord, other: AxisRecord, counts: float) -> Iter
         yield f"status {one.status:#06x} became {other.status:#06x}"
 
 
-def shown(reply: Reply | Record | None) -> str:
+def shown(reply: Reply | RecordReply | None) -> str:
     """Return an answer in words for people."""
     if reply is None:
         return "no answer"
-    if isinstance(reply, Record):
+    if isinstance(reply, RecordReply):
         return f"a record of {len(reply.data)} bytes"
     return repr(reply.text or ":") if reply.ok else "'?'"

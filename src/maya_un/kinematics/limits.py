@@ -99,7 +99,7 @@ class Verdict:
 
 
 @dataclass(frozen=True, slots=True)
-class Bounds:
+class ReasonBounds:
     """What the words of a reason need: strokes of the axes (rad, m, m), tension limit in loads."""
 
     boom: Stroke

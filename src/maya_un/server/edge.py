@@ -22,7 +22,7 @@ FAR = Rate(50.0, 200.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Edge:
+class OriginPolicy:
     """What is let in besides this machine's own clients by a name of loopback.
 
     `remote` says that the door is open to other machines: then its addresses are good names too, and `hosts`. Pages of

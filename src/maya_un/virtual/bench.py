@@ -19,7 +19,7 @@ _KEPT = 1.0
 _SETTLED = 0.5
 
 
-class Law(Enum):
+class LagModel(Enum):
     """How an axis is late."""
 
     FIRST_ORDER = "approaches its reference with a time constant"
@@ -53,7 +53,7 @@ class ServoBench:
         self,
         axes: int = 3,
         lag: float | Sequence[float] = 0.01,
-        law: Law = Law.FIRST_ORDER,
+        law: LagModel = LagModel.FIRST_ORDER,
         stiffness: float = TORQUE_LIMIT / 2000.0,
     ) -> None:
         self._lags = tuple(lag) if isinstance(lag, Sequence) else (lag,) * axes
@@ -79,7 +79,7 @@ class ServoBench:
         for shaft, lag in zip(self._shafts, self._lags, strict=True):
             if shaft.held or not shaft.powered:
                 shaft.velocity = 0.0
-            elif self.law is Law.DELAY or lag == 0.0:
+            elif self.law is LagModel.DELAY or lag == 0.0:
                 _delayed(shaft, t, lag)
             else:
                 _approached(shaft, self._now, t, lag)

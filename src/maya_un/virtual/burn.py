@@ -15,7 +15,7 @@ from maya_un.virtual import registers
 from maya_un.virtual.memory import Parameters
 from maya_un.virtual.network import Network, Quad
 from maya_un.virtual.outlet import SERIAL
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 from maya_un.virtual.registers import Register
 from maya_un.virtual.unit import Format, Unit
 
@@ -55,19 +55,19 @@ def master_reset(unit: Unit) -> None:
 
 
 def burn_parameters(unit: Unit) -> None:
-    """Keep the parameters over a reset (BN); raises `Refused`."""
+    """Keep the parameters over a reset (BN); raises `Rejection`."""
     unit.memory.contents.parameters = _parameters(unit)
     _store(unit)
 
 
 def burn_program(unit: Unit) -> None:
-    """Keep the program (BP); raises `Refused`."""
+    """Keep the program (BP); raises `Rejection`."""
     unit.memory.contents.program = unit.program.text()
     _store(unit)
 
 
 def burn_variables(unit: Unit) -> None:
-    """Keep variables and arrays (BV); raises `Refused`."""
+    """Keep variables and arrays (BV); raises `Rejection`."""
     unit.memory.contents.variables = dict(unit.variables)
     unit.memory.contents.arrays = unit.arrays.contents()
     _store(unit)
@@ -78,7 +78,7 @@ def _store(unit: Unit) -> None:
     try:
         unit.memory.store()
     except (OSError, FileUnwritable):
-        raise Refused(ErrorCode.WRITE) from None
+        raise Rejection(ErrorCode.WRITE) from None
 
 
 def _parameters(unit: Unit) -> Parameters:
@@ -138,7 +138,7 @@ def _restore(unit: Unit, *, factory: bool) -> None:
 
 def _start_program(unit: Unit) -> None:
     """Load the burned program and run its #AUTO on thread 0, or #AUTOERR where the memory was found damaged."""
-    with suppress(Refused):  # a file may hold anything
+    with suppress(Rejection):  # a file may hold anything
         unit.program.load(unit.memory.contents.program)
     line = unit.program.labels.get("AUTOERR" if unit.memory.errors else "AUTO")
     if line is not None:
@@ -147,7 +147,7 @@ def _start_program(unit: Unit) -> None:
 
 def _restore_period(unit: Unit, period: float | str | None) -> None:
     if isinstance(period, int):
-        with suppress(Refused):
+        with suppress(Rejection):
             unit.core.set_period(int(registers.TM.rounded(period)))
 
 
@@ -161,7 +161,7 @@ def _restore_registers(
             continue
         try:
             register.sampled(period).rounded(value)
-        except Refused:
+        except Rejection:
             continue
         values[name] = value
 

@@ -11,8 +11,8 @@ from maya_un.virtual.handles import Handle
 from maya_un.virtual.language.expressions import ONE, evaluate
 from maya_un.virtual.motion.axis import Axis
 from maya_un.virtual.motion.core import MotionCore
-from maya_un.virtual.operands import Names
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.operands import OperandScope
+from maya_un.virtual.refusal import Rejection
 from maya_un.virtual.thread import Thread
 from maya_un.virtual.unit import Unit
 
@@ -21,11 +21,11 @@ Answer: TypeAlias = str | bytes | None
 
 
 @dataclass(slots=True)
-class Context:
+class CallerContext:
     """One caller's view of the unit: a handle's, or that of a program's thread, which has no handle."""
 
     unit: Unit
-    names: Names
+    names: OperandScope
     caller: Handle | None = None
     thread: Thread | None = None
 
@@ -39,16 +39,16 @@ class Context:
         return [self.unit.axes[place] for place in places]
 
     def number(self, text: str) -> float:
-        """Return the value of an expression; raises `Refused`."""
+        """Return the value of an expression; raises `Rejection`."""
         return evaluate(text, self.names) / ONE
 
     def integer(self, text: str, minimum: int, maximum: int) -> int:
-        """Return the value of an expression without its fraction; raises `Refused` (6) where it is out of range."""
+        """Return the value of an expression without its fraction; raises `Rejection` (6) where it is out of range."""
         value = int(self.number(text))
         if not minimum <= value <= maximum:
-            raise Refused(ErrorCode.OUT_OF_RANGE)
+            raise Rejection(ErrorCode.OUT_OF_RANGE)
         return value
 
 
-Handler: TypeAlias = Callable[[Context, str], Answer]
-"""A command: gets the text behind its two letters; raises `Refused` where the answer is `?`."""
+Handler: TypeAlias = Callable[[CallerContext, str], Answer]
+"""A command: gets the text behind its two letters; raises `Rejection` where the answer is `?`."""

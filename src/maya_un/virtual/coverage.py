@@ -14,7 +14,7 @@ from maya_un.galil.catalogue import CATALOGUE
 from maya_un.galil.codes import ErrorCode
 
 
-class Class(Enum):
+class CoverageClass(Enum):
     """What the twin makes of an entry."""
 
     IMPLEMENTED = "implemented"
@@ -25,7 +25,7 @@ class Class(Enum):
 class Coverage(NamedTuple):
     """The class of an entry, why it is not implemented, and the code of one that is refused."""
 
-    kind: Class
+    kind: CoverageClass
     reason: str = ""
     code: ErrorCode | None = None
 
@@ -67,10 +67,10 @@ _REFUSED: dict[str, tuple[ErrorCode, str]] = {
 def _classified(name: str) -> Coverage:
     if name in _REFUSED:
         code, reason = _REFUSED[name]
-        return Coverage(Class.REFUSED, reason, code)
+        return Coverage(CoverageClass.REFUSED, reason, code)
     if name in _REASONS:
-        return Coverage(Class.ACCEPTED, _REASONS[name])
-    return Coverage(Class.IMPLEMENTED)
+        return Coverage(CoverageClass.ACCEPTED, _REASONS[name])
+    return Coverage(CoverageClass.IMPLEMENTED)
 
 
 COVERAGE = MappingProxyType({name: _classified(name) for name in CATALOGUE})
@@ -79,4 +79,4 @@ COVERAGE = MappingProxyType({name: _classified(name) for name in CATALOGUE})
 
 def share() -> float:
     """Return which part of the entries is implemented."""
-    return sum(entry.kind is Class.IMPLEMENTED for entry in COVERAGE.values()) / len(COVERAGE)
+    return sum(entry.kind is CoverageClass.IMPLEMENTED for entry in COVERAGE.values()) / len(COVERAGE)

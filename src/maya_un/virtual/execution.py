@@ -5,15 +5,15 @@ from __future__ import annotations
 import re
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.galil.commands import FORMS, TOO_LONG, Form
+from maya_un.galil.commands import FORMS, TOO_LONG, ArgumentForm
 from maya_un.galil.hardware import ALIASES
 from maya_un.virtual.commands import TABLE
-from maya_un.virtual.context import Answer, Context
+from maya_un.virtual.context import Answer, CallerContext
 from maya_un.virtual.language.arguments import QUERY
 from maya_un.virtual.language.arithmetic import ONE, unpack, whole
 from maya_un.virtual.language.expressions import AXIS_NAMES, KEYWORDS, axis_letter, evaluate, is_name
 from maya_un.virtual.peripherals import LOCKED_COMMANDS
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 from maya_un.virtual.unit import MOST_VARIABLES
 
 _PLAIN = re.compile(r"([A-Za-z][A-Za-z0-9_]*|[~^][a-h])\s*=(?!=)\s*(.*)")
@@ -35,11 +35,11 @@ _EXPLICIT = re.compile(r"(..\s*)(~[a-h])(\s*=.*)")
 _VARIABLE_AXIS = re.compile(r"~[a-h]")
 
 
-def execute(context: Context, text: str) -> Answer:
-    """Execute one command; raises `Refused`."""
+def execute(context: CallerContext, text: str) -> Answer:
+    """Execute one command; raises `Rejection`."""
     handler = TABLE.get(text[:2])
     if context.unit.peripherals.locked and text[:2] in LOCKED_COMMANDS:
-        raise Refused(ErrorCode.PRIVILEGE)
+        raise Rejection(ErrorCode.PRIVILEGE)
     if handler is None or ("=" in text and is_assignment(text)):
         return _other(context, text)
     if "~" in text:
@@ -63,11 +63,11 @@ def assignment(text: str) -> tuple[str, str] | None:
     return (text[:end], rest[1:].strip()) if rest[:1] == "=" != rest[1:2] else None
 
 
-def with_axes(context: Context, text: str) -> str:
-    """Return a command with letters in place of the axis variables that name its axes; raises `Refused`."""
+def with_axes(context: CallerContext, text: str) -> str:
+    """Return a command with letters in place of the axis variables that name its axes; raises `Rejection`."""
     if _MASK.fullmatch(text):
         return _VARIABLE_AXIS.sub(lambda found: axis_letter(context.names, found[0]), text)
-    found = _EXPLICIT.fullmatch(text) if FORMS.get(text[:2]) is Form.AXES else None
+    found = _EXPLICIT.fullmatch(text) if FORMS.get(text[:2]) is ArgumentForm.AXES else None
     return text if found is None else f"{found[1]}{axis_letter(context.names, found[2])}{found[3]}"
 
 
@@ -76,19 +76,19 @@ def is_assignment(text: str) -> bool:
     word = text[:2]
     if _LIKE_A_COMMAND.match(text) is not None:
         return word not in _COMPARING
-    if FORMS.get(word) is Form.AXES or word in _LETTERED or word in _COMPARING:
+    if FORMS.get(word) is ArgumentForm.AXES or word in _LETTERED or word in _COMPARING:
         return False
     return _WITH_A_LETTER.match(text) is not None
 
 
-def _other(context: Context, text: str) -> Answer:
+def _other(context: CallerContext, text: str) -> Answer:
     if not text or text[0] == "'":
         return None
     if text.startswith(TOO_LONG):
-        raise Refused(ErrorCode.INPUT_BUFFER_FULL)
+        raise Rejection(ErrorCode.INPUT_BUFFER_FULL)
     parts = assignment(text)
     if parts is None:
-        raise Refused(ErrorCode.UNRECOGNIZED_COMMAND)
+        raise Rejection(ErrorCode.UNRECOGNIZED_COMMAND)
     target, value = parts
     if value in ("", QUERY):
         return context.unit.raw_text(evaluate(target, context.names))
@@ -96,14 +96,14 @@ def _other(context: Context, text: str) -> Answer:
     return None
 
 
-def _assign(context: Context, target: str, value: int) -> None:
+def _assign(context: CallerContext, target: str, value: int) -> None:
     variables = context.unit.variables
     if target in variables:
         variables[target] = value
     elif target[-1] == "]":
         name, _, index = target[:-1].partition("[")
         if not index.strip():
-            raise Refused(ErrorCode.INDEX_OUT_OF_RANGE)
+            raise Rejection(ErrorCode.INDEX_OUT_OF_RANGE)
         context.unit.arrays.assign(context.names.array(name), whole(evaluate(index, context.names)), value)
     elif target[0] == "~":
         context.unit.axis_variables[target] = ONE * _axis_number(value)
@@ -113,38 +113,38 @@ def _assign(context: Context, target: str, value: int) -> None:
         _create(context, target, value)
 
 
-def _create(context: Context, name: str, value: int) -> None:
+def _create(context: CallerContext, name: str, value: int) -> None:
     if not is_name(name) or name in KEYWORDS:
-        raise Refused(ErrorCode.VARIABLE_ERROR)
+        raise Rejection(ErrorCode.VARIABLE_ERROR)
     if name in context.unit.arrays:
-        raise Refused(ErrorCode.MISSING_BRACKET)
+        raise Rejection(ErrorCode.MISSING_BRACKET)
     if len(context.unit.variables) >= MOST_VARIABLES:
-        raise Refused(ErrorCode.TOO_MANY_VARIABLES)
+        raise Rejection(ErrorCode.TOO_MANY_VARIABLES)
     context.unit.variables[name] = value
 
 
-def _set_local(context: Context, letter: str, value: int) -> None:
+def _set_local(context: CallerContext, letter: str, value: int) -> None:
     if context.thread is None:
-        raise Refused(ErrorCode.PROGRAM_ONLY)
+        raise Rejection(ErrorCode.PROGRAM_ONLY)
     context.thread.locals[letter] = value
 
 
 def _axis_number(value: int) -> int:
-    """Return what an axis variable keeps of a number, or of a letter in quotes; raises `Refused` (6)."""
+    """Return what an axis variable keeps of a number, or of a letter in quotes; raises `Rejection` (6)."""
     number = whole(value)
     if 0 <= number < len(AXIS_NAMES):
         return number
     letter = unpack(value).translate(ALIASES)
     if len(letter) != 1 or letter not in AXIS_NAMES:
-        raise Refused(ErrorCode.OUT_OF_RANGE)
+        raise Rejection(ErrorCode.OUT_OF_RANGE)
     return AXIS_NAMES.index(letter)
 
 
 def _closing(text: str, start: int) -> int:
-    """Return the place behind the bracket that closes the one before `start`; raises `Refused` (55)."""
+    """Return the place behind the bracket that closes the one before `start`; raises `Rejection` (55)."""
     depth = 1
     for place in range(start, len(text)):
         depth += (text[place] == "[") - (text[place] == "]")
         if not depth:
             return place + 1
-    raise Refused(ErrorCode.MISSING_BRACKET)
+    raise Rejection(ErrorCode.MISSING_BRACKET)

@@ -22,7 +22,7 @@ FIRST_FREE_PORT = 1000
 """IK 1 blocks ports below this."""
 
 
-class Kind(IntEnum):
+class HandleProtocol(IntEnum):
     """Protocol of a handle; the value is what `_IHx2` says of one that the other side opened."""
 
     UDP = 1
@@ -38,16 +38,16 @@ class Attempt(IntEnum):
     FAILED = 4
 
 
-TCP_SLAVE = int(Kind.TCP)
+TCP_SLAVE = int(HandleProtocol.TCP)
 """What `_IHx2` and the data record say of a TCP connection that the other side opened; 0 is a free handle."""
 
-_CONNECTING = {Kind.UDP: -5, Kind.TCP: -6}
+_CONNECTING = {HandleProtocol.UDP: -5, HandleProtocol.TCP: -6}
 
 
 class Download(Protocol):
     """Takes what a handle sends after DL or QD, line by line, until the backslash.
 
-    Both methods raise `Refused`; the line then answers `?` and the download goes on.
+    Both methods raise `Rejection`; the line then answers `?` and the download goes on.
     """
 
     def line(self, text: str) -> None:
@@ -69,7 +69,7 @@ class Handle:
 
     index: int
     peer: tuple[str, int]
-    kind: Kind = Kind.TCP
+    kind: HandleProtocol = HandleProtocol.TCP
     port: int = 23
     master: bool = False
     connected: bool = True
@@ -109,7 +109,9 @@ class Handles:
         """How many handles are free (`_IA2`)."""
         return self._places.count(None)
 
-    def connect(self, peer: tuple[str, int], kind: Kind = Kind.TCP, port: int = 23) -> Handle | None:
+    def connect(
+        self, peer: tuple[str, int], kind: HandleProtocol = HandleProtocol.TCP, port: int = 23
+    ) -> Handle | None:
         """Give the first free handle to a new connection to `port`; None where there is none or IK blocks the port."""
         if self.blocking and port < FIRST_FREE_PORT and port not in ALLOWED_BELOW:
             return None
@@ -120,7 +122,7 @@ class Handles:
                 return handle
         return None
 
-    def dial(self, letter: str, peer: tuple[str, int], kind: Kind) -> Handle:
+    def dial(self, letter: str, peer: tuple[str, int], kind: HandleProtocol) -> Handle:
         """Take a free handle for a connection that this controller opens; whoever owns the wire makes it."""
         index = LETTERS.index(letter)
         assert self._places[index] is None

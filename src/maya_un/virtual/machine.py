@@ -12,15 +12,15 @@ from math import inf
 from maya_un.galil.codes import ErrorCode
 from maya_un.virtual import burn, status
 from maya_un.virtual.activity import Activity
-from maya_un.virtual.context import Context
+from maya_un.virtual.context import CallerContext
 from maya_un.virtual.execution import execute
-from maya_un.virtual.handles import Attempt, Handle, Kind
+from maya_un.virtual.handles import Attempt, Handle, HandleProtocol
 from maya_un.virtual.memory import Memory
-from maya_un.virtual.operands import Names
+from maya_un.virtual.operands import OperandScope
 from maya_un.virtual.plant import Plant
-from maya_un.virtual.programs.runner import Runner
-from maya_un.virtual.refusal import Refused
-from maya_un.virtual.unit import Identity, Unit
+from maya_un.virtual.programs.runner import ProgramRunner
+from maya_un.virtual.refusal import Rejection
+from maya_un.virtual.unit import ControllerIdentity, Unit
 
 REVISION = "Rev 1.3k"
 """Firmware it says it has, unless told otherwise."""
@@ -55,14 +55,14 @@ class VirtualDmc:
         if not 1 <= axes <= 8:
             raise ValueError("a DMC-41x3 has one to eight axes")
         line = firmware or f"DMC41{axes}3 {REVISION}"
-        self._unit = Unit(plant, axes, Identity(line, serial, ADDRESS, HARDWARE_ADDRESS), motors_off, memory)
+        self._unit = Unit(plant, axes, ControllerIdentity(line, serial, ADDRESS, HARDWARE_ADDRESS), motors_off, memory)
         self._unit.records.source = partial(status.record, self._unit)
-        self._runner = Runner(self._unit)
+        self._runner = ProgramRunner(self._unit)
         self._unit.activities = (self._runner, *self._unit.activities, self._unit.records)
         self.balk: Callable[[], bool] | None = None
         self._core = self._unit.core
         self._plant = plant
-        self._contexts: dict[Handle, Context] = {}
+        self._contexts: dict[Handle, CallerContext] = {}
         self._activities: tuple[Activity, ...] = self._unit.activities
         self._others = tuple(activity for activity in self._activities if activity is not self._runner)
         self._active: list[Activity] = []
@@ -82,12 +82,12 @@ class VirtualDmc:
         return self._unit
 
     def connect(
-        self, peer: tuple[str, int] = ("127.0.0.1", 0), kind: Kind = Kind.TCP, port: int = PORT
+        self, peer: tuple[str, int] = ("127.0.0.1", 0), kind: HandleProtocol = HandleProtocol.TCP, port: int = PORT
     ) -> Handle | None:
         """Give a new connection to `port` the first free handle; None where all are taken or IK blocks the port."""
         handle = self._unit.handles.connect(peer, kind, port)
         if handle is not None:
-            self._contexts[handle] = Context(self._unit, Names(self._unit, handle), handle)
+            self._contexts[handle] = CallerContext(self._unit, OperandScope(self._unit, handle), handle)
         return handle
 
     def disconnect(self, handle: Handle) -> None:
@@ -215,18 +215,18 @@ class VirtualDmc:
                 return b""
             handle.download = None
             download.end()
-        except Refused as refused:
+        except Rejection as refused:
             self._unit.error_code = int(refused.code)
             return b"?"
         return b"::"
 
-    def _reply(self, context: Context, text: str) -> bytes:
+    def _reply(self, context: CallerContext, text: str) -> bytes:
         if self.balk is not None and self.balk():
             self._unit.error_code = int(ErrorCode.UNRECOGNIZED_COMMAND)
             return b"?"
         try:
             answer = execute(context, text)
-        except Refused as refused:
+        except Rejection as refused:
             self._unit.error_code = int(refused.code)
             return b"?"
         if answer is None:

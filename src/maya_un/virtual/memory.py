@@ -38,7 +38,7 @@ _EVERYTHING = ChecksumError.VARIABLES | ChecksumError.PARAMETERS | ChecksumError
 
 
 @dataclass(slots=True)
-class Contents:
+class BurnedContents:
     """What is burned; None for parameters that never were. Variables and elements are raw fixed point."""
 
     parameters: Parameters | None = None
@@ -52,7 +52,7 @@ class Memory:
 
     def __init__(self, path: Path | None = None) -> None:
         self.path = path
-        self.contents = Contents()
+        self.contents = BurnedContents()
         self.errors = ChecksumError(0)
         self.load()
 
@@ -71,13 +71,13 @@ class Memory:
 
     def erase(self) -> None:
         """Forget everything (master reset) and remove the file."""
-        self.contents, self.errors = Contents(), ChecksumError(0)
+        self.contents, self.errors = BurnedContents(), ChecksumError(0)
         if self.path is not None:
             with suppress(OSError):
                 self.path.unlink(missing_ok=True)
 
 
-def _written(contents: Contents) -> dict[str, Any]:
+def _written(contents: BurnedContents) -> dict[str, Any]:
     parts: dict[str, Any] = {
         "parameters": contents.parameters,
         "program": contents.program,
@@ -90,16 +90,16 @@ def _checksum(data: Any) -> int:
     return zlib.crc32(json.dumps(data, sort_keys=True).encode("utf-8"))
 
 
-def _read(path: Path) -> tuple[Contents, ChecksumError]:
+def _read(path: Path) -> tuple[BurnedContents, ChecksumError]:
     try:
         if path.stat().st_size > _LARGEST:
-            return Contents(), _EVERYTHING
+            return BurnedContents(), _EVERYTHING
         found = json.loads(path.read_text(encoding="utf-8"))
         if found["version"] != VERSION:
-            return Contents(), _EVERYTHING
+            return BurnedContents(), _EVERYTHING
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return Contents(), _EVERYTHING
-    contents, errors = Contents(), ChecksumError(0)
+        return BurnedContents(), _EVERYTHING
+    contents, errors = BurnedContents(), ChecksumError(0)
     for name, bit in _PARTS.items():
         if not _take(contents, name, found.get(name)):
             errors |= bit
@@ -113,7 +113,7 @@ _PARTS = {
 }
 
 
-def _take(contents: Contents, name: str, part: Any) -> bool:
+def _take(contents: BurnedContents, name: str, part: Any) -> bool:
     """Take one part of a file over; tell whether it is sound."""
     if not isinstance(part, dict) or part.get("checksum") != _checksum(part.get("data")):
         return False

@@ -17,7 +17,7 @@ from maya_un.virtual.motion.failures import step_error
 from maya_un.virtual.motion.plane import Plane
 from maya_un.virtual.peripherals import ANALOG_INPUTS
 from maya_un.virtual.program import MOST_LABELS
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 from maya_un.virtual.thread import Thread
 from maya_un.virtual.unit import MOST_VARIABLES, Unit
 
@@ -27,7 +27,7 @@ _FIRST_AUXILIARY = 81
 _Reader = Callable[[], float]
 
 
-class Names:
+class OperandScope:
     """The scope of expressions of one caller: of a handle, or of a program's thread."""
 
     def __init__(self, unit: Unit, caller: Handle | None = None, thread: Thread | None = None) -> None:
@@ -39,7 +39,7 @@ class Names:
     def variable(self, name: str) -> int:
         """Return a variable (raw), also `~a` or `^a`.
 
-        Raises `Refused`: 9 where it was never assigned, 2 for `^a` outside a program, 55 for an array.
+        Raises `Rejection`: 9 where it was never assigned, 2 for `^a` outside a program, 55 for an array.
         """
         value = self._unit.variables.get(name)
         return self._special(name) if value is None else value
@@ -47,16 +47,16 @@ class Names:
     def element(self, name: str, index: int) -> int:
         """Return an element of an array (raw), index -1 its length; `^a` is an array whose name was passed.
 
-        Raises `Refused`: 57 for an unknown array, 56 for an index outside it.
+        Raises `Rejection`: 57 for an unknown array, 56 for an index outside it.
         """
         return self._unit.arrays.element(self.array(name), index)
 
     def array(self, name: str) -> str:
-        """Return the name of an array, which a stack variable `^a` holds as a string; raises `Refused`."""
+        """Return the name of an array, which a stack variable `^a` holds as a string; raises `Rejection`."""
         return unpack(self.variable(name)) if name[0] == "^" else name
 
     def operand(self, name: str) -> int:
-        """Return an operand (raw) by its name without underscore, or TIME; raises `Refused` for an unknown one."""
+        """Return an operand (raw) by its name without underscore, or TIME; raises `Rejection` for an unknown one."""
         read = self._readers.get(name)
         if read is None:
             # Only names that exist are kept, so there is an end to them.
@@ -66,25 +66,25 @@ class Names:
         return raw if RAW_MIN <= raw <= RAW_MAX else fixed(value)
 
     def bank(self, function: str, bit: int) -> int:
-        """Return `@IN` or `@OUT` of a bit, or the volts of `@AN` (raw); raises `Refused` (6) for one not there."""
+        """Return `@IN` or `@OUT` of a bit, or the volts of `@AN` (raw); raises `Rejection` (6) for one not there."""
         unit = self._unit
         if function == "IN" and 0 <= bit - _FIRST_AUXILIARY < 2 * len(unit.axes):
             return ONE  # idle inputs are high, and nothing is wired to these
         values = {"IN": unit.inputs, "OUT": unit.outputs, "AN": unit.analog}[function]
         if not 1 <= bit <= len(values):
-            raise Refused(ErrorCode.OUT_OF_RANGE)
+            raise Rejection(ErrorCode.OUT_OF_RANGE)
         return fixed(values[bit - 1])
 
     def _special(self, name: str) -> int:
         if name[0] == "^" and self._thread is None:
-            raise Refused(ErrorCode.PROGRAM_ONLY)
+            raise Rejection(ErrorCode.PROGRAM_ONLY)
         if name in self._unit.arrays:
-            raise Refused(ErrorCode.MISSING_BRACKET)
+            raise Rejection(ErrorCode.MISSING_BRACKET)
         value = self._unit.axis_variables.get(name)
         if name[0] == "^" and self._thread is not None:
             value = self._thread.locals.get(name[1:])
         if value is None:
-            raise Refused(ErrorCode.VARIABLE_ERROR)
+            raise Rejection(ErrorCode.VARIABLE_ERROR)
         return value
 
     def _reader(self, name: str) -> _Reader:
@@ -105,7 +105,7 @@ class Names:
         if word in _AXIS and (not axis.virtual or word in _OF_VIRTUAL):
             return partial(_AXIS[word], self._unit, axis)
         if word not in axis.registers:
-            raise Refused(ErrorCode.BAD_OPERAND)
+            raise Rejection(ErrorCode.BAD_OPERAND)
         return lambda: axis.registers[word]
 
     def _plane_reader(self, read: Callable[[Unit, Plane], float], which: str) -> _Reader:
@@ -119,7 +119,7 @@ class Names:
         if letter in self._unit.core.virtual:
             return self._unit.core.virtual[letter]
         if len(letter) != 1 or letter not in self._unit.letters:
-            raise Refused(ErrorCode.BAD_OPERAND)
+            raise Rejection(ErrorCode.BAD_OPERAND)
         return self._unit.axes[LETTERS.index(letter)]
 
     def _of_caller(self, word: str, which: str) -> float:
@@ -131,7 +131,7 @@ class Names:
             return -1 if self._caller is None else self._caller.index
         if word == "IH" and len(which) == 2 and which[0] in LETTERS and which[1] in "01234":
             return _handle(self._unit.handles.at(which[0]), int(which[1]))
-        raise Refused(ErrorCode.BAD_OPERAND)
+        raise Rejection(ErrorCode.BAD_OPERAND)
 
 
 def _handle(handle: Handle | None, item: int) -> float:

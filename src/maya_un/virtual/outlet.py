@@ -11,7 +11,7 @@ SERIAL = "ST"
 _REMEMBERED = 8
 
 
-class Outlet:
+class OutputBuffer:
     """Collects what is to be sent; whoever owns the wire takes it with `take`.
 
     `mark` is CW: 1 sets bit 7 of each byte. `discarding` is its second number, which concerns a serial port only.

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 from maya_un.galil.codes import ErrorCode
 from maya_un.galil.commands import LINE_LIMIT, TOO_LONG
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 
 MOST_LINES = 4000
 MOST_LABELS = 510
@@ -44,7 +44,7 @@ class Program:
         return "".join(f"{line}\r\n" for line in self.lines)
 
     def load(self, text: str) -> None:
-        """Replace the program; raises `Refused` (60, 61, 62) and keeps the old one where a line is bad."""
+        """Replace the program; raises `Rejection` (60, 61, 62) and keeps the old one where a line is bad."""
         lines = _ENDS.split(text)
         draft = Draft([])
         for line in lines if lines[-1] else lines[:-1]:
@@ -65,16 +65,16 @@ class Program:
         return self._layout
 
     def line_of(self, label: str) -> int:
-        """Return the line of a label (without its `#`); raises `Refused` (10) where there is none."""
+        """Return the line of a label (without its `#`); raises `Rejection` (10) where there is none."""
         try:
             return self.labels[label]
         except KeyError:
-            raise Refused(ErrorCode.UNDEFINED_LABEL) from None
+            raise Rejection(ErrorCode.UNDEFINED_LABEL) from None
 
     def start(self, line: int) -> int:
-        """Return the first statement in a line or behind it; raises `Refused` (11) for a line that is not there."""
+        """Return the first statement in a line or behind it; raises `Rejection` (11) for a line that is not there."""
         if not 0 <= line < len(self.lines):
-            raise Refused(ErrorCode.INVALID_LABEL)
+            raise Rejection(ErrorCode.INVALID_LABEL)
         return self.layout.starts[line]
 
 
@@ -88,15 +88,15 @@ class Draft:
             self.append(line)
 
     def append(self, line: str) -> None:
-        """Add a line; raises `Refused` for one too long or too many (60), for its label (61), for too many (62)."""
+        """Add a line; raises `Rejection` for one too long or too many (60), for its label (61), for too many (62)."""
         if len(line) > LINE_LIMIT or line.startswith(TOO_LONG) or len(self.lines) >= MOST_LINES:
-            raise Refused(ErrorCode.DOWNLOAD_ERROR)
+            raise Rejection(ErrorCode.DOWNLOAD_ERROR)
         if line.startswith("#"):
             label = label_of(line)
             if label is None or label in self.labels:
-                raise Refused(ErrorCode.BAD_LABEL)
+                raise Rejection(ErrorCode.BAD_LABEL)
             if len(self.labels) >= MOST_LABELS:
-                raise Refused(ErrorCode.TOO_MANY_LABELS)
+                raise Rejection(ErrorCode.TOO_MANY_LABELS)
             self.labels[label] = len(self.lines)
         self.lines.append(line)
 
@@ -133,7 +133,7 @@ class Downloading:
     """Takes the lines that follow DL, behind the first `keep` lines of the program.
 
     The program changes when the download ends; one with a bad line leaves what was kept of the old program and no
-    more: half a program does not start. `check` raises `Refused` where the program may not change, for it runs.
+    more: half a program does not start. `check` raises `Rejection` where the program may not change, for it runs.
     """
 
     def __init__(self, program: Program, keep: int, check: Callable[[], None]) -> None:
@@ -144,24 +144,24 @@ class Downloading:
         program.install(Draft(program.lines[:keep]))
 
     def line(self, text: str) -> None:
-        """Take one line; raises `Refused` for a bad one."""
+        """Take one line; raises `Rejection` for a bad one."""
         try:
             self._draft.append(text)
-        except Refused:
+        except Rejection:
             self._good = False
             raise
 
     def end(self) -> None:
-        """Install what came; raises `Refused` while the program runs."""
+        """Install what came; raises `Rejection` while the program runs."""
         self._check()
         if self._good:
             self._program.install(self._draft)
 
 
-class Editing:
+class ProgramEdit:
     """Takes the lines that follow ED: they replace those from line `number` on, or follow the last one.
 
-    `check` raises `Refused` where the program may not change, for it runs.
+    `check` raises `Rejection` where the program may not change, for it runs.
     """
 
     def __init__(self, program: Program, number: int, check: Callable[[], None]) -> None:
@@ -170,7 +170,7 @@ class Editing:
         self._number = number
 
     def line(self, text: str) -> None:
-        """Put one line in its place; raises `Refused` for a bad one, which then is not put there."""
+        """Put one line in its place; raises `Rejection` for a bad one, which then is not put there."""
         self._check()
         lines = self._program.lines
         draft = Draft([*lines[: self._number], text, *lines[self._number + 1 :]])

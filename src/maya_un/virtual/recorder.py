@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 from maya_un.galil.codes import ErrorCode
 from maya_un.virtual.language.arrays import Arrays
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 
 _SAME = 1e-6
 """A time this much of a sample before one counts as that sample."""
@@ -20,7 +20,7 @@ Source: TypeAlias = Callable[[], int]
 """What is recorded: raw fixed point, of the present instant."""
 
 
-class Recorder:
+class ArrayRecorder:
     """An activity that looks at its sources at the samples of the servo.
 
     `recording` is `_RC`, `next_index` is `_RD`: the element that is written next.
@@ -45,14 +45,14 @@ class Recorder:
         self.next_index = 0
 
     def choose_arrays(self, names: Sequence[str]) -> None:
-        """Say where to record to (RA); raises `Refused`: 80 while recording, 82 for an unknown array."""
+        """Say where to record to (RA); raises `Rejection`: 80 while recording, 82 for an unknown array."""
         self._stopped()
         for name in names:
             self._arrays.row(name)
         self._names = tuple(names)
 
     def choose_sources(self, sources: Sequence[Source]) -> None:
-        """Say what to record (RD), in the order of the arrays; raises `Refused` (80) while recording."""
+        """Say what to record (RD), in the order of the arrays; raises `Rejection` (80) while recording."""
         self._stopped()
         self._sources = tuple(sources)
 
@@ -60,16 +60,16 @@ class Recorder:
         """Record every so many samples (RC), from the next sample after `now` [s].
 
         Samples are a `period` apart [s] and count from `started` [s]. It ends after `count` records, 0 for as many as
-        the shortest array holds; with a negative one it begins again at the first element for ever. Raises `Refused`:
+        the shortest array holds; with a negative one it begins again at the first element for ever. Raises `Rejection`:
         80 while recording, 81 without an array for each source and a source for each array, 84 for more records than
         an array holds.
         """
         self._stopped()
         if not self._names or len(self._names) != len(self._sources):
-            raise Refused(ErrorCode.NO_RECORDING_SOURCE)
+            raise Rejection(ErrorCode.NO_RECORDING_SOURCE)
         room = min(len(self._arrays.row(name)) for name in self._names)
         if abs(count) > room:
-            raise Refused(ErrorCode.TOO_MANY_ELEMENTS)
+            raise Rejection(ErrorCode.TOO_MANY_ELEMENTS)
         self._count, self._circular = abs(count) or room, count < 0
         self._started, self._period, self._every = started, period, every
         self._tick = floor((now - started) / period + _SAME) + 1
@@ -101,4 +101,4 @@ class Recorder:
 
     def _stopped(self) -> None:
         if self.recording:
-            raise Refused(ErrorCode.RECORDING)
+            raise Rejection(ErrorCode.RECORDING)

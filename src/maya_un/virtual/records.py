@@ -6,18 +6,18 @@ from collections.abc import Callable
 from math import inf
 
 from maya_un.galil.hardware import LETTERS
-from maya_un.virtual.handles import Handle, Handles, Kind
-from maya_un.virtual.outlet import SERIAL, Outlet
+from maya_un.virtual.handles import Handle, HandleProtocol, Handles
+from maya_un.virtual.outlet import SERIAL, OutputBuffer
 
 
-class RecordStream:
+class RecordEmitter:
     """The stream of records, an activity of the machine; `source` encodes the record of this instant.
 
     `period` [samples] is 0 while there is none. Records due while a program or an array is downloaded, or while
     memory is burned, are left out, as on the controller; the others keep their places in time.
     """
 
-    def __init__(self, handles: Handles, outlet: Outlet) -> None:
+    def __init__(self, handles: Handles, outlet: OutputBuffer) -> None:
         self._handles = handles
         self._outlet = outlet
         self.source: Callable[[], bytes] = bytes
@@ -81,7 +81,7 @@ class RecordStream:
         if self._handle is not None or not self.period or self._outlet.port in SERIAL:
             return self._handle
         handle = self._handles.at(self._outlet.port) if self._outlet.port in LETTERS else None
-        return handle if handle is not None and handle.kind is Kind.UDP else None
+        return handle if handle is not None and handle.kind is HandleProtocol.UDP else None
 
     def _downloading(self) -> bool:
         return any(handle is not None and handle.download is not None for handle in self._handles)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from maya_un.galil.codes import ErrorCode
 
 
-class Refused(Exception):
+class Rejection(Exception):
     """A command is answered `?`; `code` is what TC then reports."""
 
     def __init__(self, code: ErrorCode) -> None:

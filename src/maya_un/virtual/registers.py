@@ -10,7 +10,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 
 _LARGEST = 2147483647.0
 _SMALLEST = -2147483648.0
@@ -20,7 +20,7 @@ _VOLTS = 9.9982
 _VOLT = 20.0 / 65536.0
 
 
-class When(Enum):
+class WriteCondition(Enum):
     """When a register of an axis may be changed."""
 
     ALWAYS = "at any time"
@@ -40,15 +40,15 @@ class Register(NamedTuple):
     maximum: float
     default: float
     step: float = 1.0
-    when: When = When.ALWAYS
+    when: WriteCondition = WriteCondition.ALWAYS
     places: int = 0
     choices: frozenset[float] = frozenset()
     power: int = 0
 
     def rounded(self, value: float) -> float:
-        """Return `value` as the register keeps it; raises `Refused` for one out of range."""
+        """Return `value` as the register keeps it; raises `Rejection` for one out of range."""
         if not self.minimum <= value <= self.maximum or (self.choices and value not in self.choices):
-            raise Refused(ErrorCode.OUT_OF_RANGE)
+            raise Rejection(ErrorCode.OUT_OF_RANGE)
         if self.choices:
             return value
         return int(value / self.step + (1e-9 if value >= 0 else -1e-9)) * self.step
@@ -68,8 +68,8 @@ TM = Register(125.0, 20000.0, 1000.0, 125.0)
 AXIS: dict[str, Register] = {
     "SP": Register(-_FASTEST, _FASTEST, 25000.0, 2.0, power=1),
     "AC": Register(1024.0, _STEEPEST, 256000.0, 1024.0, power=2),
-    "DC": Register(1024.0, _STEEPEST, 256000.0, 1024.0, When.BRAKING, power=2),
-    "SD": Register(1024.0, _STEEPEST, 256000.0, 1024.0, When.BRAKING, power=2),
+    "DC": Register(1024.0, _STEEPEST, 256000.0, 1024.0, WriteCondition.BRAKING, power=2),
+    "SD": Register(1024.0, _STEEPEST, 256000.0, 1024.0, WriteCondition.BRAKING, power=2),
     "HV": Register(0.0, _FASTEST, 256.0, 2.0, power=1),
     "IT": Register(1.0 / 256.0, 1.0, 1.0, 1.0 / 256.0, places=4),
     "KP": Register(0.0, 1023.875, 6.0, 0.125, places=2),
@@ -77,7 +77,7 @@ AXIS: dict[str, Register] = {
     "KD": Register(0.0, 4095.875, 64.0, 0.125, places=2),
     "IL": Register(-_VOLTS, _VOLTS, _VOLTS, _VOLT, places=4),
     "PL": Register(0.0, 0.9999, 0.0, 1.0 / 65536.0, places=4),
-    "FA": Register(0.0, 8191.75, 0.0, 0.25, When.RESTING, 2),
+    "FA": Register(0.0, 8191.75, 0.0, 0.25, WriteCondition.RESTING, 2),
     "FV": Register(0.0, 8191.0, 0.0),
     "DV": Register(0.0, 1.0, 0.0),
     "NB": Register(0.0, 62.5, 0.5, 0.5, places=1),
@@ -95,20 +95,20 @@ AXIS: dict[str, Register] = {
     "FL": Register(_SMALLEST, _LARGEST, _LARGEST),
     "BL": Register(_SMALLEST, _LARGEST, _SMALLEST),
     "TW": Register(-1.0, 32767.0, 32766.0),
-    "MT": Register(-4.0, 4.0, 1.0, 0.5, When.OFF, 1, frozenset({1, -1, 2, -2, 2.5, -2.5, 4, -4})),
-    "CE": Register(0.0, 15.0, 0.0, 1.0, When.RESTING),
-    "AF": Register(-1.0, 1.0, 0.0, 1.0, When.RESTING),
-    "BR": Register(-1.0, 1.0, 0.0, 1.0, When.RESTING),
+    "MT": Register(-4.0, 4.0, 1.0, 0.5, WriteCondition.OFF, 1, frozenset({1, -1, 2, -2, 2.5, -2.5, 4, -4})),
+    "CE": Register(0.0, 15.0, 0.0, 1.0, WriteCondition.RESTING),
+    "AF": Register(-1.0, 1.0, 0.0, 1.0, WriteCondition.RESTING),
+    "BR": Register(-1.0, 1.0, 0.0, 1.0, WriteCondition.RESTING),
     "BW": Register(0.0, 4096.0, 0.0),
-    "AG": Register(0.0, 3.0, 1.0, 1.0, When.OFF),
-    "AU": Register(0.0, 12.0, 0.0, 0.5, When.OFF, 1),
-    "BM": Register(1.0, 1_000_000.0, 2000.0, 1.0 / 65536.0, When.COMMUTATED),
-    "BD": Register(0.0, 360.0, 6.0, 1.0 / 256.0, When.COMMUTATED),
+    "AG": Register(0.0, 3.0, 1.0, 1.0, WriteCondition.OFF),
+    "AU": Register(0.0, 12.0, 0.0, 0.5, WriteCondition.OFF, 1),
+    "BM": Register(1.0, 1_000_000.0, 2000.0, 1.0 / 65536.0, WriteCondition.COMMUTATED),
+    "BD": Register(0.0, 360.0, 6.0, 1.0 / 256.0, WriteCondition.COMMUTATED),
     "KS": Register(0.25, 128.0, 2.0, 1.0 / 32.0, places=3),
     "LC": Register(-32767.0, 32767.0, 0.0),
-    "YA": Register(1.0, 9999.0, 2.0, 1.0, When.RESTING),
-    "YB": Register(1.0, 9999.0, 200.0, 1.0, When.RESTING),
-    "YC": Register(1.0, 32766.0, 4000.0, 1.0, When.RESTING),
+    "YA": Register(1.0, 9999.0, 2.0, 1.0, WriteCondition.RESTING),
+    "YB": Register(1.0, 9999.0, 200.0, 1.0, WriteCondition.RESTING),
+    "YC": Register(1.0, 32766.0, 4000.0, 1.0, WriteCondition.RESTING),
     "YS": Register(0.0, 1.0, 0.0),
     "GR": Register(-127.0, 127.9999, 0.0, 1.0 / 65536.0, places=4),
     "GM": Register(0.0, 1.0, 0.0),
@@ -127,7 +127,7 @@ STEPPER_FASTEST = 3_000_000.0
 PLANE: dict[str, Register] = {
     "VS": Register(2.0, _FASTEST, 25000.0, 2.0, power=1),
     "VA": Register(1024.0, _STEEPEST, 256000.0, 1024.0, power=2),
-    "VD": Register(1024.0, _STEEPEST, 256000.0, 1024.0, When.RESTING, power=2),
+    "VD": Register(1024.0, _STEEPEST, 256000.0, 1024.0, WriteCondition.RESTING, power=2),
     "VR": Register(0.0, 10.0, 1.0, 1.0 / 65536.0, places=4),
     "VV": Register(0.0, _FASTEST, 0.0, 2.0, power=1),
 }

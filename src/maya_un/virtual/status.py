@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from maya_un.galil.record import VELOCITY_SCALE, VOLTS_SCALE, Status, assemble
+from maya_un.galil.record import VELOCITY_SCALE, VOLTS_SCALE, AxisStatus, assemble
 from maya_un.virtual.motion import homing
-from maya_un.virtual.motion.axis import Axis, Kind
+from maya_un.virtual.motion.axis import Axis, MotionKind
 from maya_un.virtual.motion.latch import input_of
 from maya_un.virtual.motion.plane import Plane
 from maya_un.virtual.unit import Unit
@@ -47,7 +47,7 @@ def switches_byte(unit: Unit, axis: Axis) -> int:
 
 def distance_set(unit: Unit, axis: Axis) -> int:
     """Return what `PR ?` shows: the distance set, or the one that a PA implies."""
-    if axis.kind is Kind.ABSOLUTE:
+    if axis.kind is MotionKind.ABSOLUTE:
         return axis.destination - axis.reference(unit.core.now)
     return axis.distance
 
@@ -174,14 +174,14 @@ def _switches(unit: Unit, axis: Axis, stepper: bool) -> int:
 
 
 def _status_word(unit: Unit, axis: Axis) -> int:
-    word = Status.MOTOR_OFF * (not axis.on) | Status.LATCH_ARMED * axis.latch_armed
+    word = AxisStatus.MOTOR_OFF * (not axis.on) | AxisStatus.LATCH_ARMED * axis.latch_armed
     if not axis.moving:
         return word
-    word |= Status.MOVING | Status.NEGATIVE * (axis.heading(unit.core.now) < 0)
+    word |= AxisStatus.MOVING | AxisStatus.NEGATIVE * (axis.heading(unit.core.now) < 0)
     if axis.plane in unit.core.planes:
-        return word | Status.COORDINATED | _phase(unit.core.planes[axis.plane], unit.core.now)
+        return word | AxisStatus.COORDINATED | _phase(unit.core.planes[axis.plane], unit.core.now)
     if axis.plane:
-        return word | Status.CONTOUR * (axis.plane == unit.core.contour.letter)
+        return word | AxisStatus.CONTOUR * (axis.plane == unit.core.contour.letter)
     return word | _motion_bits(unit, axis)
 
 
@@ -191,16 +191,16 @@ def _motion_bits(unit: Unit, axis: Axis) -> int:
         return 0
     v, soon = axis.timeline.at(now)[1], axis.timeline.at(now + 1e-6)[1]
     return (
-        Status.POSITION_MODE * motion.positions
-        | Status.ABSOLUTE_MODE * (motion.kind is Kind.ABSOLUTE)
-        | Status.FINDING_EDGE * (motion.kind is Kind.FIND_EDGE)
-        | Status.HOMING * (motion.kind is Kind.HOME)
-        | Status.HOMING_FIRST_DONE * (motion.kind is Kind.HOME and motion.stage >= homing.RETURNING)
-        | Status.HOMING_SECOND_DONE * (motion.kind in homing.KINDS and motion.stage >= homing.TO_INDEX)
-        | Status.HOMING_THIRD * (motion.kind is Kind.HOME and motion.stage >= homing.TO_INDEX)
-        | Status.SLEWING * (v == soon != 0.0)
-        | Status.STOPPING * motion.stopping
-        | Status.FINAL_DECELERATION * (now >= motion.profile.braking)
+        AxisStatus.POSITION_MODE * motion.positions
+        | AxisStatus.ABSOLUTE_MODE * (motion.kind is MotionKind.ABSOLUTE)
+        | AxisStatus.FINDING_EDGE * (motion.kind is MotionKind.FIND_EDGE)
+        | AxisStatus.HOMING * (motion.kind is MotionKind.HOME)
+        | AxisStatus.HOMING_FIRST_DONE * (motion.kind is MotionKind.HOME and motion.stage >= homing.RETURNING)
+        | AxisStatus.HOMING_SECOND_DONE * (motion.kind in homing.KINDS and motion.stage >= homing.TO_INDEX)
+        | AxisStatus.HOMING_THIRD * (motion.kind is MotionKind.HOME and motion.stage >= homing.TO_INDEX)
+        | AxisStatus.SLEWING * (v == soon != 0.0)
+        | AxisStatus.STOPPING * motion.stopping
+        | AxisStatus.FINAL_DECELERATION * (now >= motion.profile.braking)
     )
 
 
@@ -208,7 +208,7 @@ def _plane(plane: Plane, now: float) -> tuple[int, int, int, int]:
     """Return the fields of a plane in the order of `PlaneRecord`."""
     return (
         plane.count(now) & 0xFFFF,
-        Status.MOVING | _phase(plane, now) if plane.running else 0,
+        AxisStatus.MOVING | _phase(plane, now) if plane.running else 0,
         _long(round(plane.distance(now))),
         plane.free(now),
     )
@@ -217,9 +217,9 @@ def _plane(plane: Plane, now: float) -> tuple[int, int, int, int]:
 def _phase(plane: Plane, now: float) -> int:
     slewing, final = plane.slewing(now)
     return (
-        Status.SLEWING * slewing
-        | Status.STOPPING * plane.stopping
-        | Status.FINAL_DECELERATION * (final or plane.stopping)
+        AxisStatus.SLEWING * slewing
+        | AxisStatus.STOPPING * plane.stopping
+        | AxisStatus.FINAL_DECELERATION * (final or plane.stopping)
     )
 
 

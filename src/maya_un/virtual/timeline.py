@@ -24,7 +24,7 @@ _FEW = 12
 """Up to so many pieces a loop is faster than numpy."""
 
 
-class Piece(NamedTuple):
+class TimelinePiece(NamedTuple):
     """From time `t` [s]: position `p` [counts], velocity `v` [counts/s], acceleration `a` [counts/s²].
 
     A piece is valid until the `t` of the next one; the last one for ever.
@@ -66,9 +66,9 @@ class Timeline:
     __slots__ = ("_pieces", "_table", "_times", "_version")
 
     def __init__(self, position: float = 0.0, t: float = 0.0) -> None:
-        self._pieces = [Piece(t, position, 0.0, 0.0)]
+        self._pieces = [TimelinePiece(t, position, 0.0, 0.0)]
         self._times = [t]
-        self._table: _Table | None = None
+        self._table: _TimelineTable | None = None
         self._version = 0
 
     @property
@@ -87,17 +87,17 @@ class Timeline:
         return self._version
 
     @property
-    def pieces(self) -> tuple[Piece, ...]:
+    def pieces(self) -> tuple[TimelinePiece, ...]:
         """The pieces kept, oldest first."""
         return tuple(self._pieces)
 
-    def ahead(self, t: float) -> list[Piece]:
+    def ahead(self, t: float) -> list[TimelinePiece]:
         """Return the plan from time `t` [s] on; the first piece begins there."""
         index = self._index(t)
         piece = self._pieces[index]
-        return [Piece(t, *self.at(t), piece.a if t >= piece.t else 0.0), *self._pieces[index + 1 :]]
+        return [TimelinePiece(t, *self.at(t), piece.a if t >= piece.t else 0.0), *self._pieces[index + 1 :]]
 
-    def plan(self, t: float, pieces: Sequence[Piece]) -> None:
+    def plan(self, t: float, pieces: Sequence[TimelinePiece]) -> None:
         """Replace everything from time `t` [s] on; `pieces` are in order of time and the first begins at `t`.
 
         The last piece extends for ever, so it is at rest or of constant velocity. Raises `ValueError` where
@@ -114,7 +114,7 @@ class Timeline:
     def hold(self, t: float) -> None:
         """Stop at once: rest from time `t` [s] on at the position the axis has then."""
         position, _ = self.at(t)
-        self.plan(t, (Piece(t, position, 0.0, 0.0),))
+        self.plan(t, (TimelinePiece(t, position, 0.0, 0.0),))
 
     def at(self, t: float) -> tuple[float, float]:
         """Return position [counts] and velocity [counts/s] at time `t` [s]; rest before the first piece."""
@@ -196,7 +196,7 @@ class Timeline:
     def _index(self, t: float) -> int:
         return max(0, bisect_right(self._times, t) - 1)
 
-    def _monotone(self, t0: float, t1: float) -> Iterator[tuple[Piece, float, float]]:
+    def _monotone(self, t0: float, t1: float) -> Iterator[tuple[TimelinePiece, float, float]]:
         """Yield the stretches (piece, from, to) of (t0, t1] within which the axis does not turn."""
         index = self._index(t0)
         start = max(t0, self._times[index])
@@ -218,13 +218,13 @@ class Timeline:
                 low, high = min(low, position), max(high, position)
         return low, high
 
-    def _arrays(self) -> _Table:
+    def _arrays(self) -> _TimelineTable:
         if self._table is None:
-            self._table = _Table.of(self._pieces)
+            self._table = _TimelineTable.of(self._pieces)
         return self._table
 
 
-class _Table(NamedTuple):
+class _TimelineTable(NamedTuple):
     """The pieces as columns; of each but the last the least and greatest position, and when it turns, if it does."""
 
     columns: tuple[Floats, Floats, Floats, Floats]  # t, p, v, a
@@ -233,7 +233,7 @@ class _Table(NamedTuple):
     turns: Floats
 
     @classmethod
-    def of(cls, pieces: list[Piece]) -> _Table:
+    def of(cls, pieces: list[TimelinePiece]) -> _TimelineTable:
         flat = np.fromiter(chain.from_iterable(pieces), np.float64, 4 * len(pieces))
         columns = np.ascontiguousarray(flat.reshape(-1, 4).T)  # (4, pieces)
         t, p, v, a = columns[:, :-1]
@@ -247,7 +247,7 @@ class _Table(NamedTuple):
         turns = (t + turn)[(turn > 0.0) & (turn < length)]
         return cls((columns[0], columns[1], columns[2], columns[3]), low, high, turns)
 
-    def without(self, gone: int) -> _Table:
+    def without(self, gone: int) -> _TimelineTable:
         """Return the table without its first `gone` pieces."""
         t, p, v, a = self.columns
-        return _Table((t[gone:], p[gone:], v[gone:], a[gone:]), self.low[gone:], self.high[gone:], self.turns)
+        return _TimelineTable((t[gone:], p[gone:], v[gone:], a[gone:]), self.low[gone:], self.high[gone:], self.turns)

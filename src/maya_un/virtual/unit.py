@@ -21,12 +21,12 @@ from maya_un.virtual.motion.gearing import Gearing
 from maya_un.virtual.motion.latch import Latches
 from maya_un.virtual.motion.plane import Plane
 from maya_un.virtual.network import Network
-from maya_un.virtual.outlet import Outlet
+from maya_un.virtual.outlet import OutputBuffer
 from maya_un.virtual.peripherals import Peripherals
 from maya_un.virtual.plant import Plant
 from maya_un.virtual.program import Program
-from maya_un.virtual.recorder import Recorder
-from maya_un.virtual.records import RecordStream
+from maya_un.virtual.recorder import ArrayRecorder
+from maya_un.virtual.records import RecordEmitter
 from maya_un.virtual.thread import Threads
 
 MOST_VARIABLES = 510
@@ -45,7 +45,7 @@ class Format(NamedTuple):
         return (-1 if self.hexadecimal else 1) * (self.before + self.after / 10)
 
 
-class Identity(NamedTuple):
+class ControllerIdentity(NamedTuple):
     """What the controller says it is: firmware line, serial number, its own address."""
 
     firmware: str
@@ -61,7 +61,7 @@ class Unit:
     """
 
     def __init__(
-        self, plant: Plant, axes: int, identity: Identity, motors_off: bool, memory: Memory | None = None
+        self, plant: Plant, axes: int, identity: ControllerIdentity, motors_off: bool, memory: Memory | None = None
     ) -> None:
         self.identity = identity
         self.motors_off = motors_off
@@ -70,12 +70,12 @@ class Unit:
         self.core = MotionCore(plant, tuple(lines), planes)
         self.core.contour.starved = self._starved
         self.handles = Handles()
-        self.outlet = Outlet(self.handles)
+        self.outlet = OutputBuffer(self.handles)
         self.handles.on_close = self._closed
         self.memory = Memory() if memory is None else memory
-        self.records = RecordStream(self.handles, self.outlet)
+        self.records = RecordEmitter(self.handles, self.outlet)
         self.arrays = Arrays()
-        self.recorder = Recorder(self.arrays)
+        self.recorder = ArrayRecorder(self.arrays)
         self.program = Program()
         self.threads = Threads()
         self.inputs = [True] * (8 if axes <= 4 else 16)

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from maya_un.client import requests, targets
-from maya_un.client.driving import Held
+from maya_un.client.driving import HeldLease
 from maya_un.client.plans import jobs, leasing, moving, primitives, queue
 from maya_un.client.plans.patience import PATIENCE, persistently
 from maya_un.client.plans.waiting import StillWaiting
@@ -316,7 +316,7 @@ def test_where_nothing_runs_a_stop_says_so_at_once() -> None:
 def test_a_lease_is_renewed_well_before_it_ends_until_it_is_lost() -> None:
     answers: list[Any] = [NOBODY, NOBODY, LeaseLost(reason="broken")]
     times: list[float] = []
-    held = Held()
+    held = HeldLease()
     held.begin("id 1")
     player = Player(lambda _: (times.append(player.now), answers.pop(0))[1])
     player.perform(leasing.kept(held, LeaseTaken("id 1", "ana", "", 9.0)))
@@ -327,7 +327,7 @@ def test_a_lease_is_renewed_well_before_it_ends_until_it_is_lost() -> None:
 
 
 def test_a_service_that_does_not_answer_has_ended_the_lease_when_its_time_is_over() -> None:
-    held = Held()
+    held = HeldLease()
     held.begin("id 1")
     player = Player(lambda _: ServiceNotAnswering(reason="cut"))
     player.perform(leasing.kept(held, LeaseTaken("id 1", "ana", "", 9.0)))
@@ -337,7 +337,7 @@ def test_a_service_that_does_not_answer_has_ended_the_lease_when_its_time_is_ove
 
 
 def test_a_lease_that_somebody_else_has_now_is_lost() -> None:
-    held = Held()
+    held = HeldLease()
     held.begin("id 1")
     player = Player(lambda _: LeaseHeld(holder="berta", since="3 s"))
     player.perform(leasing.kept(held, LeaseTaken("id 1", "ana", "", 9.0)))

@@ -20,12 +20,12 @@ from maya_un.errors import (
 )
 from maya_un.events import EmergencyStopped, Event, FaultEntered, LimitHit, MotionStopped
 from maya_un.galil.codes import STOP_TEXTS
-from maya_un.galil.record import AxisRecord, DataRecord, Status
+from maya_un.galil.record import AxisRecord, AxisStatus, DataRecord
 from tests.unit.controller.bench import record_of
 
 ORDER = (0, 1, 2)
 WELL = AxisRecord(stop_code=101)
-OFF = AxisRecord(stop_code=101, status=Status.MOTOR_OFF)
+OFF = AxisRecord(stop_code=101, status=AxisStatus.MOTOR_OFF)
 
 
 def ended(*codes: int, amplifier_status: int = 0) -> DataRecord:

@@ -7,7 +7,7 @@ from contextlib import asynccontextmanager
 import pytest
 
 from maya_un.config import Config
-from maya_un.controller.link import Link
+from maya_un.controller.link import DriverLink
 from maya_un.controller.monitor import Monitor
 from maya_un.errors import ConnectFailed, LinkLost, LinkTimeout, MachineError, NotConnected, WrongController
 from maya_un.galil.driver import Driver
@@ -73,9 +73,9 @@ class Ears:
 
 
 @asynccontextmanager
-async def linked(wall: Wall) -> AsyncIterator[tuple[Link, Ears]]:
+async def linked(wall: Wall) -> AsyncIterator[tuple[DriverLink, Ears]]:
     ears = Ears()
-    link = Link(wall.dial, "box", 2.0, ears.on_lost, ears.on_back)
+    link = DriverLink(wall.dial, "box", 2.0, ears.on_lost, ears.on_back)
     try:
         yield link, ears
     finally:

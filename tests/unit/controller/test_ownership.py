@@ -9,7 +9,7 @@ import pytest
 
 from maya_un.config.load import parse
 from maya_un.controller.controller import GalilController
-from maya_un.controller.guard import Guard
+from maya_un.controller.guard import Watchdog
 from maya_un.controller.ownership import SILENT, Ownership
 from maya_un.errors import (
     ControllerMoves,
@@ -56,7 +56,7 @@ async def opened(bench: Rig, *, take_over: bool = False) -> AsyncIterator[GalilC
         await other.close()
 
 
-def guard_of(controller: GalilController) -> Guard:
+def guard_of(controller: GalilController) -> Watchdog:
     guard = controller._lookout._guard
     assert guard is not None
     return guard

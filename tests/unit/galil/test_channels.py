@@ -2,12 +2,12 @@ from __future__ import annotations
 
 import pytest
 
-from maya_un.galil.channels import Clock, columns, quantity, reading, unit
-from maya_un.galil.record import AxisRecord, DataRecord, Status, Switch
+from maya_un.galil.channels import SampleClock, columns, quantity, reading, unit
+from maya_un.galil.record import AxisRecord, AxisStatus, AxisSwitches, DataRecord
 
 B = AxisRecord(
-    status=Status.MOVING | Status.MOTOR_OFF,
-    switches=Switch.REVERSE_INACTIVE,
+    status=AxisStatus.MOVING | AxisStatus.MOTOR_OFF,
+    switches=AxisSwitches.REVERSE_INACTIVE,
     stop_code=4,
     reference=-118,
     position=-120,
@@ -93,10 +93,10 @@ def test_nobody_says_what_to_watch() -> None:
 
 
 def test_the_clock_counts_on_where_its_sixteen_bits_begin_again() -> None:
-    clock = Clock()
+    clock = SampleClock()
     assert [clock.at(sample) for sample in (65024, 0, 1024, 1024)] == [0.0, 0.5, 1.5, 1.5]
 
 
 def test_a_second_has_fewer_samples_where_each_takes_longer() -> None:
-    clock = Clock(period=2000.0)
+    clock = SampleClock(period=2000.0)
     assert [clock.at(0), clock.at(1024)] == [0.0, 2.0]

@@ -14,10 +14,10 @@ import pytest
 from maya_un.errors import ConnectFailed, LinkLost, LinkTimeout, UnexpectedReply
 from maya_un.galil import emergency
 from maya_un.galil.framing import LineSplitter
-from maya_un.galil.record import AxisRecord, DataRecord, Status, encode
+from maya_un.galil.record import AxisRecord, AxisStatus, DataRecord, encode
 
-MOVING = AxisRecord(status=Status.MOVING | Status.POSITION_MODE)
-IN_SEQUENCE = AxisRecord(status=Status.MOVING | Status.COORDINATED)
+MOVING = AxisRecord(status=AxisStatus.MOVING | AxisStatus.POSITION_MODE)
+IN_SEQUENCE = AxisRecord(status=AxisStatus.MOVING | AxisStatus.COORDINATED)
 AT_REST = AxisRecord()
 
 

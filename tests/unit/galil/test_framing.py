@@ -5,7 +5,7 @@ import pytest
 from maya_un.galil.commands import TOO_LONG, split_line
 from maya_un.galil.conformance import load
 from maya_un.galil.conformance.pattern import literal
-from maya_un.galil.framing import Kind, LineSplitter, Message, Record, Reply, ReplySplitter, Stray
+from maya_un.galil.framing import LineSplitter, Message, RecordReply, Reply, ReplyKind, ReplySplitter, Stray
 from maya_un.galil.record import AxisRecord, DataRecord, encode
 
 RECORD = encode(DataRecord(axes=(AxisRecord(),) * 3))
@@ -32,7 +32,7 @@ def marked(text: str) -> bytes:
     return bytes(code | 0x80 for code in text.encode("ascii"))
 
 
-def replies(*kinds: Kind, data: bytes) -> list[object]:
+def replies(*kinds: ReplyKind, data: bytes) -> list[object]:
     splitter = ReplySplitter()
     for kind in kinds:
         splitter.expect(kind)
@@ -115,7 +115,7 @@ def test_golden_exchanges_are_one_reply_a_command() -> None:
         sent = LineSplitter().feed(send.encode("ascii"))
         if not receive or len(send) > 80 or "{N}" in send:
             continue  # data of a download, a line too long, or a reply whose end cannot be told
-        received = replies(*[Kind.TEXT] * len(sent), data=receive.encode("ascii"))
+        received = replies(*[ReplyKind.TEXT] * len(sent), data=receive.encode("ascii"))
         assert "".join(printed(reply) for reply in received if isinstance(reply, Reply)) == receive, send
         assert len(received) == len(sent), send
 
@@ -128,17 +128,20 @@ def test_golden_lines_are_split_alike_by_both_sides() -> None:
 
 
 def test_a_colon_inside_a_text_is_no_prompt() -> None:
-    assert replies(Kind.TEXT, data=b"at 12:30: ok\r\n:") == [Reply(True, "at 12:30: ok")]
+    assert replies(ReplyKind.TEXT, data=b"at 12:30: ok\r\n:") == [Reply(True, "at 12:30: ok")]
 
 
 def test_a_record_may_hold_prompts() -> None:
     data = bytearray(RECORD)
     data[82:] = b":" * len(data[82:])
-    assert replies(Kind.RECORD, Kind.TEXT, data=bytes(data) + b"::") == [Record(bytes(data)), Reply(True)]
+    assert replies(ReplyKind.RECORD, ReplyKind.TEXT, data=bytes(data) + b"::") == [
+        RecordReply(bytes(data)),
+        Reply(True),
+    ]
 
 
 def test_a_record_can_be_rejected() -> None:
-    assert replies(Kind.RECORD, Kind.TEXT, data=b"?:") == [Reply(False), Reply(True)]
+    assert replies(ReplyKind.RECORD, ReplyKind.TEXT, data=b"?:") == [Reply(False), Reply(True)]
 
 
 @pytest.mark.parametrize(
@@ -150,7 +153,7 @@ def test_a_record_can_be_rejected() -> None:
     ],
 )
 def test_what_is_no_record_is_stray(data: bytes) -> None:
-    (received,) = replies(Kind.RECORD, data=data.ljust(4, b"\0"))
+    (received,) = replies(ReplyKind.RECORD, data=data.ljust(4, b"\0"))
     assert isinstance(received, Stray)
 
 
@@ -161,12 +164,12 @@ def test_bytes_nobody_asked_for_are_stray() -> None:
 def test_messages_are_taken_out_from_anywhere() -> None:
     note = marked("limit\r\n")
     data = note + b" 20" + note[:3] + b"0\r" + note[3:] + b"\n:" + note + RECORD + b":" + note
-    assert replies(Kind.TEXT, Kind.RECORD, data=data) == [
+    assert replies(ReplyKind.TEXT, ReplyKind.RECORD, data=data) == [
         Message("limit"),
         Message("limit"),
         Reply(True, " 200"),
         Message("limit"),
-        Record(RECORD),
+        RecordReply(RECORD),
         Message("limit"),
     ]
 

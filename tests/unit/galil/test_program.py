@@ -6,7 +6,7 @@ import pytest
 
 from maya_un.errors import InvalidValue, ProgramDiffers
 from maya_un.galil import program
-from maya_un.galil.framing import Kind, LineSplitter, Reply, ReplySplitter
+from maya_un.galil.framing import LineSplitter, Reply, ReplyKind, ReplySplitter
 
 
 @pytest.mark.parametrize(
@@ -83,7 +83,7 @@ def test_the_first_difference_is_named(sent: list[str], found: list[str], line: 
     assert caught.value.details["line"] == line
 
 
-def replies(kinds: list[Kind], data: bytes, cut: int) -> list[object]:
+def replies(kinds: list[ReplyKind], data: bytes, cut: int) -> list[object]:
     splitter = ReplySplitter()
     for kind in kinds:
         splitter.expect(kind)
@@ -93,17 +93,17 @@ def replies(kinds: list[Kind], data: bytes, cut: int) -> list[object]:
 @pytest.mark.parametrize(
     ("kind", "data", "reply"),
     [
-        (Kind.TRANSFER, b":: 0\r\n:", Reply(True, " 0")),
-        (Kind.TRANSFER, b"::: 0\r\n:", Reply(True, " 0")),
-        (Kind.TRANSFER, b"?:17 words: many\r\n:", Reply(False, "17 words: many")),
-        (Kind.TRANSFER, b"??::60 words\r\n:", Reply(False, "60 words")),
-        (Kind.TRANSFER, b" 0\r\n:", Reply(True, " 0")),
-        (Kind.LISTING, b"#A\r\n:odd\r\nEN\r\n\x1a:", Reply(True, "#A\r\n:odd\r\nEN\r\n")),
-        (Kind.LISTING, b"\x1a:", Reply(True, "")),
-        (Kind.LISTING, b":\r\n\x1a:", Reply(True, ":\r\n")),
-        (Kind.LISTING, b"?", Reply(False)),
+        (ReplyKind.TRANSFER, b":: 0\r\n:", Reply(True, " 0")),
+        (ReplyKind.TRANSFER, b"::: 0\r\n:", Reply(True, " 0")),
+        (ReplyKind.TRANSFER, b"?:17 words: many\r\n:", Reply(False, "17 words: many")),
+        (ReplyKind.TRANSFER, b"??::60 words\r\n:", Reply(False, "60 words")),
+        (ReplyKind.TRANSFER, b" 0\r\n:", Reply(True, " 0")),
+        (ReplyKind.LISTING, b"#A\r\n:odd\r\nEN\r\n\x1a:", Reply(True, "#A\r\n:odd\r\nEN\r\n")),
+        (ReplyKind.LISTING, b"\x1a:", Reply(True, "")),
+        (ReplyKind.LISTING, b":\r\n\x1a:", Reply(True, ":\r\n")),
+        (ReplyKind.LISTING, b"?", Reply(False)),
     ],
 )
-def test_answers_of_transfers_wherever_they_are_cut(kind: Kind, data: bytes, reply: Reply) -> None:
+def test_answers_of_transfers_wherever_they_are_cut(kind: ReplyKind, data: bytes, reply: Reply) -> None:
     for cut in range(len(data) + 1):
-        assert replies([kind, Kind.TEXT], data + b" 5\r\n:", cut) == [reply, Reply(True, " 5")]
+        assert replies([kind, ReplyKind.TEXT], data + b" 5\r\n:", cut) == [reply, Reply(True, " 5")]

@@ -7,7 +7,16 @@ import struct
 import pytest
 
 from maya_un.errors import UnexpectedReply
-from maya_un.galil.record import AxisRecord, DataRecord, PlaneRecord, Status, Switch, decode, encode, record_length
+from maya_un.galil.record import (
+    AxisRecord,
+    AxisStatus,
+    AxisSwitches,
+    DataRecord,
+    PlaneRecord,
+    decode,
+    encode,
+    record_length,
+)
 
 EMPTY = encode(DataRecord(axes=(AxisRecord(),) * 3))
 
@@ -116,9 +125,9 @@ def test_encode_is_the_inverse_of_decode() -> None:
 
 
 def test_status_bits() -> None:
-    axis = AxisRecord(status=Status.MOVING | Status.COORDINATED | Status.STOPPING)
+    axis = AxisRecord(status=AxisStatus.MOVING | AxisStatus.COORDINATED | AxisStatus.STOPPING)
     assert (axis.moving, axis.coordinated, axis.stopping, axis.motor_off) == (True, True, True, False)
-    assert AxisRecord(status=Status.MOTOR_OFF).motor_off
+    assert AxisRecord(status=AxisStatus.MOTOR_OFF).motor_off
     plane = PlaneRecord(status=0x8010)
     assert (plane.moving, plane.stopping) == (True, True)
     assert not PlaneRecord().moving
@@ -126,7 +135,7 @@ def test_status_bits() -> None:
 
 def test_a_limit_is_active_where_its_bit_is_zero() -> None:
     assert not AxisRecord().forward_limit_active
-    at_forward = AxisRecord(switches=Switch.REVERSE_INACTIVE)
+    at_forward = AxisRecord(switches=AxisSwitches.REVERSE_INACTIVE)
     assert (at_forward.forward_limit_active, at_forward.reverse_limit_active) == (True, False)
 
 

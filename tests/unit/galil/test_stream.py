@@ -12,9 +12,9 @@ import pytest
 from maya_un.errors import ConnectFailed, InvalidValue, LinkLost, NotConnected, UnexpectedReply
 from maya_un.galil.driver import Driver
 from maya_un.galil.record import AxisRecord, DataRecord, encode
-from maya_un.galil.stream import Gaps, RawRecord, RecordStream, Way, period_of
+from maya_un.galil.stream import Gaps, RawRecord, RecordStream, StreamMode, period_of
 from maya_un.galil.transport import Datagrams, LoopbackDatagrams, TcpTransport, UdpTransport
-from maya_un.virtual.handles import Kind
+from maya_un.virtual.handles import HandleProtocol
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.plant import BenchPlant
 from maya_un.virtual.wire.server import VirtualController
@@ -107,7 +107,7 @@ def test_a_record_is_decoded_when_somebody_looks_and_once() -> None:
 
 async def test_records_come_at_the_controllers_pace() -> None:
     async with lab() as laboratory, streaming(laboratory) as stream:
-        assert stream.way is Way.SENT
+        assert stream.way is StreamMode.SENT
         await laboratory.driver.batch(["SH", "JGA=10240", "BGA"])
         samples: list[int] = []
         async for raw in stream:
@@ -170,7 +170,7 @@ async def test_lost_datagrams_are_counted() -> None:
         theirs.blocked = False
         await elapse(0.5)
         assert 9 <= stream.lost <= 11
-        assert stream.way is Way.SENT
+        assert stream.way is StreamMode.SENT
 
 
 async def test_where_udp_falls_silent_records_are_polled_from_then_on() -> None:
@@ -181,14 +181,14 @@ async def test_where_udp_falls_silent_records_are_polled_from_then_on() -> None:
         assert theirs is not None
         theirs.blocked = True
         await elapse(3.0)
-        assert stream.way is Way.POLLED
+        assert stream.way is StreamMode.POLLED
         assert stream.reason == "no record came for 2 s"
         assert laboratory.handles == 1
         theirs.blocked = False
         before = stream.received
         await elapse(1.0)
         assert stream.received - before == pytest.approx(51, abs=1)
-        assert stream.way is Way.POLLED
+        assert stream.way is StreamMode.POLLED
 
 
 async def test_a_pause_while_the_controller_burns_is_no_silence() -> None:
@@ -198,7 +198,7 @@ async def test_a_pause_while_the_controller_burns_is_no_silence() -> None:
         await elapse(1.9)
         paused = stream.received
         await elapse(2.0)
-        assert stream.way is Way.SENT
+        assert stream.way is StreamMode.SENT
         assert stream.received - paused > 50
 
 
@@ -209,7 +209,7 @@ async def test_somebody_elses_stream_is_left_alone() -> None:
         assert await other.read() == b"IHC\r\n:"
         await laboratory.driver.send("DR 100,2")
         await elapse(4.0)
-        assert stream.way is Way.POLLED
+        assert stream.way is StreamMode.POLLED
         assert await laboratory.driver.value("_DR0") == 100.0
         assert laboratory.handles == 2
         await other.close()
@@ -218,7 +218,7 @@ async def test_somebody_elses_stream_is_left_alone() -> None:
 async def test_without_a_way_for_datagrams_records_are_polled() -> None:
     async with lab() as laboratory:
         stream = await laboratory.driver.stream(10.24)
-        assert (stream.way, stream.reason) == (Way.POLLED, "no way for UDP was given")
+        assert (stream.way, stream.reason) == (StreamMode.POLLED, "no way for UDP was given")
         await elapse(1.05)
         assert stream.received == 11
         await stream.close()
@@ -234,7 +234,7 @@ async def test_a_controller_that_does_not_answer_by_udp_is_polled() -> None:
             return way
 
         stream = await laboratory.driver.stream(51.2, deaf)
-        assert (stream.way, stream.reason) == (Way.POLLED, "the controller does not answer by UDP")
+        assert (stream.way, stream.reason) == (StreamMode.POLLED, "the controller does not answer by UDP")
         await stream.close()
         assert laboratory.handles == 1
 
@@ -252,7 +252,7 @@ async def test_an_answer_that_is_blocked_leaves_no_handle_taken() -> None:
 
         stream = await laboratory.driver.stream(51.2, mute)
         await elapse(0.1)
-        assert stream.way is Way.POLLED
+        assert stream.way is StreamMode.POLLED
         assert laboratory.handles == 1
         await stream.close()
 
@@ -263,7 +263,7 @@ async def test_a_way_that_cannot_be_had_is_no_reason_to_fail() -> None:
 
     async with lab() as laboratory:
         stream = await laboratory.driver.stream(51.2, none)
-        assert (stream.way, stream.reason) == (Way.POLLED, "network is unreachable")
+        assert (stream.way, stream.reason) == (StreamMode.POLLED, "network is unreachable")
         await stream.close()
 
 
@@ -272,7 +272,7 @@ async def test_where_no_handle_is_free_records_are_polled() -> None:
         for _ in range(7):
             laboratory.controller.loopback()
         stream = await laboratory.driver.stream(51.2, laboratory.datagrams)
-        assert stream.way is Way.POLLED
+        assert stream.way is StreamMode.POLLED
         await stream.close()
 
 
@@ -302,7 +302,7 @@ async def test_a_driver_closed_before_its_stream_is_told() -> None:
         await stream.close()
 
 
-async def by_real_udp(twin: ServedTwin) -> tuple[list[int], Way, str]:
+async def by_real_udp(twin: ServedTwin) -> tuple[list[int], StreamMode, str]:
     """Take ten records, or what comes in their place."""
     driver = await Driver.open(await TcpTransport.connect(twin.host, twin.port, 5.0), timeout=5.0)
     stream = await driver.stream(128.0, lambda: UdpTransport.connect(twin.host, twin.port))
@@ -320,13 +320,13 @@ def test_records_come_by_a_real_socket() -> None:
     with served() as twin:
         samples, way, _ = asyncio.run(by_real_udp(twin))
         kinds = twin.look(lambda machine: [handle.kind for handle in machine.unit.handles if handle is not None])
-    assert Kind.UDP not in kinds
-    assert way is Way.SENT
+    assert HandleProtocol.UDP not in kinds
+    assert way is StreamMode.SENT
     assert all((after - before) % 8 == 0 for before, after in pairwise(samples))
 
 
 def test_where_nobody_listens_for_udp_records_are_polled() -> None:
     with served(udp=False) as twin:
         samples, way, reason = asyncio.run(by_real_udp(twin))
-    assert (way, reason) == (Way.POLLED, "Connection refused")
+    assert (way, reason) == (StreamMode.POLLED, "Connection refused")
     assert len(samples) == 10

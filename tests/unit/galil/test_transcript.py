@@ -7,35 +7,35 @@ import hypothesis.strategies as st
 import pytest
 from hypothesis import given
 
-from maya_un.galil.framing import Record, Reply
-from maya_un.galil.record import AxisRecord, DataRecord, Status, encode
-from maya_un.galil.transcript import Conversation, Piece, Side, conversations, difference, header, read
+from maya_un.galil.framing import RecordReply, Reply
+from maya_un.galil.record import AxisRecord, AxisStatus, DataRecord, encode
+from maya_un.galil.transcript import ConnectionTranscript, Side, WirePiece, conversations, difference, header, read
 
 RECORD = DataRecord((AxisRecord(position=1000, reference=1000), AxisRecord(), AxisRecord()), sample=5)
 times = st.integers(0, 10**9).map(lambda micros: micros / 1e6)
 sides = st.sampled_from(("client", "controller"))
-pieces = st.tuples(times, st.integers(1, 9), sides, st.binary(min_size=1)).map(lambda fields: Piece(*fields))
+pieces = st.tuples(times, st.integers(1, 9), sides, st.binary(min_size=1)).map(lambda fields: WirePiece(*fields))
 
 
-def recorded(record: DataRecord) -> Record:
-    return Record(encode(record))
+def recorded(record: DataRecord) -> RecordReply:
+    return RecordReply(encode(record))
 
 
 @given(st.lists(pieces))
-def test_what_is_written_is_read_back(written: list[Piece]) -> None:
+def test_what_is_written_is_read_back(written: list[WirePiece]) -> None:
     text = [header("10.0.0.5:23"), *(piece.line() for piece in written)]
     assert read(f"{line}\n" for line in text) == written
 
 
 def test_a_line_is_what_the_format_says() -> None:
-    assert json.loads(Piece(0.0125, 1, "client", b"TP\r").line()) == {
+    assert json.loads(WirePiece(0.0125, 1, "client", b"TP\r").line()) == {
         "t": 0.0125,
         "link": 1,
         "from": "client",
         "data": "TP\r",
     }
-    assert json.loads(Piece(1.0, 2, "controller", event="end").line())["event"] == "end"
-    assert json.loads(Piece(0.0, 1, "controller", b"\x87\xff").line())["data"] == "\x87\xff"
+    assert json.loads(WirePiece(1.0, 2, "controller", event="end").line())["event"] == "end"
+    assert json.loads(WirePiece(0.0, 1, "controller", b"\x87\xff").line())["data"] == "\x87\xff"
 
 
 @pytest.mark.parametrize(
@@ -62,12 +62,12 @@ def test_what_is_no_recording_is_refused(lines: list[str]) -> None:
 
 
 def test_a_last_line_cut_short_is_passed_over() -> None:
-    whole = Piece(0.0, 1, "client", b"TP\r")
+    whole = WirePiece(0.0, 1, "client", b"TP\r")
     assert read([header("x") + "\n", whole.line() + "\n", '{"t": 0.5, "li']) == [whole]
 
 
-def exchanges(*said: tuple[Side, bytes]) -> list[tuple[str, Reply | Record | None]]:
-    found = conversations(Piece(0.0, 1, side, data) for side, data in said)[1]
+def exchanges(*said: tuple[Side, bytes]) -> list[tuple[str, Reply | RecordReply | None]]:
+    found = conversations(WirePiece(0.0, 1, side, data) for side, data in said)[1]
     return [(exchange.command, exchange.reply) for exchange in found.exchanges]
 
 
@@ -85,7 +85,7 @@ def test_commands_find_their_answers_wherever_the_pieces_are_cut() -> None:
 def test_a_record_is_one_answer() -> None:
     data = encode(RECORD)
     said: list[tuple[Side, bytes]] = [("client", b"QR\rTP\r"), ("controller", data + b": 1\r\n:")]
-    assert exchanges(*said) == [("QR", Record(data)), ("TP", Reply(True, " 1"))]
+    assert exchanges(*said) == [("QR", RecordReply(data)), ("TP", Reply(True, " 1"))]
 
 
 def test_the_text_of_a_program_is_no_command() -> None:
@@ -94,7 +94,7 @@ def test_the_text_of_a_program_is_no_command() -> None:
 
 
 def test_messages_are_kept_apart_and_strays_end_the_understanding() -> None:
-    conversation = Conversation()
+    conversation = ConnectionTranscript()
     conversation.said(b"TP\r", 0.0)
     conversation.heard(bytes(byte | 0x80 for byte in b"hello\r\n") + b" 1\r\n:")
     assert conversation.messages == ["hello"]
@@ -143,8 +143,8 @@ def test_a_prompt_is_never_a_question_mark() -> None:
         ({"position": 1050, "velocity_raw": 99, "torque_raw": 5, "error": -50}, ""),
         ({"position": 1051}, "A position 1000 became 1051"),
         ({"stop_code": 4}, "A stop_code 0 became 4"),
-        ({"status": Status.MOVING | Status.SLEWING}, "A status 0x0000 became 0x8020"),
-        ({"status": Status.SLEWING}, ""),
+        ({"status": AxisStatus.MOVING | AxisStatus.SLEWING}, "A status 0x0000 became 0x8020"),
+        ({"status": AxisStatus.SLEWING}, ""),
     ],
 )
 def test_records_are_compared_by_what_they_mean(axis: dict[str, int], how: str) -> None:
@@ -156,4 +156,4 @@ def test_records_of_other_controllers_differ() -> None:
     fewer = replace(RECORD, axes=RECORD.axes[:2])
     assert difference("QR", recorded(RECORD), recorded(fewer), 50.0) == "3 axes became 2"
     assert difference("QR", recorded(RECORD), recorded(replace(RECORD, error_code=6)), 50.0) == "error_code 0 became 6"
-    assert difference("QR", Record(b"short"), Record(b"longer"), 50.0) == "5 bytes became 6"
+    assert difference("QR", RecordReply(b"short"), RecordReply(b"longer"), 50.0) == "5 bytes became 6"

@@ -9,12 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.galil.record import Status, Switch
+from maya_un.galil.record import AxisStatus, AxisSwitches
 from tests.unit.virtual.bench import Bench
 
 ROUND = "AC*=10240;DC*=10240;SD*=10240;SP*=10240;HV*=1024"
 STAGES = (
-    Status.FINDING_EDGE | Status.HOMING | Status.HOMING_FIRST_DONE | Status.HOMING_SECOND_DONE | Status.HOMING_THIRD
+    AxisStatus.FINDING_EDGE
+    | AxisStatus.HOMING
+    | AxisStatus.HOMING_FIRST_DONE
+    | AxisStatus.HOMING_SECOND_DONE
+    | AxisStatus.HOMING_THIRD
 )
 
 
@@ -26,7 +30,7 @@ def stages(bench: Bench) -> int:
 def test_fi_passes_the_index_brakes_and_comes_back() -> None:
     bench = Bench()
     bench.do(ROUND, "DPA=77", "JGA=2048", "FIA;BGA")
-    assert stages(bench) == Status.HOMING_SECOND_DONE
+    assert stages(bench) == AxisStatus.HOMING_SECOND_DONE
     # 0.2 s to speed over 204.8 counts, then 3795.2 counts to the index at 4000, then 204.8 to rest.
     at_index = 0.2 + 3795.2 / 2048
     bench.at(at_index + 0.2)
@@ -38,16 +42,16 @@ def test_fi_passes_the_index_brakes_and_comes_back() -> None:
 def test_hm_tells_its_stages() -> None:
     bench = Bench()
     bench.do(ROUND, "HMA;BGA")
-    assert stages(bench) == Status.HOMING
+    assert stages(bench) == AxisStatus.HOMING
     bench.at(2.0)
     bench.switch(0, home=False)
-    assert stages(bench) == Status.HOMING
+    assert stages(bench) == AxisStatus.HOMING
     bench.at(3.5)
-    assert stages(bench) == Status.HOMING | Status.HOMING_FIRST_DONE
+    assert stages(bench) == AxisStatus.HOMING | AxisStatus.HOMING_FIRST_DONE
     bench.switch(0, home=True)
-    third = Status.HOMING | Status.HOMING_FIRST_DONE | Status.HOMING_SECOND_DONE | Status.HOMING_THIRD
+    third = AxisStatus.HOMING | AxisStatus.HOMING_FIRST_DONE | AxisStatus.HOMING_SECOND_DONE | AxisStatus.HOMING_THIRD
     assert stages(bench) == third
-    assert bench.record().axes[0].status & Status.NEGATIVE == 0
+    assert bench.record().axes[0].status & AxisStatus.NEGATIVE == 0
     assert bench.at(60.0).value("_SCA") == 10.0
     assert bench.positions()[0] == 0
     assert bench.plant.position(0) % 4000 == 0
@@ -192,13 +196,13 @@ def test_an_input_latches_on_its_edge(cn: int, first: bool, tripped: bool) -> No
     bench.machine.look()
     bench.at(3.0)
     assert bench.value("_ALB") == (not tripped)
-    assert bool(bench.record().axes[1].switches & Switch.LATCHED) is tripped
+    assert bool(bench.record().axes[1].switches & AxisSwitches.LATCHED) is tripped
     if not tripped:
         bench.machine.unit.set_input(2, True)
         bench.machine.look()
     assert bench.value("_RLB") == (15_360 if tripped else 25_600)
     assert bench.value("_ALB") == 0.0
-    assert bool(bench.record().axes[1].switches & Switch.LATCH_INPUT) is not tripped
+    assert bool(bench.record().axes[1].switches & AxisSwitches.LATCH_INPUT) is not tripped
 
 
 def test_another_axis_input_does_not_latch() -> None:

@@ -8,14 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maya_un.virtual.bench import Law, ServoBench
+from maya_un.virtual.bench import LagModel, ServoBench
 from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.timeline import Piece
+from maya_un.virtual.timeline import TimelinePiece
 
 
 def ramp(bench: ServoBench, axis: int = 0, speed: float = 1000.0) -> None:
     bench.power(axis, True)
-    bench.timelines[axis].plan(0.0, (Piece(0.0, 0.0, speed, 0.0),))
+    bench.timelines[axis].plan(0.0, (TimelinePiece(0.0, 0.0, speed, 0.0),))
 
 
 def test_a_first_order_lag_is_the_exponential_it_should_be() -> None:
@@ -31,7 +31,11 @@ def test_a_first_order_lag_is_the_exponential_it_should_be() -> None:
 @given(st.lists(st.floats(1e-4, 0.2), min_size=1, max_size=12))
 def test_it_does_not_matter_when_somebody_looks(pauses: list[float]) -> None:
     looked_at, left_alone = ServoBench(1, lag=0.05), ServoBench(1, lag=0.05)
-    pieces = (Piece(0.0, 0.0, 0.0, 4000.0), Piece(0.25, 125.0, 1000.0, -4000.0), Piece(0.5, 250.0, 0.0, 0.0))
+    pieces = (
+        TimelinePiece(0.0, 0.0, 0.0, 4000.0),
+        TimelinePiece(0.25, 125.0, 1000.0, -4000.0),
+        TimelinePiece(0.5, 250.0, 0.0, 0.0),
+    )
     for bench in (looked_at, left_alone):
         bench.power(0, True)
         bench.timelines[0].plan(0.0, pieces)
@@ -44,7 +48,7 @@ def test_it_does_not_matter_when_somebody_looks(pauses: list[float]) -> None:
 
 
 def test_a_delay_is_where_the_reference_was() -> None:
-    bench = ServoBench(2, lag=(0.1, 0.0), law=Law.DELAY)
+    bench = ServoBench(2, lag=(0.1, 0.0), law=LagModel.DELAY)
     ramp(bench)
     ramp(bench, 1)
     bench.advance(0.05)
@@ -117,7 +121,7 @@ def test_switching_on_with_a_wrong_encoder_moves_nothing() -> None:
     bench.fail_encoder(0, True)
     bench.advance(2.0)
     bench.power(0, False)
-    bench.timelines[0].plan(2.0, (Piece(2.0, 1000.0, 0.0, 0.0),))
+    bench.timelines[0].plan(2.0, (TimelinePiece(2.0, 1000.0, 0.0, 0.0),))
     bench.power(0, True)
     bench.advance(3.0)
     assert bench.true_position(0) == 2000.0

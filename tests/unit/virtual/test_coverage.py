@@ -12,10 +12,10 @@ from typing import TypedDict
 
 import pytest
 
-from maya_un.galil.catalogue import CATALOGUE, Kind
+from maya_un.galil.catalogue import CATALOGUE, EntryKind
 from maya_un.galil.commands import CONTROL
 from maya_un.virtual.commands import TABLE
-from maya_un.virtual.coverage import COVERAGE, Class, share
+from maya_un.virtual.coverage import COVERAGE, CoverageClass, share
 from tests.unit.virtual.bench import Bench
 from tests.unit.virtual.program_bench import ProgramBench
 
@@ -34,7 +34,7 @@ class Fact(TypedDict):
 VECTORS = Path(__file__).parents[2] / "vectors" / "dmc41x3_commands.json"
 FACTS: dict[str, Fact] = {fact["mnemonic"]: fact for fact in json.loads(VECTORS.read_text(encoding="utf-8"))}
 
-_COMMANDS = (Kind.COMMAND, Kind.TRIPPOINT)
+_COMMANDS = (EntryKind.COMMAND, EntryKind.TRIPPOINT)
 
 EXAMPLES = {
     "^L^K": "PW abc,abc;\x0c\x0babc,1",
@@ -173,7 +173,7 @@ OPERANDS = {"IH": "_IHA0", "AQ": "_AQ1", "TIME": "TIME", "_GPm": "_GPA", "_LFm":
 IN_PROGRAMS_ONLY = frozenset({"JS"})
 
 
-def of(kind: Class, *kinds: Kind) -> list[str]:
+def of(kind: CoverageClass, *kinds: EntryKind) -> list[str]:
     """Return the names of a class and of kinds of entries."""
     return [name for name, entry in CATALOGUE.items() if COVERAGE[name].kind is kind and entry.kind in kinds]
 
@@ -215,8 +215,8 @@ def test_every_entry_has_words_of_its_own() -> None:
 def test_every_entry_is_classified_and_says_why_it_is_not_implemented() -> None:
     assert set(COVERAGE) == set(CATALOGUE)
     for name, coverage in COVERAGE.items():
-        assert bool(coverage.reason) is (coverage.kind is not Class.IMPLEMENTED), name
-        assert (coverage.code is not None) is (coverage.kind is Class.REFUSED), name
+        assert bool(coverage.reason) is (coverage.kind is not CoverageClass.IMPLEMENTED), name
+        assert (coverage.code is not None) is (coverage.kind is CoverageClass.REFUSED), name
 
 
 def test_four_fifths_of_the_language_are_implemented() -> None:
@@ -224,7 +224,7 @@ def test_four_fifths_of_the_language_are_implemented() -> None:
 
 
 def test_every_command_has_a_handler_and_every_handler_a_command() -> None:
-    named = {word(name)[:2] for kind in Class for name in of(kind, *_COMMANDS)}
+    named = {word(name)[:2] for kind in CoverageClass for name in of(kind, *_COMMANDS)}
     assert named <= set(TABLE)
     assert set(TABLE) <= named
 
@@ -233,7 +233,7 @@ def test_every_command_has_a_handler_and_every_handler_a_command() -> None:
     "name",
     [
         name
-        for kind in (Class.IMPLEMENTED, Class.ACCEPTED)
+        for kind in (CoverageClass.IMPLEMENTED, CoverageClass.ACCEPTED)
         for name in of(kind, *_COMMANDS)
         if name not in PROGRAMS | CONVERSATIONS and name not in IN_A_ROUTINE | {"SL"}
     ],
@@ -291,7 +291,7 @@ def test_an_expression_has_its_value(name: str) -> None:
 def test_nothing_of_the_language_goes_without_an_example() -> None:
     spoken = {name for name in CATALOGUE if CATALOGUE[name].kind in _COMMANDS}
     written = {";", "'", "REM"}
-    routines = {name for name in CATALOGUE if CATALOGUE[name].kind is Kind.ROUTINE}
+    routines = {name for name in CATALOGUE if CATALOGUE[name].kind is EntryKind.ROUTINE}
     assert set(CATALOGUE) == spoken | written | routines | set(EXPRESSIONS) | set(PROGRAMS)
 
 
@@ -320,14 +320,14 @@ def test_an_operand_has_a_value(name: str) -> None:
     assert any(Bench().say(f"MG {operand}").endswith("\r\n:") for operand in tried)
 
 
-@pytest.mark.parametrize("name", of(Class.REFUSED, *_COMMANDS, Kind.KEYWORD))
+@pytest.mark.parametrize("name", of(CoverageClass.REFUSED, *_COMMANDS, EntryKind.KEYWORD))
 def test_what_is_refused_has_its_code(name: str) -> None:
     bench = Bench()
     bench.do("BAA")
     assert bench.code(f"{word(name)}{'A' if name == 'BC' else ' 1'}") == COVERAGE[name].code
 
 
-@pytest.mark.parametrize("name", [name for name in of(Class.ACCEPTED, *_COMMANDS) if name != "QH"])
+@pytest.mark.parametrize("name", [name for name in of(CoverageClass.ACCEPTED, *_COMMANDS) if name != "QH"])
 def test_what_has_no_effect_is_noted_once(name: str) -> None:
     notes: list[str] = []
     for form in [EXAMPLES[name]] if name in EXAMPLES else forms(name):

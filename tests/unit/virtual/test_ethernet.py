@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.virtual.handles import Handle, Kind
+from maya_un.virtual.handles import Handle, HandleProtocol
 from tests.unit.virtual.bench import Bench
 
 
 def udp(bench: Bench, port: int = 60_007) -> Handle:
     """Return one more handle, taken by a datagram."""
-    handle = bench.machine.connect(("10.0.0.9", port), Kind.UDP, 5023)
+    handle = bench.machine.connect(("10.0.0.9", port), HandleProtocol.UDP, 5023)
     assert handle is not None
     return handle
 
@@ -81,15 +81,17 @@ def test_handles_tell_by_which_protocol() -> None:
 @pytest.mark.parametrize(
     ("text", "peer", "kind", "state"),
     [
-        ("IHB=10,0,0,7", ("10.0.0.7", 1001), Kind.TCP, -6),
-        ("IHB=10,0,0,7<2000", ("10.0.0.7", 2000), Kind.TCP, -6),
-        ("IHB=10,0,0,7>1", ("10.0.0.7", 1001), Kind.UDP, -5),
-        ("IHB=10,0,0,7<502>2", ("10.0.0.7", 502), Kind.TCP, -6),
-        ("v=7;IHB=10,0,0,v<v*100>1", ("10.0.0.7", 700), Kind.UDP, -5),
-        ("IHB=167772167", ("10.0.0.7", 1001), Kind.TCP, -6),
+        ("IHB=10,0,0,7", ("10.0.0.7", 1001), HandleProtocol.TCP, -6),
+        ("IHB=10,0,0,7<2000", ("10.0.0.7", 2000), HandleProtocol.TCP, -6),
+        ("IHB=10,0,0,7>1", ("10.0.0.7", 1001), HandleProtocol.UDP, -5),
+        ("IHB=10,0,0,7<502>2", ("10.0.0.7", 502), HandleProtocol.TCP, -6),
+        ("v=7;IHB=10,0,0,v<v*100>1", ("10.0.0.7", 700), HandleProtocol.UDP, -5),
+        ("IHB=167772167", ("10.0.0.7", 1001), HandleProtocol.TCP, -6),
     ],
 )
-def test_a_handle_can_be_opened_by_the_controller(text: str, peer: tuple[str, int], kind: Kind, state: int) -> None:
+def test_a_handle_can_be_opened_by_the_controller(
+    text: str, peer: tuple[str, int], kind: HandleProtocol, state: int
+) -> None:
     bench = Bench()
     bench.do(text)
     (handle,) = bench.machine.unit.handles.take_dialing()

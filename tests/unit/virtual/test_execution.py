@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.virtual.context import Context
+from maya_un.virtual.context import CallerContext
 from maya_un.virtual.execution import assignment, execute
-from maya_un.virtual.operands import Names
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.operands import OperandScope
+from maya_un.virtual.refusal import Rejection
 from maya_un.virtual.thread import Thread
 from tests.unit.virtual.bench import Bench
 
@@ -134,13 +134,13 @@ class Program:
         self.bench = Bench()
         self.thread = Thread(0, running=True)
         unit = self.bench.machine.unit
-        self.context = Context(unit, Names(unit, thread=self.thread), thread=self.thread)
+        self.context = CallerContext(unit, OperandScope(unit, thread=self.thread), thread=self.thread)
 
     def do(self, text: str) -> None:
         assert execute(self.context, text) is None
 
     def code(self, text: str) -> ErrorCode:
-        with pytest.raises(Refused) as refused:
+        with pytest.raises(Rejection) as refused:
             execute(self.context, text)
         return refused.value.code
 

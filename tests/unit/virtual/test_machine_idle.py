@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from maya_un.virtual.handles import Kind
+from maya_un.virtual.handles import HandleProtocol
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.plant import BenchPlant
 
@@ -133,7 +133,7 @@ def test_a_dead_encoder_is_found_after_a_long_rest(idler: Idler) -> None:
 
 
 def test_a_stream_of_records_begins_and_ends(idler: Idler) -> None:
-    other = idler.machine.connect(("127.0.0.1", 7000), Kind.UDP)
+    other = idler.machine.connect(("127.0.0.1", 7000), HandleProtocol.UDP)
     assert other is not None
     idler.say("DR1000,1")
     idler.go(10.0)

@@ -103,9 +103,9 @@ VALUES = st.recursive(
 @given(VALUES)
 @example({"unit": {"TM": 10**400}})
 def test_data_of_any_kind_under_a_right_checksum_harms_nobody(data: Any) -> None:
-    from maya_un.virtual.memory import Contents, _checksum, _take
+    from maya_un.virtual.memory import BurnedContents, _checksum, _take
 
-    contents = Contents()
+    contents = BurnedContents()
     for part in ("parameters", "program", "variables"):
         _take(contents, part, {"data": data, "checksum": _checksum(data)})
     assert contents.parameters is None or isinstance(contents.parameters, dict)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from maya_un.virtual.handles import Handle, Handles
-from maya_un.virtual.outlet import Outlet
+from maya_un.virtual.outlet import OutputBuffer
 
 
 class Office:
@@ -13,7 +13,7 @@ class Office:
 
     def __init__(self) -> None:
         self.handles = Handles()
-        self.outlet = Outlet(self.handles)
+        self.outlet = OutputBuffer(self.handles)
         self.handles.on_close = lambda handle: self.outlet.closed(handle.letter)
         self.given = [self.handles.connect(("10.0.0.1", port)) for port in range(3)]
 

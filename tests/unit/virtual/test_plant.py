@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from maya_un.virtual.plant import BenchPlant
-from maya_un.virtual.timeline import Piece
+from maya_un.virtual.timeline import TimelinePiece
 
 
 def test_the_bench_is_where_its_reference_is() -> None:
     bench = BenchPlant(2)
-    bench.timelines[1].plan(0.0, (Piece(0.0, 0.0, 100.0, 0.0),))
+    bench.timelines[1].plan(0.0, (TimelinePiece(0.0, 0.0, 100.0, 0.0),))
     bench.advance(2.0)
     assert (bench.position(0), bench.position(1)) == (0.0, 200.0)
     assert bench.velocity(1) == 100.0
@@ -26,7 +26,7 @@ def test_its_inputs_idle_high_and_can_be_set() -> None:
 def test_a_held_shaft_stays_while_its_motor_pushes() -> None:
     bench = BenchPlant(1)
     bench.power(0, True)
-    bench.timelines[0].plan(0.0, (Piece(0.0, 0.0, 100.0, 0.0),))
+    bench.timelines[0].plan(0.0, (TimelinePiece(0.0, 0.0, 100.0, 0.0),))
     bench.advance(1.0)
     bench.hold(0)
     bench.advance(2.0)

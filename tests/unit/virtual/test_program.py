@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from maya_un.galil.codes import ErrorCode
 from maya_un.virtual.program import Draft, Program, label_of, statements
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 from tests.unit.virtual.program_bench import ProgramBench
 
 LINES = st.lists(
@@ -236,7 +236,7 @@ def test_a_text_loaded_is_the_text(lines: list[str]) -> None:
 def test_a_bad_text_is_not_loaded() -> None:
     program = Program()
     program.load("#A\r\nEN\r\n")
-    with pytest.raises(Refused):
+    with pytest.raises(Rejection):
         program.load("#A\r\n#A\r\n")
     assert program.text() == "#A\r\nEN\r\n"
 
@@ -245,7 +245,7 @@ def test_a_line_behind_the_last_statement_starts_behind_it() -> None:
     program = Program()
     program.load("#A\nMG 1\n\nMG 2;EN\n'end\n")
     assert [program.start(line) for line in range(5)] == [0, 0, 1, 1, 3]
-    with pytest.raises(Refused):
+    with pytest.raises(Rejection):
         program.start(5)
 
 

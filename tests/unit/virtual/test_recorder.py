@@ -7,8 +7,8 @@ import pytest
 
 from maya_un.galil.codes import ErrorCode
 from maya_un.virtual.language.arrays import Arrays
-from maya_un.virtual.recorder import Recorder
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.recorder import ArrayRecorder
+from maya_un.virtual.refusal import Rejection
 
 SAMPLE = 1.0 / 1024.0
 
@@ -19,7 +19,7 @@ class Bench:
     def __init__(self) -> None:
         self.arrays = Arrays()
         self.arrays.dimension("a", 4)
-        self.recorder = Recorder(self.arrays)
+        self.recorder = ArrayRecorder(self.arrays)
         self.asked = 0
         self.recorder.choose_arrays(["a"])
         self.recorder.choose_sources([self.count])
@@ -37,7 +37,7 @@ class Bench:
 
 
 def code(act: Callable[[], object]) -> ErrorCode:
-    with pytest.raises(Refused) as refused:
+    with pytest.raises(Rejection) as refused:
         act()
     return refused.value.code
 

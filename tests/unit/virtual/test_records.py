@@ -8,7 +8,7 @@ import pytest
 
 from maya_un.galil.record import DataRecord, decode
 from maya_un.virtual.burn import BURN_TIME
-from maya_un.virtual.handles import Handle, Kind
+from maya_un.virtual.handles import Handle, HandleProtocol
 from tests.unit.virtual.bench import Bench
 
 SAMPLE = 1.0 / 1024.0
@@ -19,7 +19,7 @@ class Stage:
 
     def __init__(self) -> None:
         self.bench = Bench()
-        handle = self.bench.machine.connect(("10.0.0.9", 60_007), Kind.UDP, 5023)
+        handle = self.bench.machine.connect(("10.0.0.9", 60_007), HandleProtocol.UDP, 5023)
         assert handle is not None
         self.udp: Handle = handle
 

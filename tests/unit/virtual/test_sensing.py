@@ -7,7 +7,7 @@ import pytest
 from maya_un.virtual.maya.mechanics import MayaMechanics
 from maya_un.virtual.plant import BenchPlant
 from maya_un.virtual.sensing import Sensing
-from maya_un.virtual.timeline import Piece
+from maya_un.virtual.timeline import TimelinePiece
 from tests.unit.virtual.bench import Bench
 
 
@@ -26,7 +26,7 @@ def test_maya_goes_on_without_its_encoder_and_its_record_knows() -> None:
     maya = MayaMechanics()
     maya.power(0, True)
     start = maya.true_joints()[0]
-    maya.timelines[0].plan(0.0, (Piece(0.0, 0.0, 2000.0, 0.0), Piece(2.0, 4000.0, 0.0, 0.0)))
+    maya.timelines[0].plan(0.0, (TimelinePiece(0.0, 0.0, 2000.0, 0.0), TimelinePiece(2.0, 4000.0, 0.0, 0.0)))
     maya.advance(1.0)
     read = maya.position(0)
     maya.fail_encoder(0, True)
@@ -41,14 +41,14 @@ def test_maya_goes_on_without_its_encoder_and_its_record_knows() -> None:
 def test_maya_does_not_jump_when_it_is_switched_on_with_a_wrong_encoder() -> None:
     maya = MayaMechanics()
     maya.power(0, True)
-    maya.timelines[0].plan(0.0, (Piece(0.0, 0.0, 2000.0, 0.0), Piece(2.0, 4000.0, 0.0, 0.0)))
+    maya.timelines[0].plan(0.0, (TimelinePiece(0.0, 0.0, 2000.0, 0.0), TimelinePiece(2.0, 4000.0, 0.0, 0.0)))
     maya.advance(1.0)
     maya.fail_encoder(0, True)
     maya.advance(3.0)
     there = maya.true_joints()[0]
     maya.fail_encoder(0, False)
     read = maya.position(0)
-    maya.timelines[0].plan(3.0, (Piece(3.0, read, 1000.0, 0.0), Piece(4.0, read + 1000.0, 0.0, 0.0)))
+    maya.timelines[0].plan(3.0, (TimelinePiece(3.0, read, 1000.0, 0.0), TimelinePiece(4.0, read + 1000.0, 0.0, 0.0)))
     maya.power(0, True)
     maya.advance(3.0 + 1e-9)
     assert maya.true_joints()[0] == pytest.approx(there)

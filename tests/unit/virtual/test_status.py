@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from maya_un.galil.record import Status, Switch
+from maya_un.galil.record import AxisStatus, AxisSwitches
 from tests.unit.virtual.bench import Bench
 
 AT_REST = 0b1111
@@ -33,10 +33,10 @@ def test_ts(commands: list[str], inputs: dict[str, bool], byte: int) -> None:
     assert bench.value("_TSA") == byte
     assert bench.say("TSA") == f" {byte}\r\n:"
     record = bench.record().axes[0]
-    assert bool(record.switches & Switch.FORWARD_INACTIVE) is bool(byte & 8) is bool(bench.value("_LFA"))
-    assert bool(record.switches & Switch.REVERSE_INACTIVE) is bool(byte & 4) is bool(bench.value("_LRA"))
-    assert bool(record.switches & Switch.HOME_INPUT) is bool(byte & 2) is bool(bench.value("_HMA"))
-    assert bool(record.status & Status.LATCH_ARMED) is not bool(byte & 1)
+    assert bool(record.switches & AxisSwitches.FORWARD_INACTIVE) is bool(byte & 8) is bool(bench.value("_LFA"))
+    assert bool(record.switches & AxisSwitches.REVERSE_INACTIVE) is bool(byte & 4) is bool(bench.value("_LRA"))
+    assert bool(record.switches & AxisSwitches.HOME_INPUT) is bool(byte & 2) is bool(bench.value("_HMA"))
+    assert bool(record.status & AxisStatus.LATCH_ARMED) is not bool(byte & 1)
     assert record.motor_off is bool(byte & 32)
     assert record.moving is bool(byte & 128)
 
@@ -55,15 +55,15 @@ def test_an_error_beyond_er_shows(limit: int, shown: bool) -> None:
 @pytest.mark.parametrize(
     ("begin", "bits"),
     [
-        ("PAA=90000", Status.MOVING | Status.POSITION_MODE | Status.ABSOLUTE_MODE | Status.SLEWING),
-        ("PRA=90000", Status.MOVING | Status.POSITION_MODE | Status.SLEWING),
-        ("JGA=2048", Status.MOVING | Status.SLEWING),
-        ("JGA=-2048", Status.MOVING | Status.SLEWING | Status.NEGATIVE),
-        ("FEA", Status.MOVING | Status.FINDING_EDGE | Status.SLEWING | Status.NEGATIVE),
-        ("HMA", Status.MOVING | Status.HOMING | Status.SLEWING | Status.NEGATIVE),
-        ("JGA=2048;FIA", Status.MOVING | Status.HOMING_SECOND_DONE | Status.SLEWING),
-        ("LM A;LI 90000;LE", Status.MOVING | Status.COORDINATED | Status.SLEWING),
-        ("LM A;LI -90000;LE", Status.MOVING | Status.COORDINATED | Status.SLEWING | Status.NEGATIVE),
+        ("PAA=90000", AxisStatus.MOVING | AxisStatus.POSITION_MODE | AxisStatus.ABSOLUTE_MODE | AxisStatus.SLEWING),
+        ("PRA=90000", AxisStatus.MOVING | AxisStatus.POSITION_MODE | AxisStatus.SLEWING),
+        ("JGA=2048", AxisStatus.MOVING | AxisStatus.SLEWING),
+        ("JGA=-2048", AxisStatus.MOVING | AxisStatus.SLEWING | AxisStatus.NEGATIVE),
+        ("FEA", AxisStatus.MOVING | AxisStatus.FINDING_EDGE | AxisStatus.SLEWING | AxisStatus.NEGATIVE),
+        ("HMA", AxisStatus.MOVING | AxisStatus.HOMING | AxisStatus.SLEWING | AxisStatus.NEGATIVE),
+        ("JGA=2048;FIA", AxisStatus.MOVING | AxisStatus.HOMING_SECOND_DONE | AxisStatus.SLEWING),
+        ("LM A;LI 90000;LE", AxisStatus.MOVING | AxisStatus.COORDINATED | AxisStatus.SLEWING),
+        ("LM A;LI -90000;LE", AxisStatus.MOVING | AxisStatus.COORDINATED | AxisStatus.SLEWING | AxisStatus.NEGATIVE),
     ],
 )
 def test_the_status_word_tells_the_kind_of_motion(begin: str, bits: int) -> None:
@@ -86,20 +86,25 @@ def test_the_stages_of_a_homing_show_in_order() -> None:
     stages.append(bench.at(3.0).record().axes[0].status)
     bench.switch(0, home=True)
     stages.append(bench.at(3.1).record().axes[0].status)
-    marks = Status.HOMING_FIRST_DONE | Status.HOMING_SECOND_DONE | Status.HOMING_THIRD
+    marks = AxisStatus.HOMING_FIRST_DONE | AxisStatus.HOMING_SECOND_DONE | AxisStatus.HOMING_THIRD
     assert [stage & marks for stage in stages] == [
         0,
-        Status.HOMING_FIRST_DONE,
+        AxisStatus.HOMING_FIRST_DONE,
         marks,
     ]
-    assert all(stage & Status.HOMING for stage in stages)
+    assert all(stage & AxisStatus.HOMING for stage in stages)
 
 
 def test_a_plane_tells_its_phase() -> None:
     bench = Bench()
     bench.do("VS 10240;VA 10240;VD 10240", "LM A;LI 51200;LE", "BGS")
     seen = [bench.at(t).record().s.status for t in (0.5, 3.0, 5.5, 7.0)]
-    assert seen == [Status.MOVING, Status.MOVING | Status.SLEWING, Status.MOVING | Status.FINAL_DECELERATION, 0]
+    assert seen == [
+        AxisStatus.MOVING,
+        AxisStatus.MOVING | AxisStatus.SLEWING,
+        AxisStatus.MOVING | AxisStatus.FINAL_DECELERATION,
+        0,
+    ]
 
 
 @pytest.mark.parametrize(

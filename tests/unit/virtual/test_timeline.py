@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maya_un.virtual.timeline import Piece, Timeline
+from maya_un.virtual.timeline import Timeline, TimelinePiece
 
-MOVE = (Piece(1.0, 0.0, 0.0, 10.0), Piece(2.0, 5.0, 10.0, -10.0), Piece(3.0, 10.0, 0.0, 0.0))
+MOVE = (TimelinePiece(1.0, 0.0, 0.0, 10.0), TimelinePiece(2.0, 5.0, 10.0, -10.0), TimelinePiece(3.0, 10.0, 0.0, 0.0))
 
 
 def moved() -> Timeline:
@@ -24,13 +24,13 @@ def moved() -> Timeline:
 def timelines(draw: st.DrawFn, most: int = 30) -> Timeline:
     """A continuous motion of random accelerations, at rest in the end."""
     t, p, v = 0.0, draw(st.floats(-100.0, 100.0)), 0.0
-    pieces: list[Piece] = []
+    pieces: list[TimelinePiece] = []
     for _ in range(draw(st.integers(0, most))):
         a, length = draw(st.floats(-50.0, 50.0)), draw(st.floats(0.01, 2.0))
-        pieces.append(Piece(t, p, v, a))
+        pieces.append(TimelinePiece(t, p, v, a))
         t, (p, v) = t + length, pieces[-1].at(t + length)
     timeline = Timeline(p)
-    timeline.plan(0.0, [*pieces, Piece(t, p, 0.0, 0.0)])
+    timeline.plan(0.0, [*pieces, TimelinePiece(t, p, 0.0, 0.0)])
     return timeline
 
 
@@ -47,7 +47,7 @@ def test_rests_before_its_first_piece_and_after_its_last() -> None:
 def test_a_plan_replaces_what_comes_after_and_keeps_what_came_before() -> None:
     timeline = moved()
     before = timeline.version
-    timeline.plan(2.0, (Piece(2.0, 5.0, -1.0, 0.0),))
+    timeline.plan(2.0, (TimelinePiece(2.0, 5.0, -1.0, 0.0),))
     assert timeline.at(1.5) == (1.25, 5.0)
     assert timeline.at(4.0) == (3.0, -1.0)
     assert timeline.jogs
@@ -83,13 +83,13 @@ def test_coming_to_rest_at_a_level_reaches_it() -> None:
 def test_a_level_where_the_axis_begins_must_be_left_first() -> None:
     timeline = moved()
     assert timeline.crossing(0.0, 0.0, 9.0, rising=True) is None
-    timeline.plan(4.0, (Piece(4.0, 10.0, -10.0, 10.0), Piece(7.0, 25.0, 0.0, 0.0)))
+    timeline.plan(4.0, (TimelinePiece(4.0, 10.0, -10.0, 10.0), TimelinePiece(7.0, 25.0, 0.0, 0.0)))
     assert timeline.crossing(10.0, 4.0, 9.0, rising=True) == pytest.approx(6.0)
 
 
 def test_a_jump_between_pieces_counts_as_a_crossing() -> None:
     timeline = moved()
-    timeline.plan(4.0, (Piece(4.0, 10.5, 0.0, 0.0),))
+    timeline.plan(4.0, (TimelinePiece(4.0, 10.5, 0.0, 0.0),))
     assert timeline.crossing(10.2, 3.5, 9.0, rising=True) == 4.0
 
 

@@ -12,9 +12,9 @@ from maya_un import credentials
 from maya_un.cli import output
 from maya_un.cli.access import files
 from maya_un.cli.access.words import word
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.cli.report import table
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.client import requests
 from maya_un.errors import InvalidCommandLine, InvalidValue
 
@@ -24,19 +24,19 @@ if TYPE_CHECKING:
 _ADMIN = "admin"
 
 
-def me(settings: Settings) -> int:
+def me(settings: OutputSettings) -> int:
     """Tell as whom the running robot sees us; raises `NotSignedIn`, `ServiceNotRunning`."""
-    found = Client.find().ask(requests.me())
+    found = ServiceClient.find().ask(requests.me())
     return output.answer(found, word("me" if found["users"] else "me_local", settings.language, **found), settings)
 
 
-def add(name: str, role: RoleName, settings: Settings, *, with_password: bool) -> int:
+def add(name: str, role: RoleName, settings: OutputSettings, *, with_password: bool) -> int:
     """Add a user and show the first token; raises `InvalidValue`, `NotAllowed`.
 
     The first user of all is an administrator at this machine, whose commands need the token from then on: it is kept,
     and an old one of another robot or another time is set aside. Raises `FileUnwritable`.
     """
-    client = Client.find()
+    client = ServiceClient.find()
     first = not client.ask(requests.me())["users"]
     password = _new_password(settings.language) if with_password else None
     made = client.ask(requests.add_user(name, role, password=password or None))
@@ -57,9 +57,9 @@ def _kept_first(token: str, language: str) -> str:
     return "\n".join(said)
 
 
-def listed(settings: Settings) -> int:
+def listed(settings: OutputSettings) -> int:
     """List all users; raises `NotAllowed`."""
-    users = Client.find().ask(requests.users())
+    users = ServiceClient.find().ask(requests.users())
     head = _head(("user", "role", "since", "password", "tokens", "used"), settings.language)
     yes = word("yes", settings.language)
     rows = [
@@ -71,15 +71,15 @@ def listed(settings: Settings) -> int:
     return output.answer({"users": users}, text, settings)
 
 
-def change_role(name: str, role: RoleName, settings: Settings) -> int:
+def change_role(name: str, role: RoleName, settings: OutputSettings) -> int:
     """Give a user another role; raises `UnknownName`, and `NotAllowed` for the last administrator."""
-    changed = Client.find().ask(requests.change_user(name, role=role))
+    changed = ServiceClient.find().ask(requests.change_user(name, role=role))
     return output.answer(changed, word("changed", settings.language, **changed), settings)
 
 
-def change_password(name: str | None, settings: Settings, *, none: bool) -> int:
+def change_password(name: str | None, settings: OutputSettings, *, none: bool) -> int:
     """Give a user another password, or none; by default oneself. Raises `UnknownName`, `NotAllowed`, `NotSignedIn`."""
-    client = Client.find()
+    client = ServiceClient.find()
     who = client.ask(requests.me())
     old = "" if who["role"] == _ADMIN else _asked("old_password", settings.language)
     password = "" if none else _new_password(settings.language)
@@ -87,38 +87,38 @@ def change_password(name: str | None, settings: Settings, *, none: bool) -> int:
     return output.answer(changed, word("password_changed", settings.language, **changed), settings)
 
 
-def remove(name: str, settings: Settings) -> int:
+def remove(name: str, settings: OutputSettings) -> int:
     """Remove a user with all tokens; raises `UnknownName`, and `NotAllowed` for the last administrator."""
-    removed = Client.find().ask(requests.remove_user(name))
+    removed = ServiceClient.find().ask(requests.remove_user(name))
     return output.answer(removed, word("removed", settings.language, **removed), settings)
 
 
-def make_token(name: str | None, note: str, expires: str, lasts: float | None, settings: Settings) -> int:
+def make_token(name: str | None, note: str, expires: str, lasts: float | None, settings: OutputSettings) -> int:
     """Make one more token, by default for oneself, and show it; raises `UnknownName`, `NotAllowed`, `InvalidValue`."""
     if expires and lasts is not None:
         raise InvalidCommandLine(reason="--expires and --for say the same", command="maya user token")
     if lasts is not None:
         expires = _in(lasts)
-    client = Client.find()
+    client = ServiceClient.find()
     owner = name or client.ask(requests.me())["name"]
     made = client.ask(requests.add_token(owner, note=note, expires=expires))
     return output.answer(made, _secret(made, settings.language), settings)
 
 
-def tokens(name: str | None, settings: Settings) -> int:
+def tokens(name: str | None, settings: OutputSettings) -> int:
     """List the tokens of a user, by default one's own; raises `UnknownName`, `NotAllowed`."""
-    client = Client.find()
+    client = ServiceClient.find()
     chosen = name or client.ask(requests.me())["name"]
     found = client.ask(requests.tokens(chosen))
     text = _tokens(found, settings.language) if found else word("no_tokens", settings.language, name=chosen)
     return output.answer({"tokens": found}, text, settings)
 
 
-def revoke(token: str, settings: Settings) -> int:
+def revoke(token: str, settings: OutputSettings) -> int:
     """Make a token invalid at once, by its id or the token itself; raises `NotFound`."""
     parts = token.split("_")
     name = parts[1] if len(parts) == 3 else token
-    removed = Client.find().ask(requests.revoke_token(name))
+    removed = ServiceClient.find().ask(requests.revoke_token(name))
     return output.answer(removed, word("revoked", settings.language, **removed), settings)
 
 

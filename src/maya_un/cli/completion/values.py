@@ -6,7 +6,7 @@ from contextlib import suppress
 from typing import Any
 
 from maya_un.cli import output
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.client import requests
 from maya_un.client.request import Request
 from maya_un.errors import MayaError
@@ -26,7 +26,7 @@ def run(arguments: list[str]) -> int:
     if len(arguments) == 1 and arguments[0] in _VALUES:
         request, key = _VALUES[arguments[0]]
         with suppress(MayaError, KeyError, TypeError):
-            found: Any = Client.find(PATIENCE).ask(request)
+            found: Any = ServiceClient.find(PATIENCE).ask(request)
             lines = "\n".join(str(one[key]) for one in found)
             if lines:
                 output.say(lines)

@@ -9,7 +9,7 @@ from typing import Any, cast
 from urllib.parse import urlsplit
 
 from maya_un import __version__, runtime
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.cli.doctor.finding import Finding, fail, ok, skipped, warn
 from maya_un.client import requests
 from maya_un.client.request import Request
@@ -19,16 +19,16 @@ PATIENCE = 3.0
 """Longest wait for each answer [s]."""
 
 
-class Service:
+class RunningService:
     """The running service, once it was found to answer."""
 
-    def __init__(self, running: runtime.Running, client: Client, language: str) -> None:
+    def __init__(self, running: runtime.Running, client: ServiceClient, language: str) -> None:
         self.running = running
         self._client = client
         self._language = language
 
     def ask(self, request: Request[Any]) -> dict[str, Any]:
-        """Return an answer; raises as `Client.ask`."""
+        """Return an answer; raises as `ServiceClient.ask`."""
         answer = self._client.ask(request, timeout=PATIENCE)
         return cast("dict[str, Any]", answer) if isinstance(answer, dict) else {}
 
@@ -94,13 +94,13 @@ def limits(forward: list[bool], reverse: list[bool]) -> Finding:
     return ok("limits", "limits_quiet")
 
 
-def found(language: str) -> tuple[Service | None, list[Finding]]:
+def found(language: str) -> tuple[RunningService | None, list[Finding]]:
     """Return the running service, or why there is none that could be asked."""
     running = runtime.find()
     if running is None:
         return None, [skipped("service", "service_none")]
     try:
-        client = Client(running.url, PATIENCE)
+        client = ServiceClient(running.url, PATIENCE)
         ours = _marked(client)
     except MayaError:
         return None, [fail("service", "service_gone", pid=running.pid, url=running.url)]
@@ -111,10 +111,10 @@ def found(language: str) -> tuple[Service | None, list[Finding]]:
         return None, [fail("service", "service_hangs", pid=running.pid, url=running.url, reason=reason)]
     if not ours:
         return None, [fail("service", "service_stranger", url=running.url)]
-    return Service(running, client, language), []
+    return RunningService(running, client, language), []
 
 
-def _marked(client: Client) -> bool:
+def _marked(client: ServiceClient) -> bool:
     """Tell whether who answers is ours: every answer of ours has the header `Maya`."""
     connection = HTTPConnection(client.host, client.port, timeout=PATIENCE)
     try:

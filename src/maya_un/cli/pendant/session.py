@@ -8,9 +8,9 @@ from collections.abc import Coroutine
 from typing import Any
 
 from maya_un import runtime
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.cli.pendant.keys import STEPS
-from maya_un.cli.pendant.nearest import Distance, distances
+from maya_un.cli.pendant.nearest import LimitDistance, distances
 from maya_un.cli.words import word
 from maya_un.client import requests
 from maya_un.errors import MayaError
@@ -28,13 +28,13 @@ _ANSWER = 2.0
 _STOP = 0.5
 
 
-class Session:
+class PendantSession:
     """Steps, stops and teaches; `status` is the robot's as JSON has it, `notes` what there was to say.
 
     `trouble` is why the robot does not answer, empty where it does.
     """
 
-    def __init__(self, client: Client, workspace: Workspace, language: str) -> None:
+    def __init__(self, client: ServiceClient, workspace: Workspace, language: str) -> None:
         self._client = client
         self._workspace = workspace
         self._language = language
@@ -56,7 +56,7 @@ class Session:
         joints = self.status["state"]["joints"] if self.status else None
         return None if joints is None else Joints(*joints)
 
-    def nearest(self) -> list[Distance]:
+    def nearest(self) -> list[LimitDistance]:
         """Return the distances to all limits, the nearest first; none where nobody knows where the robot is."""
         return [] if self.joints is None else distances(self._workspace, self.joints)
 

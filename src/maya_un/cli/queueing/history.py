@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 from maya_un.cli import output
 from maya_un.cli.called import called
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.cli.queueing import text
 from maya_un.cli.queueing.words import word
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.client import requests
 from maya_un.client.request import Request
 from maya_un.errors import InvalidCommandLine
@@ -23,7 +23,7 @@ USUAL = 20
 _PAGE = 1000
 
 
-class Wanted(NamedTuple):
+class HistoryFilter(NamedTuple):
     """How many jobs, and which; None where nothing is said."""
 
     number: int = USUAL
@@ -32,12 +32,12 @@ class Wanted(NamedTuple):
     text: str | None = None
 
 
-def history(wanted: Wanted, settings: Settings, *, as_csv: bool) -> int:
+def history(wanted: HistoryFilter, settings: OutputSettings, *, as_csv: bool) -> int:
     """Print the last jobs, newest first, as a table, with `as_csv` as CSV; raises `InvalidCommandLine`."""
     if as_csv and settings.json:
         raise InvalidCommandLine(reason="--csv and --json are two ways of one answer", command="maya history")
     with called({"state": "--state", "owner": "--owner", "text": "--text", "limit": "N"}):
-        jobs = _found(Client.find(), wanted)
+        jobs = _found(ServiceClient.find(), wanted)
     if as_csv:
         output.say(_csv(jobs).rstrip("\n"))
         return output.DONE
@@ -45,7 +45,7 @@ def history(wanted: Wanted, settings: Settings, *, as_csv: bool) -> int:
     return output.answer({"jobs": jobs}, shown, settings)
 
 
-def _found(client: Client, wanted: Wanted) -> list[dict[str, Any]]:
+def _found(client: ServiceClient, wanted: HistoryFilter) -> list[dict[str, Any]]:
     found: list[dict[str, Any]] = []
     while len(found) < wanted.number:
         below = found[-1]["id"] if found else None
@@ -56,7 +56,7 @@ def _found(client: Client, wanted: Wanted) -> list[dict[str, Any]]:
     return found
 
 
-def _page(wanted: Wanted, below: int | None, limit: int) -> Request[Any]:
+def _page(wanted: HistoryFilter, below: int | None, limit: int) -> Request[Any]:
     return requests.jobs(state=wanted.states, owner=wanted.owner, text=wanted.text or "", below=below, limit=limit)
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from maya_un.cli import output
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.cli.queueing import text
 from maya_un.cli.queueing.words import word
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.client import requests
 from maya_un.client.request import Request
 from maya_un.errors import InvalidCommandLine
@@ -17,9 +17,9 @@ AT_REST = 120.0
 """Longest wait for a change of the queue, which may have to stop the robot first [s]."""
 
 
-def show(settings: Settings) -> int:
+def show(settings: OutputSettings) -> int:
     """Print the queue: its mode, who drives, what is under way, what waits, what is offered after a restart."""
-    client = Client.find()
+    client = ServiceClient.find()
     view = client.ask(requests.queue())
     if settings.json:
         output.emit(view)
@@ -28,31 +28,31 @@ def show(settings: Settings) -> int:
     return output.DONE
 
 
-def pause(settings: Settings, *, now: bool) -> int:
+def pause(settings: OutputSettings, *, now: bool) -> int:
     """Begin nothing more; with `now` hold the step under way on its path too."""
     return _told(requests.pause_queue("now" if now else "after step"), settings)
 
 
-def resume(settings: Settings) -> int:
+def resume(settings: OutputSettings) -> int:
     """Let the queue go on; raises `AnswerNeeded` while an interrupted job waits for a choice."""
     return _told(requests.resume_queue(), settings)
 
 
-def step(settings: Settings) -> int:
+def step(settings: OutputSettings) -> int:
     """Do one step, then pause."""
     return _told(requests.step_queue(), settings)
 
 
-def clear(settings: Settings) -> int:
+def clear(settings: OutputSettings) -> int:
     """Cancel everything that waits and tell how many jobs that were."""
-    client = Client.find()
+    client = ServiceClient.find()
     before = sum(client.ask(requests.queue())["counts"].values())
     view = client.ask(requests.clear_queue())
     count = before - sum(view["counts"].values())
     return output.answer(view, word("cleared", settings.language, count=max(0, count)), settings)
 
 
-def move(job: int, where: str, other: int | None, settings: Settings) -> int:
+def move(job: int, where: str, other: int | None, settings: OutputSettings) -> int:
     """Put a job "first" or "last", or "before" or "after" the `other`; raises `InvalidCommandLine`."""
     if where in {"first", "last"} and other is None:
         place: dict[str, Any] = {"to": where}
@@ -61,10 +61,10 @@ def move(job: int, where: str, other: int | None, settings: Settings) -> int:
     else:
         reason = "say first or last, or before JOB or after JOB"
         raise InvalidCommandLine(reason=reason, command="maya queue move")
-    line = Client.find().ask(requests.move_job(job, **place))
+    line = ServiceClient.find().ask(requests.move_job(job, **place))
     return output.answer(line, word("placed", settings.language, **line), settings)
 
 
-def _told(request: Request[Any], settings: Settings) -> int:
-    view = Client.find().ask(request, timeout=AT_REST)
+def _told(request: Request[Any], settings: OutputSettings) -> int:
+    view = ServiceClient.find().ask(request, timeout=AT_REST)
     return output.answer(view, text.mode(view, settings.language), settings)

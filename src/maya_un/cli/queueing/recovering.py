@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Literal, cast
 
 from maya_un.cli import output
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.cli.queueing import text
 from maya_un.cli.queueing.words import word
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.client import requests
 from maya_un.errors import InvalidCommandLine
 
@@ -21,12 +21,12 @@ _COMMAND = "maya queue recover"
 _ANSWERS = {"en": ("yes", "no"), "es": ("sí", "no")}
 
 
-def recover(choice: Choice | None, holding: bool | None, settings: Settings, *, pause: bool) -> int:
+def recover(choice: Choice | None, holding: bool | None, settings: OutputSettings, *, pause: bool) -> int:
     """Say what becomes of the interrupted job; what is not said is asked for where somebody sits at a terminal.
 
     With `pause` the queue stays paused. Raises `InvalidCommandLine` where nobody can be asked, `AnswerNeeded`.
     """
-    client = Client.find()
+    client = ServiceClient.find()
     offer = client.ask(requests.queue())["recovery"]
     if offer is None:
         return output.answer({"recovery": None}, word("nothing_interrupted", settings.language), settings)

@@ -4,7 +4,7 @@ The table (`table/*.json`) is written from Galil's command reference and from wh
 controller rely on; the virtual controller is tested by it and so can a real one be.
 """
 
-from maya_un.galil.conformance.runner import Channel, Difference, run
+from maya_un.galil.conformance.runner import ControllerChannel, VectorDifference, run
 from maya_un.galil.conformance.vectors import Demand, Vector, load
 
-__all__ = ["Channel", "Demand", "Difference", "Vector", "load", "run"]
+__all__ = ["ControllerChannel", "Demand", "Vector", "VectorDifference", "load", "run"]

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from maya_un.galil.commands import LINE_LIMIT
-from maya_un.galil.conformance.runner import ASK_AGAIN, SETTLE, Channel, Dial
+from maya_un.galil.conformance.runner import ASK_AGAIN, SETTLE, ControllerChannel, Dial
 from maya_un.galil.conformance.vectors import fresh
 from maya_un.galil.hardware import LETTERS
 
@@ -44,7 +44,7 @@ def restart(dial: Dial, axes: int) -> None:
     freshen(dial, axes)
 
 
-def _freshen(channel: Channel, axes: int) -> None:
+def _freshen(channel: ControllerChannel, axes: int) -> None:
     letters = LETTERS[:axes]
     _say(channel, ["HX", "ST", f"ST {letters}"])
     waited = 0.0
@@ -83,13 +83,13 @@ def _packed(commands: tuple[str, ...]) -> Iterator[list[str]]:
     yield line
 
 
-def _say(channel: Channel, commands: list[str]) -> bytes:
+def _say(channel: ControllerChannel, commands: list[str]) -> bytes:
     """Send commands in one line and return what comes, up to their last prompt."""
     channel.send(f"{';'.join(commands)}\r".encode("ascii"))
     return _prompts(channel, len(commands))
 
 
-def _prompts(channel: Channel, count: int) -> bytes:
+def _prompts(channel: ControllerChannel, count: int) -> bytes:
     received = b""
     while sum(map(received.count, _PROMPTS)) < count:
         more = channel.receive()

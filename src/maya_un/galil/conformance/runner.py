@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from maya_un.galil.conformance.pattern import compiled, literal
-from maya_un.galil.conformance.vectors import Demand, Special, Step, Vector
+from maya_un.galil.conformance.vectors import Demand, Special, Vector, VectorStep
 from maya_un.galil.hardware import LETTERS
 from maya_un.galil.record import record_length
 
@@ -24,10 +24,10 @@ SETTLE = 10.0
 FARTHEST = 20_000
 """No vector moves an axis farther than this [counts]; what is farther away is not gone back to."""
 
-_FENCE = Step('MG "fence"\r', ("fence\r\n:",))
+_FENCE = VectorStep('MG "fence"\r', ("fence\r\n:",))
 
 
-class Channel(Protocol):
+class ControllerChannel(Protocol):
     """One connection to a controller."""
 
     def send(self, data: bytes) -> None:
@@ -51,12 +51,12 @@ class Channel(Protocol):
         ...
 
 
-Dial = Callable[[], Channel]
+Dial = Callable[[], ControllerChannel]
 """Opens one more connection to the same controller."""
 
 
 @dataclass(frozen=True, slots=True)
-class Difference:
+class VectorDifference:
     """Where a controller answered otherwise than the table has it: what was sent, expected, and received."""
 
     vector: Vector
@@ -70,13 +70,13 @@ class Difference:
 
 
 class _Differs(Exception):
-    def __init__(self, step: Step, received: bytes) -> None:
+    def __init__(self, step: VectorStep, received: bytes) -> None:
         super().__init__(step, received)
         self.step = step
         self.received = received
 
 
-def run(vector: Vector, dial: Dial, axes: int) -> Difference | None:
+def run(vector: Vector, dial: Dial, axes: int) -> VectorDifference | None:
     """Hold one conversation with a controller of `axes` axes; return the first difference, None where there is none.
 
     Its state is put back as far as the vector says how. What a channel raises passes through.
@@ -90,7 +90,7 @@ def run(vector: Vector, dial: Dial, axes: int) -> Difference | None:
             talk.fence()
         except _Differs as differs:
             step = differs.step
-            return Difference(vector, step.send, step.expect, differs.received)
+            return VectorDifference(vector, step.send, step.expect, differs.received)
         finally:
             talk.restore(vector, kept)
     finally:
@@ -100,7 +100,7 @@ def run(vector: Vector, dial: Dial, axes: int) -> Difference | None:
 
 def coalesced(vector: Vector) -> Vector:
     """Return the same conversation with as few sends as possible: every run of exchanges becomes one."""
-    steps: list[Step] = []
+    steps: list[VectorStep] = []
     for step in vector.steps:
         last = steps[-1] if steps else None
         if last is not None and _joins(last, step):
@@ -110,7 +110,7 @@ def coalesced(vector: Vector) -> Vector:
     return replace(vector, steps=tuple(steps))
 
 
-def _joins(one: Step, other: Step) -> bool:
+def _joins(one: VectorStep, other: VectorStep) -> bool:
     plain = one.special is None and other.special is None and one.times == other.times == 1
     return plain and bool(one.send and other.send) and one.on == other.on
 
@@ -127,12 +127,12 @@ def _origins(vector: Vector) -> str:
     return {frozenset({"DPA=0"}): "A", frozenset({"DP 0,0"}): "AB"}.get(frozenset(defined), "")
 
 
-def _commands(step: Step) -> list[str]:
+def _commands(step: VectorStep) -> list[str]:
     return step.send.replace("\r", ";").split(";")
 
 
-def _accepted(commands: Sequence[str]) -> list[Step]:
-    return [Step(f"{command}\r", (":",)) for command in commands]
+def _accepted(commands: Sequence[str]) -> list[VectorStep]:
+    return [VectorStep(f"{command}\r", (":",)) for command in commands]
 
 
 class _Talk:
@@ -141,11 +141,11 @@ class _Talk:
     def __init__(self, dial: Dial, axes: int) -> None:
         self._dial = dial
         self._axes = axes
-        self._channels: dict[str, Channel] = {"": dial()}
+        self._channels: dict[str, ControllerChannel] = {"": dial()}
         self._rest: dict[str, bytes] = {}
         self._gone: set[str] = set()
 
-    def take(self, step: Step) -> None:
+    def take(self, step: VectorStep) -> None:
         """Do one step; raises `_Differs`."""
         for _ in range(step.times):
             self._once(step)
@@ -176,18 +176,18 @@ class _Talk:
         for channel in self._channels.values():
             channel.close()
 
-    def _bring_to_rest(self, channel: Channel) -> None:
+    def _bring_to_rest(self, channel: ControllerChannel) -> None:
         self._answer(channel, f"ST {LETTERS[: self._axes]}\r")
         self._wait_for_rest(channel)
 
-    def _wait_for_rest(self, channel: Channel) -> None:
+    def _wait_for_rest(self, channel: ControllerChannel) -> None:
         waited = 0.0
         asked = "|".join(f"_BG{letter}" for letter in LETTERS[: self._axes])
         while self._answer(channel, f"MG {asked}\r") != b" 0.0000\r\n:" and waited < SETTLE:
             channel.wait(ASK_AGAIN)
             waited += ASK_AGAIN
 
-    def _go_back(self, channel: Channel, letters: str) -> None:
+    def _go_back(self, channel: ControllerChannel, letters: str) -> None:
         """Move axes back to their origins, so that a whole table does not carry them away."""
         for letter in letters:
             try:
@@ -200,7 +200,7 @@ class _Talk:
         if letters:
             self._wait_for_rest(channel)
 
-    def _once(self, step: Step) -> None:
+    def _once(self, step: VectorStep) -> None:
         if step.special is Special.WAIT:
             self._channels[""].wait(step.seconds)
             return
@@ -221,7 +221,7 @@ class _Talk:
             case _:
                 self._exchange(channel, step)
 
-    def _exchange(self, channel: Channel, step: Step) -> None:
+    def _exchange(self, channel: ControllerChannel, step: VectorStep) -> None:
         if step.send:
             channel.send(step.send.encode("latin-1"))
         if step.expect == ("",):
@@ -246,7 +246,7 @@ class _Talk:
             raise _Differs(step, received)
         self._rest[step.on] = received[end:]
 
-    def _until(self, channel: Channel, step: Step) -> None:
+    def _until(self, channel: ControllerChannel, step: VectorStep) -> None:
         patterns = [compiled(text, self._axes) for text in step.expect]
         waited = 0.0
         while True:
@@ -258,7 +258,7 @@ class _Talk:
             channel.wait(ASK_AGAIN)
             waited += ASK_AGAIN
 
-    def _record(self, channel: Channel, step: Step) -> None:
+    def _record(self, channel: ControllerChannel, step: VectorStep) -> None:
         channel.send(step.send.encode("latin-1"))
         received = self._rest.pop(step.on, b"")
         while len(received) < 4 or len(received) <= int.from_bytes(received[2:4], "little"):
@@ -273,7 +273,7 @@ class _Talk:
             raise _Differs(replace(step, expect=(f"a record with {step.fields}",)), received)
         self._rest[step.on] = received[length + 1 :]
 
-    def _answer(self, channel: Channel, text: str) -> bytes:
+    def _answer(self, channel: ControllerChannel, text: str) -> bytes:
         """Send one command and return its reply, whatever it is; b"" where none comes."""
         channel.send(text.encode("latin-1"))
         received = b""

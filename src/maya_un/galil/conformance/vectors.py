@@ -39,7 +39,7 @@ class Special(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class VectorStep:
     """One step on connection `on`: bytes sent, and the replies that are right (see `pattern`); "" is no reply.
 
     `seconds` is how long to wait or to go on asking; `fields` are places of a record: offset, kind as `struct`
@@ -67,7 +67,7 @@ class Vector:
     """
 
     name: str
-    steps: tuple[Step, ...]
+    steps: tuple[VectorStep, ...]
     sources: str
     certainty: Certainty
     axes: tuple[int, int] = (1, 8)
@@ -147,10 +147,10 @@ def _commands(names: list[str], setups: Mapping[str, list[str]]) -> tuple[str, .
     return tuple(one for name in names for one in (setups[name[1:]] if name[:1] == "@" else [name]))
 
 
-def _step(entry: list[str] | dict[str, Any]) -> Step:
-    """Return a step of `[sent, reply, other reply...]`, or of an object with the fields of `Step`."""
+def _step(entry: list[str] | dict[str, Any]) -> VectorStep:
+    """Return a step of `[sent, reply, other reply...]`, or of an object with the fields of `VectorStep`."""
     if isinstance(entry, list):
-        return Step(entry[0], tuple(entry[1:]))
+        return VectorStep(entry[0], tuple(entry[1:]))
     rest = dict(entry)
     special = next((kind for kind in Special if kind.name.lower() in rest), None)
     value = rest.pop(special.name.lower()) if special is not None else None
@@ -162,4 +162,6 @@ def _step(entry: list[str] | dict[str, Any]) -> Step:
         rest["on"] = value
     expect = rest.pop("expect", "")
     fields = tuple((*field[:4], field[4] if len(field) > 4 else 0) for field in rest.pop("fields", ()))
-    return Step(expect=(expect,) if isinstance(expect, str) else tuple(expect), special=special, fields=fields, **rest)
+    return VectorStep(
+        expect=(expect,) if isinstance(expect, str) else tuple(expect), special=special, fields=fields, **rest
+    )

@@ -18,7 +18,7 @@ from maya_un.galil.gclib import files
 from maya_un.galil.gclib.errors import Code, GclibError
 from maya_un.galil.gclib.options import parse
 from maya_un.galil.gclib.record import GDataRecord
-from maya_un.galil.gclib.session import Session, guarded
+from maya_un.galil.gclib.session import GclibSession, guarded
 from maya_un.galil.hardware import LONGEST_PERIOD, SHORTEST_PERIOD
 from maya_un.galil.source import prepared
 
@@ -40,7 +40,7 @@ class py:  # noqa: N801 - the name that scripts know
     """One connection to a controller. Every method that talks raises `GclibError`."""
 
     def __init__(self) -> None:
-        self._session: Session | None = None
+        self._session: GclibSession | None = None
 
     def __del__(self) -> None:
         self.GClose()
@@ -52,7 +52,7 @@ class py:  # noqa: N801 - the name that scripts know
         """
         options = parse(address)
         self.GClose()
-        self._session = Session(options)
+        self._session = GclibSession(options)
 
     def GClose(self) -> None:
         """End the connection; again is harmless."""
@@ -229,7 +229,7 @@ class py:  # noqa: N801 - the name that scripts know
             while session.number(f"_BG{letter}"):
                 self.GSleep(_LOOK)
 
-    def _open(self) -> Session:
+    def _open(self) -> GclibSession:
         if self._session is None:
             raise GclibError(Code.CONNECTION_NOT_ESTABLISHED)
         return self._session

@@ -8,8 +8,8 @@ import socket
 from collections import deque
 
 from maya_un.errors import ConnectFailed, LinkLost, LinkTimeout, UnexpectedReply
-from maya_un.galil.framing import Kind, Message, Record, Reply, ReplySplitter, Stray
-from maya_un.galil.gclib.options import Options
+from maya_un.galil.framing import Message, RecordReply, Reply, ReplyKind, ReplySplitter, Stray
+from maya_un.galil.gclib.options import AddressOptions
 
 _LETTER = re.compile(rb"IH([A-H])\r\n:")
 _SEVEN_BITS = bytes(code & 0x7F for code in range(256))
@@ -24,7 +24,7 @@ _MOST_RECORDS = 64
 class Commands:
     """The command socket. `timeout` [s] is for each single wait for bytes; `said` keeps messages of programs."""
 
-    def __init__(self, options: Options) -> None:
+    def __init__(self, options: AddressOptions) -> None:
         self._address = f"{options.host}:{options.port}"
         self._splitter = ReplySplitter()
         self.timeout = options.timeout / 1000.0
@@ -36,7 +36,7 @@ class Commands:
             raise ConnectFailed(address=self._address, reason=str(error)) from error
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
-    def ask(self, data: bytes, kind: Kind = Kind.TEXT) -> Reply | Record:
+    def ask(self, data: bytes, kind: ReplyKind = ReplyKind.TEXT) -> Reply | RecordReply:
         """Send one request and return its answer; raises `LinkTimeout`, `LinkLost`, `UnexpectedReply`."""
         self._splitter.expect(kind)
         command = data.partition(b"\r")[0].decode("ascii", "replace")
@@ -75,9 +75,9 @@ class Commands:
         """Return the loss of a link; of one over which nothing was heard nobody was there."""
         return (LinkLost if self._heard else ConnectFailed)(address=self._address, reason=reason)
 
-    def _sort(self, data: bytes, command: str) -> Reply | Record | None:
+    def _sort(self, data: bytes, command: str) -> Reply | RecordReply | None:
         """Keep messages; return the answer, which is one at most, since nothing is asked before the last is in."""
-        answer: Reply | Record | None = None
+        answer: Reply | RecordReply | None = None
         for received in self._splitter.feed(data):
             if isinstance(received, Message):
                 self.said.append(f"{received.text}\r\n")

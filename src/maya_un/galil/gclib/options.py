@@ -31,7 +31,7 @@ _WAYS = ("UDP", "TCP", "NONE")
 
 
 @dataclass(frozen=True, slots=True)
-class Options:
+class AddressOptions:
     """What an address string says. `timeout` is in ms, `second_port` None where it is not said."""
 
     host: str = ""
@@ -52,12 +52,12 @@ class Options:
         return SECOND_PORT if self.port == PORT else self.port
 
 
-_Taker: TypeAlias = Callable[[Options, str], Options]
+_Taker: TypeAlias = Callable[[AddressOptions, str], AddressOptions]
 
 
-def parse(address: str) -> Options:
+def parse(address: str) -> AddressOptions:
     """Return what an address string says; raises `GclibError` (-10006) for one that is not understood."""
-    options = Options()
+    options = AddressOptions()
     try:
         words = iter(shlex.split(address))
         for word in words:
@@ -69,7 +69,7 @@ def parse(address: str) -> Options:
     return options
 
 
-def _take(options: Options, word: str, words: Iterator[str]) -> Options:
+def _take(options: AddressOptions, word: str, words: Iterator[str]) -> AddressOptions:
     if word in ("-d", "--direct"):
         return options
     if not word.startswith("-"):
@@ -81,7 +81,7 @@ def _take(options: Options, word: str, words: Iterator[str]) -> Options:
     return taker(options, value)
 
 
-def _addressed(options: Options, word: str) -> Options:
+def _addressed(options: AddressOptions, word: str) -> AddressOptions:
     if options.host:
         raise _bad(f"{options.host} and {word} are two controllers")
     if word.upper().startswith(("COM", "GALILPCI", "/DEV/")):
@@ -90,7 +90,7 @@ def _addressed(options: Options, word: str) -> Options:
     return replace(options, host=host, port=_number(port, 65535)) if colon else replace(options, host=word)
 
 
-def _subscribed(options: Options, value: str) -> Options:
+def _subscribed(options: AddressOptions, value: str) -> AddressOptions:
     name = value.upper()
     if name not in ("ALL", "NONE", *SUBSCRIPTIONS):
         raise _bad(f"{value} cannot be subscribed to")
@@ -98,13 +98,13 @@ def _subscribed(options: Options, value: str) -> Options:
     return replace(options, subscriptions=options.subscriptions.union(added))
 
 
-def _unsolicited(options: Options, value: str) -> Options:
+def _unsolicited(options: AddressOptions, value: str) -> AddressOptions:
     if value.upper() not in _WAYS:
         raise _bad(f"nothing comes unasked by {value}")
     return replace(options, unsolicited=value.upper())
 
 
-def _command(options: Options, value: str) -> Options:
+def _command(options: AddressOptions, value: str) -> AddressOptions:
     if value.upper() != "TCP":
         raise _bad(f"commands do not go by {value}")
     return options

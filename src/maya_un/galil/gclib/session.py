@@ -7,10 +7,10 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from maya_un.errors import LinkTimeout, MayaError
-from maya_un.galil.framing import Kind, Record, Reply
+from maya_un.galil.framing import RecordReply, Reply, ReplyKind
 from maya_un.galil.gclib.connection import Commands, Unsolicited
 from maya_un.galil.gclib.errors import Code, GclibError, translated
-from maya_un.galil.gclib.options import Options
+from maya_un.galil.gclib.options import AddressOptions
 from maya_un.galil.numbers import parse_number
 
 T = TypeVar("T")
@@ -21,13 +21,13 @@ _TRANSFER = 10.0
 _LOOK = 0.01
 
 
-class Session:
+class GclibSession:
     """The sockets that an address string asks for, open until `close`. Every method raises `GclibError`.
 
     Several threads may share it: nobody sends a command before the last one is answered.
     """
 
-    def __init__(self, options: Options) -> None:
+    def __init__(self, options: AddressOptions) -> None:
         self.options = options
         self.timeout = -1
         self.second: Unsolicited | None = None
@@ -56,11 +56,11 @@ class Session:
         """Send one command and return what it printed, blanks around it removed; -10000 where it is refused."""
         if command[:2] in _ILLEGAL:
             raise GclibError(Code.ILLEGAL_COMMAND, command)
-        return self.listing(command).strip() if command[:2] in _LISTINGS else self._ask(command, Kind.TEXT).strip()
+        return self.listing(command).strip() if command[:2] in _LISTINGS else self._ask(command, ReplyKind.TEXT).strip()
 
     def listing(self, command: str) -> str:
         """Send UL or QU and return what it printed."""
-        return self._ask(command, Kind.LISTING)
+        return self._ask(command, ReplyKind.LISTING)
 
     def number(self, operand: str) -> float:
         """Return the value of an operand or expression."""
@@ -72,14 +72,14 @@ class Session:
 
     def record(self) -> bytes:
         """Return the data record of now."""
-        answer = self._exchange(b"QR\r", Kind.RECORD)
-        if not isinstance(answer, Record):
+        answer = self._exchange(b"QR\r", ReplyKind.RECORD)
+        if not isinstance(answer, RecordReply):
             raise GclibError(Code.QUESTION_MARK, "QR")
         return answer.data
 
     def transfer(self, data: bytes) -> None:
         """Send a download with its data; -10000 where any of it is refused."""
-        answer = self._exchange(data, Kind.TRANSFER)
+        answer = self._exchange(data, ReplyKind.TRANSFER)
         if isinstance(answer, Reply) and not answer.ok:
             raise GclibError(Code.QUESTION_MARK, answer.text.strip())
 
@@ -131,7 +131,7 @@ class Session:
             self.text("CW 1")
             self.text("CF I" if self.second is None else f"CF {self.second.letter}")
 
-    def _ask(self, command: str, kind: Kind) -> str:
+    def _ask(self, command: str, kind: ReplyKind) -> str:
         if not command.isascii():
             raise GclibError(Code.VALUE_RANGE, f"{command!r} is not ASCII")
         answer = self._exchange(f"{command}\r".encode("ascii"), kind)
@@ -144,14 +144,14 @@ class Session:
         with self._turn:
             self._commands.listen(timeout)
 
-    def _exchange(self, data: bytes, kind: Kind) -> Reply | Record:
+    def _exchange(self, data: bytes, kind: ReplyKind) -> Reply | RecordReply:
         with self._turn:
             return self._exchanged(data, kind)
 
-    def _exchanged(self, data: bytes, kind: Kind) -> Reply | Record:
+    def _exchanged(self, data: bytes, kind: ReplyKind) -> Reply | RecordReply:
         """Send a request and return its answer, in one's turn."""
         seconds = self._seconds or self.options.timeout / 1000.0
-        self._commands.timeout = seconds if kind in (Kind.TEXT, Kind.RECORD) else max(seconds, _TRANSFER)
+        self._commands.timeout = seconds if kind in (ReplyKind.TEXT, ReplyKind.RECORD) else max(seconds, _TRANSFER)
         try:
             return self._commands.ask(data, kind)
         except MayaError as error:

@@ -59,7 +59,7 @@ def restore(backup: Path, path: Path) -> Backup:
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
     except OSError as error:
         raise FileUnwritable(path=path, reason=faults.reason(error)) from error
-    lock = file.Lock(path)
+    lock = file.JournalLock(path)
     try:
         with copying.copied(backup, path.parent) as copy:
             _count_on(copy, path)

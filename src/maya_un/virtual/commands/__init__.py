@@ -20,8 +20,8 @@ from maya_un.virtual.commands import (
     system,
     vector,
 )
-from maya_un.virtual.context import Answer, Context, Handler
-from maya_un.virtual.coverage import COVERAGE, Class
+from maya_un.virtual.context import Answer, CallerContext, Handler
+from maya_un.virtual.coverage import COVERAGE, CoverageClass
 
 _HANDLERS: dict[str, Handler] = {
     **setting.TABLE,
@@ -41,7 +41,7 @@ _HANDLERS: dict[str, Handler] = {
 }
 
 
-def _noted(name: str, handler: Handler, reason: str, context: Context, text: str) -> Answer:
+def _noted(name: str, handler: Handler, reason: str, context: CallerContext, text: str) -> Answer:
     """Execute a command that has no effect, and have that noted."""
     answer = handler(context, text)
     if answer is None:
@@ -51,7 +51,7 @@ def _noted(name: str, handler: Handler, reason: str, context: Context, text: str
 
 def _with_notes(name: str, handler: Handler) -> Handler:
     coverage = COVERAGE.get(name)
-    if coverage is None or coverage.kind is not Class.ACCEPTED:
+    if coverage is None or coverage.kind is not CoverageClass.ACCEPTED:
         return handler
     return partial(_noted, name, handler, coverage.reason)
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.virtual.context import Answer, Context, Handler
+from maya_un.virtual.context import Answer, CallerContext, Handler
 from maya_un.virtual.language.arguments import QUERY, by_axis, mask, split
 from maya_un.virtual.motion.axis import Axis
 from maya_un.virtual.motion.contour import PAUSED, Contour
-from maya_un.virtual.motion.feed import Record
+from maya_un.virtual.motion.feed import FeedRecord
 from maya_un.virtual.motion.pvt import Pvt
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 from maya_un.virtual.registers import JOG
 
 _LARGEST_STEP = 32_768
@@ -19,27 +19,27 @@ _LONGEST = 2_048
 _CLEAR = -1
 
 
-def _members(context: Context, text: str) -> Answer:
+def _members(context: CallerContext, text: str) -> Answer:
     contour = context.core.contour
     if text.strip() == QUERY:
         return context.unit.position_text([contour.free(context.core.now)])
     if contour.running:
-        raise Refused(ErrorCode.NOT_WHILE_CONTOURING)
+        raise Rejection(ErrorCode.NOT_WHILE_CONTOURING)
     members = mask(text, context.unit.letters)
     if any(axis.plane in context.core.planes for axis in context.axes(members)):
-        raise Refused(ErrorCode.NOT_IN_COORDINATED_MOVE)
+        raise Rejection(ErrorCode.NOT_IN_COORDINATED_MOVE)
     contour.select(tuple(members), context.core.now)
     return None
 
 
-def _interval(context: Context, text: str) -> Answer:
+def _interval(context: CallerContext, text: str) -> Answer:
     """DT: the time of a record as a power of two of samples; -1 holds the axes at the end of the one under way."""
     contour = context.core.contour
     if text.strip() == QUERY:
         return context.unit.position_text([contour.interval])
     interval = context.integer(text, PAUSED, _LARGEST_INTERVAL)
     if contour.running and interval == 0:
-        raise Refused(ErrorCode.NOT_WHILE_CONTOURING)
+        raise Rejection(ErrorCode.NOT_WHILE_CONTOURING)
     before = contour.interval
     contour.set_interval(interval, context.core.sample)
     if before == PAUSED and interval > 0 and not contour.running and not contour.empty:
@@ -50,14 +50,14 @@ def _interval(context: Context, text: str) -> Answer:
     return None
 
 
-def _distances(context: Context, text: str) -> Answer:
+def _distances(context: CallerContext, text: str) -> Answer:
     """CD: how far each axis goes in one interval, with =t in an interval of its own; =0 ends the contour."""
     contour = context.core.contour
     if not contour.members:
-        raise Refused(ErrorCode.NO_SEQUENCE)
+        raise Rejection(ErrorCode.NO_SEQUENCE)
     parts = split(text, "=")
     if len(parts) > 2:
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     deltas = _steps(context, contour, parts[0])
     interval = context.integer(parts[1], 0, _LARGEST_INTERVAL) if len(parts) == 2 else None
     if interval == 0:
@@ -65,68 +65,68 @@ def _distances(context: Context, text: str) -> Answer:
     if interval is not None:
         contour.set_time(interval, context.core.sample)
     if contour.usual == 0.0:
-        raise Refused(ErrorCode.NO_TIME)
-    contour.append(Record(deltas, 0.0, contour.usual), context.core.now)
+        raise Rejection(ErrorCode.NO_TIME)
+    contour.append(FeedRecord(deltas, 0.0, contour.usual), context.core.now)
     if not contour.running and not contour.paused:
         _begin_contour(context, contour)
     return None
 
 
-def _steps(context: Context, contour: Contour, text: str) -> tuple[int, ...]:
+def _steps(context: CallerContext, contour: Contour, text: str) -> tuple[int, ...]:
     deltas = dict.fromkeys(contour.members, 0)
     for place, argument in by_axis(text, context.unit.letters):
         if argument == QUERY:
-            raise Refused(ErrorCode.QUESTION_MARK_INVALID)
+            raise Rejection(ErrorCode.QUESTION_MARK_INVALID)
         value = int(context.number(argument))
         if not -_LARGEST_STEP <= value <= _LARGEST_STEP:
-            raise Refused(ErrorCode.CONTOUR_RANGE)
+            raise Rejection(ErrorCode.CONTOUR_RANGE)
         if place in deltas:
             deltas[place] = value
         elif value:
-            raise Refused(ErrorCode.OPERAND_ERROR)
+            raise Rejection(ErrorCode.OPERAND_ERROR)
     return tuple(deltas.values())
 
 
-def _end(context: Context, contour: Contour, deltas: tuple[int, ...]) -> Answer:
+def _end(context: CallerContext, contour: Contour, deltas: tuple[int, ...]) -> Answer:
     """End the contour behind its last record; one that has none leaves the mode at once."""
     if any(deltas):
-        raise Refused(ErrorCode.NO_TIME)
+        raise Rejection(ErrorCode.NO_TIME)
     if contour.running or not contour.empty:
-        contour.append(Record(deltas, 0.0, 0.0), context.core.now)
+        contour.append(FeedRecord(deltas, 0.0, 0.0), context.core.now)
     else:
         contour.select((), context.core.now)
     return None
 
 
-def _begin_contour(context: Context, contour: Contour) -> None:
+def _begin_contour(context: CallerContext, contour: Contour) -> None:
     """Begin; where an axis may not, the records that waited are forgotten."""
     try:
         context.core.begin_feeds([contour])
-    except Refused:
+    except Rejection:
         contour.clear(context.core.now)
         raise
 
 
-def _pvt(context: Context, axis: Axis) -> Pvt:
+def _pvt(context: CallerContext, axis: Axis) -> Pvt:
     return context.core.pvt[axis.index]
 
 
-def _record(context: Context, text: str) -> Answer:
+def _record(context: CallerContext, text: str) -> Answer:
     """PVA=p,v,t: way, velocity at its end, and samples; t 0 ends the sequence, t -1 empties the buffer."""
     name, equals, value = text.partition("=")
     if not equals:
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     places = mask(name if name.strip() != "*" else "", context.unit.letters)
     arguments = [argument or "0" for argument in split(value)]
     if len(arguments) > 3:
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     if QUERY in arguments:
-        raise Refused(ErrorCode.QUESTION_MARK_INVALID)
+        raise Rejection(ErrorCode.QUESTION_MARK_INVALID)
     timed = len(arguments) == 3 and bool(split(value)[2])
     way, speed, time = ([context.number(argument) for argument in arguments] + [0.0, 0.0])[:3]
     samples = None if not timed else _samples(time)
     if abs(int(way)) > _LARGEST_WAY:
-        raise Refused(ErrorCode.OUT_OF_RANGE)
+        raise Rejection(ErrorCode.OUT_OF_RANGE)
     speed = JOG.rounded(speed)
     for axis in context.axes(places):
         _take(context, _pvt(context, axis), int(way), speed, samples)
@@ -137,30 +137,30 @@ def _samples(time: float) -> int:
     """Return the duration of a record; those between 0 and 2 samples do not exist."""
     samples = int(time)
     if samples not in (_CLEAR, 0) and not 2 <= samples <= _LONGEST:
-        raise Refused(ErrorCode.OUT_OF_RANGE)
+        raise Rejection(ErrorCode.OUT_OF_RANGE)
     return samples if samples <= 0 else samples // 2 * 2
 
 
-def _take(context: Context, pvt: Pvt, way: int, speed: float, samples: int | None) -> None:
+def _take(context: CallerContext, pvt: Pvt, way: int, speed: float, samples: int | None) -> None:
     if samples == _CLEAR:
         pvt.clear(context.core.now)
         return
     if samples is None:
         samples = pvt.samples
         if samples == 0:
-            raise Refused(ErrorCode.NO_TIME)
-    pvt.append(Record((way,), speed, samples * context.core.sample), context.core.now)
+            raise Rejection(ErrorCode.NO_TIME)
+    pvt.append(FeedRecord((way,), speed, samples * context.core.sample), context.core.now)
     if samples:
         pvt.samples = samples
 
 
-def _begin(context: Context, text: str) -> Answer:
+def _begin(context: CallerContext, text: str) -> Answer:
     """BT: begin the PVT sequences of the axes named, without names of all that have one."""
     feeds = [_pvt(context, axis) for axis in context.axes(mask(text, context.unit.letters))]
     if not text.strip():
         feeds = [feed for feed in feeds if not feed.empty]
     if not feeds:
-        raise Refused(ErrorCode.NO_SEQUENCE)
+        raise Rejection(ErrorCode.NO_SEQUENCE)
     context.core.begin_feeds(feeds)
     return None
 

@@ -6,12 +6,12 @@ import re
 from functools import partial
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.virtual.context import Answer, Context, Handler
+from maya_un.virtual.context import Answer, CallerContext, Handler
 from maya_un.virtual.language.arguments import QUERY, by_axis, mask
-from maya_un.virtual.motion.path import Segment
+from maya_un.virtual.motion.path import PathSegment
 from maya_un.virtual.motion.plane import LINEAR, VECTOR, Plane
-from maya_un.virtual.refusal import Refused
-from maya_un.virtual.registers import PLANE, Register, When
+from maya_un.virtual.refusal import Rejection
+from maya_un.virtual.registers import PLANE, Register, WriteCondition
 
 LONGEST = 8_388_607
 """Largest count of one axis in one segment."""
@@ -28,22 +28,22 @@ _WHOLE: dict[tuple[int, ...], re.Pattern[str]] = {
 _USE_VV = -1.0
 
 
-def current(context: Context) -> Plane:
+def current(context: CallerContext) -> Plane:
     """Return the plane that CA selected."""
     return context.core.planes[context.unit.plane]
 
 
-def _select_plane(context: Context, text: str) -> Answer:
+def _select_plane(context: CallerContext, text: str) -> Answer:
     name = text.strip()
     if name == QUERY:
         return context.unit.position_text([PLANES.index(context.unit.plane)])
     if len(name) != 1 or name not in PLANES:
-        raise Refused(ErrorCode.S_OPERAND_INVALID)
+        raise Rejection(ErrorCode.S_OPERAND_INVALID)
     context.unit.plane = name
     return None
 
 
-def _members(context: Context, text: str) -> Answer:
+def _members(context: CallerContext, text: str) -> Answer:
     if text.strip() == QUERY:
         return context.unit.position_text([current(context).free(context.core.now)])
     members = tuple(mask(text, context.unit.letters))
@@ -51,49 +51,49 @@ def _members(context: Context, text: str) -> Answer:
     return None
 
 
-def _segment(context: Context, text: str) -> Answer:
+def _segment(context: CallerContext, text: str) -> Answer:
     plane = current(context)
     if plane.mode != LINEAR or not plane.members:
-        raise Refused(ErrorCode.SEGMENT_KINDS_MIXED if plane.mode == VECTOR else ErrorCode.NO_SEQUENCE)
+        raise Rejection(ErrorCode.SEGMENT_KINDS_MIXED if plane.mode == VECTOR else ErrorCode.NO_SEQUENCE)
     plane.append(_in_whole_numbers(plane, text) or _evaluated(context, plane, text), context.core.now)
     return None
 
 
-def _in_whole_numbers(plane: Plane, text: str) -> Segment | None:
+def _in_whole_numbers(plane: Plane, text: str) -> PathSegment | None:
     pattern = _WHOLE.get(plane.members)
     form = pattern and pattern.fullmatch(text)
     if form is None:
         return None
     *deltas, speed, end = map(int, form.groups())
-    return Segment.of(tuple(deltas), speed // 2 * 2.0, end // 2 * 2.0) if speed >= 2 else None
+    return PathSegment.of(tuple(deltas), speed // 2 * 2.0, end // 2 * 2.0) if speed >= 2 else None
 
 
-def _evaluated(context: Context, plane: Plane, text: str) -> Segment:
+def _evaluated(context: CallerContext, plane: Plane, text: str) -> PathSegment:
     text, start, end = speeds(context, text)
-    return Segment.of(_deltas(context, plane, text), start, end)
+    return PathSegment.of(_deltas(context, plane, text), start, end)
 
 
-def speeds(context: Context, text: str) -> tuple[str, float | None, float | None]:
+def speeds(context: CallerContext, text: str) -> tuple[str, float | None, float | None]:
     """Return what stands before `<o>p`, and the two speeds [counts/s] where they are given; `<-1` stands for VV."""
     form = _SEGMENT.fullmatch(text)
     if form is None:
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     return form[1], _speed(context, form[2], _USE_VV), _speed(context, form[3], 0.0)
 
 
-def _deltas(context: Context, plane: Plane, text: str) -> tuple[int, ...]:
+def _deltas(context: CallerContext, plane: Plane, text: str) -> tuple[int, ...]:
     deltas = dict.fromkeys(plane.members, 0)
     if text.strip():
         for place, argument in by_axis(text, context.unit.letters):
             if argument == QUERY:
-                raise Refused(ErrorCode.QUESTION_MARK_INVALID)
+                raise Rejection(ErrorCode.QUESTION_MARK_INVALID)
             if place not in deltas:
-                raise Refused(ErrorCode.OPERAND_ERROR)
+                raise Rejection(ErrorCode.OPERAND_ERROR)
             deltas[place] = context.integer(argument, -LONGEST, LONGEST)
     return tuple(deltas.values())
 
 
-def _speed(context: Context, text: str | None, lowest: float) -> float | None:
+def _speed(context: CallerContext, text: str | None, lowest: float) -> float | None:
     """Return a segment's own speed; `<-1` stands for VV, so that `lowest` is -1 there."""
     if text is None:
         return None
@@ -101,11 +101,11 @@ def _speed(context: Context, text: str | None, lowest: float) -> float | None:
     if lowest < 0.0 and value == lowest:
         return value
     if not (2.0 if lowest < 0.0 else 0.0) <= value <= PLANE["VS"].maximum:
-        raise Refused(ErrorCode.OUT_OF_RANGE)
+        raise Rejection(ErrorCode.OUT_OF_RANGE)
     return int(value) // 2 * 2.0
 
 
-def _end(context: Context, text: str) -> Answer:
+def _end(context: CallerContext, text: str) -> Answer:
     plane = current(context)
     if text.strip() == QUERY:
         return context.unit.position_text([plane.total])
@@ -113,14 +113,14 @@ def _end(context: Context, text: str) -> Answer:
     return None
 
 
-def _clear(context: Context, text: str) -> Answer:
+def _clear(context: CallerContext, text: str) -> Answer:
     planes = mask(text, PLANES) if text.strip() else [PLANES.index(context.unit.plane)]
     for place in planes:
         context.core.planes[PLANES[place]].clear()
     return None
 
 
-def _rate(name: str, register: Register, context: Context, text: str) -> Answer:
+def _rate(name: str, register: Register, context: CallerContext, text: str) -> Answer:
     asked: list[float] = []
     changes: list[tuple[Plane, float]] = []
     for place, argument in by_axis(text, PLANES):
@@ -128,8 +128,8 @@ def _rate(name: str, register: Register, context: Context, text: str) -> Answer:
         if argument == QUERY:
             asked.append(plane.registers[name])
             continue
-        if register.when is When.RESTING and plane.running:
-            raise Refused(ErrorCode.NOT_WHILE_RUNNING)
+        if register.when is WriteCondition.RESTING and plane.running:
+            raise Rejection(ErrorCode.NOT_WHILE_RUNNING)
         changes.append((plane, register.rounded(context.number(argument))))
     for plane, value in changes:
         plane.registers[name] = value

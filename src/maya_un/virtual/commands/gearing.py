@@ -11,11 +11,11 @@ from functools import partial
 from maya_un.galil.codes import ErrorCode
 from maya_un.galil.hardware import ALIASES, LETTERS
 from maya_un.virtual.commands.setting import addressed
-from maya_un.virtual.context import Answer, Context, Handler
+from maya_un.virtual.context import Answer, CallerContext, Handler
 from maya_un.virtual.language.arguments import QUERY, by_axis, place, split
 from maya_un.virtual.motion.cam import ENTRIES, Cam
 from maya_un.virtual.motion.following import Master
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 from maya_un.virtual.registers import POSITION
 
 _MASTER = re.compile(r"([CDS]?)([A-HMNSTXYZW])")
@@ -27,20 +27,20 @@ LONGEST_INTERVAL = 32767
 MOST_CYCLES = 2147483647
 
 
-def _master(context: Context, text: str) -> Master:
+def _master(context: CallerContext, text: str) -> Master:
     """Return what a name of a master means: `A`, `CA` (commanded), `DA` (auxiliary), `S`, `N`."""
     form = _MASTER.fullmatch(text)
     if form is None or form[1] == "S":
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     letter = form[2].translate(ALIASES)
     if letter in LETTERS:
         place(letter, context.unit.letters)
     elif form[1]:
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     return Master(letter, form[1] == "C", form[1] == "D")
 
 
-def _gear(context: Context, text: str) -> Answer:
+def _gear(context: CallerContext, text: str) -> Answer:
     """GA: the master of each slave; where it is asked for, its number as in axis variables, -1 for none."""
     changes = [(context.unit.axes[index], argument) for index, argument in by_axis(text, context.unit.letters)]
     gearing = context.unit.gearing
@@ -51,23 +51,23 @@ def _gear(context: Context, text: str) -> Answer:
     return context.unit.position_text(asked) if asked else None
 
 
-def _cam_master(context: Context, text: str) -> Answer:
+def _cam_master(context: CallerContext, text: str) -> Answer:
     """EA: the master of the cam, an axis or a virtual axis."""
     master = _master(context, text.strip())
     if master.axis(context.core) is None:
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     context.unit.cam.choose(master)
     return None
 
 
-def _enable(context: Context, text: str) -> Answer:
+def _enable(context: CallerContext, text: str) -> Answer:
     if text.strip() == QUERY:
         return context.unit.position_text([context.unit.cam.enabled])
     context.unit.cam.enable(context.integer(text, 0, 1) == 1)
     return None
 
 
-def _index(context: Context, text: str) -> Answer:
+def _index(context: CallerContext, text: str) -> Answer:
     """EC: the table entry that the next ET without an index sets."""
     cam = context.unit.cam
     if text.strip() == QUERY:
@@ -76,7 +76,7 @@ def _index(context: Context, text: str) -> Answer:
     return None
 
 
-def _cycles(context: Context, text: str) -> Answer:
+def _cycles(context: CallerContext, text: str) -> Answer:
     cam = context.unit.cam
     if text.strip() == QUERY:
         return context.unit.position_text([cam.cycles])
@@ -84,17 +84,17 @@ def _cycles(context: Context, text: str) -> Answer:
     return None
 
 
-def _interval(context: Context, text: str) -> Answer:
+def _interval(context: CallerContext, text: str) -> Answer:
     """EP: the distance of two table entries, and the shift of the table along the master."""
     cam, arguments = context.unit.cam, split(text)
     if len(arguments) > 2:
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     present = [cam.interval, cam.shift]
     asked = [float(value) for value, argument in zip(present, arguments, strict=False) if argument == QUERY]
     if asked:
         return context.unit.position_text(asked)
     if cam.enabled:
-        raise Refused(ErrorCode.CAM_RUNS)
+        raise Rejection(ErrorCode.CAM_RUNS)
     interval = context.integer(arguments[0], 1, LONGEST_INTERVAL) if arguments[0] else cam.interval
     if len(arguments) == 2 and arguments[1]:
         cam.shift = context.integer(arguments[1], -MOST_CYCLES, MOST_CYCLES)
@@ -102,19 +102,19 @@ def _interval(context: Context, text: str) -> Answer:
     return None
 
 
-def _widen(context: Context, text: str) -> Answer:
+def _widen(context: CallerContext, text: str) -> Answer:
     """EW: up to two segments of the table, each with a width of its own; -1 for none."""
     cam, arguments = context.unit.cam, split(text.replace("=", ","))
     widened = [number for pair in cam.widened.items() for number in pair]
     present = [*widened, *(-1, 0, -1, 0)[len(widened) :]]
     if len(arguments) > len(present):
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     if QUERY in arguments:
         return context.unit.position_text(
             [value for value, argument in zip(present, arguments, strict=False) if argument == QUERY]
         )
     if cam.enabled:
-        raise Refused(ErrorCode.CAM_RUNS)
+        raise Rejection(ErrorCode.CAM_RUNS)
     for place_of, argument in enumerate(arguments):
         if argument:
             most = LONGEST_INTERVAL if place_of % 2 else ENTRIES - 2
@@ -124,7 +124,7 @@ def _widen(context: Context, text: str) -> Answer:
     return None
 
 
-def _entry(context: Context, text: str) -> Answer:
+def _entry(context: CallerContext, text: str) -> Answer:
     """ET: the entries of one place of the table, at `[n]` or at EC, which then counts on."""
     cam = context.unit.cam
     form = _INDEXED.fullmatch(text)
@@ -133,7 +133,7 @@ def _entry(context: Context, text: str) -> Answer:
     else:
         index, values = int(context.number(form[1])), form[2]
     if not 0 <= index < ENTRIES:
-        raise Refused(ErrorCode.CAM_INDEX)
+        raise Rejection(ErrorCode.CAM_INDEX)
     entries = by_axis(values, context.unit.letters)
     axes = context.unit.axes
     asked = [cam.entry(axes[axis], index) for axis, argument in entries if argument == QUERY]
@@ -147,21 +147,21 @@ def _entry(context: Context, text: str) -> Answer:
     return None
 
 
-def _couple(engage: bool, context: Context, text: str) -> Answer:
+def _couple(engage: bool, context: CallerContext, text: str) -> Answer:
     """EG, EQ: engage or disengage axes at places of the master's cycle."""
     cam: Cam = context.unit.cam
     asked: list[float] = []
     changes = []
     for axis, argument in addressed(context, text):
         if axis.virtual:
-            raise Refused(ErrorCode.INVALID_AXIS)
+            raise Rejection(ErrorCode.INVALID_AXIS)
         if argument == QUERY:
             asked.append(cam.engaged(axis) if engage else cam.waiting(axis))
             continue
         changes.append((axis, POSITION.rounded(context.number(argument))))
     for axis, at in changes:
         if cam.master.letter == axis.letter:
-            raise Refused(ErrorCode.GEAR_MASTER_IS_SLAVE)
+            raise Rejection(ErrorCode.GEAR_MASTER_IS_SLAVE)
         (cam.engage if engage else cam.disengage)(axis, at)
     return context.unit.position_text(asked) if asked else None
 

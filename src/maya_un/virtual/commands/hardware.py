@@ -10,12 +10,12 @@ import re
 
 from maya_un.galil.codes import ErrorCode
 from maya_un.virtual.commands.setting import addressed, allowed
-from maya_un.virtual.context import Answer, Context, Handler
+from maya_un.virtual.context import Answer, CallerContext, Handler
 from maya_un.virtual.language.arguments import QUERY, mask, split
 from maya_un.virtual.motion.axis import Axis
 from maya_un.virtual.motion.failures import step_error
-from maya_un.virtual.refusal import Refused
-from maya_un.virtual.registers import AXIS, POSITION, TM, When
+from maya_un.virtual.refusal import Rejection
+from maya_un.virtual.registers import AXIS, POSITION, TM, WriteCondition
 
 MOST_VOLTS = 4.998
 """The largest command of BX and BZ [V]."""
@@ -26,13 +26,13 @@ LONGEST_TIME = 32767
 _TIMES = re.compile("[<>]")
 
 
-def _sample_period(context: Context, text: str) -> Answer:
+def _sample_period(context: CallerContext, text: str) -> Answer:
     """TM: the sample period [µs]; the least one depends on the number of axes. Speeds keep meaning counts/s."""
     core = context.core
     if text.strip() == QUERY:
         return context.unit.position_text([core.period])
     if any(axis.moving for axis in context.unit.axes):
-        raise Refused(ErrorCode.NOT_WHILE_RUNNING)
+        raise Rejection(ErrorCode.NOT_WHILE_RUNNING)
     least = TM.minimum * ((len(context.unit.axes) + 1) // 2)
     core.set_period(int(TM._replace(minimum=least).rounded(context.number(text))))
     for axis in (*context.unit.axes, *core.virtual.values()):
@@ -43,32 +43,32 @@ def _sample_period(context: Context, text: str) -> Answer:
     return None
 
 
-def _axes(context: Context, text: str) -> list[Axis]:
+def _axes(context: CallerContext, text: str) -> list[Axis]:
     return context.axes(mask(text, context.unit.letters))
 
 
-def _asked(context: Context, text: str) -> list[Axis]:
+def _asked(context: CallerContext, text: str) -> list[Axis]:
     """Return the axes of a mask, or of question marks by place."""
     if QUERY not in text:
         return _axes(context, text)
     axes = [axis for axis, _ in addressed(context, text)]
     if any(axis.virtual for axis in axes):
-        raise Refused(ErrorCode.INVALID_AXIS)
+        raise Rejection(ErrorCode.INVALID_AXIS)
     return axes
 
 
-def _brushless(context: Context, text: str) -> Answer:
+def _brushless(context: CallerContext, text: str) -> Answer:
     """BA: the axes that are commutated sinusoidally; `N` for none."""
     axes = [] if text.strip() == "N" else _axes(context, text)
     for axis in context.unit.axes:
-        allowed(axis, When.RESTING)
+        allowed(axis, WriteCondition.RESTING)
     for axis in context.unit.axes:
         axis.initialised = axis.initialised and axis in axes
         axis.commutated = axis in axes
     return None
 
 
-def _find_phase(context: Context, text: str) -> Answer:
+def _find_phase(context: CallerContext, text: str) -> Answer:
     """BX, BZ: find the phase with so many volts; where they are negative, the motor is off afterwards.
 
     Times behind `<` and `>` [ms], which may stand alone, are accepted: finding it takes none here.
@@ -84,11 +84,11 @@ def _find_phase(context: Context, text: str) -> Answer:
         if argument == QUERY:
             asked.append(axis.initialised)
             continue
-        allowed(axis, When.RESTING)
-        allowed(axis, When.COMMUTATED)
+        allowed(axis, WriteCondition.RESTING)
+        allowed(axis, WriteCondition.COMMUTATED)
         volts = context.number(argument)
         if not -MOST_VOLTS <= volts <= MOST_VOLTS:
-            raise Refused(ErrorCode.OUT_OF_RANGE)
+            raise Rejection(ErrorCode.OUT_OF_RANGE)
         changes.append((axis, volts))
     for axis, volts in changes:
         axis.initialised = True
@@ -96,53 +96,53 @@ def _find_phase(context: Context, text: str) -> Answer:
     return context.unit.position_text(asked) if asked else None
 
 
-def _hall(context: Context, text: str) -> Answer:
+def _hall(context: CallerContext, text: str) -> Answer:
     """BC, BI: the phase from Hall sensors, of which there are none; 0 for BI does without them."""
     for axis, argument in addressed(context, text):
         if argument == QUERY:
             return context.unit.position_text([0])
-        allowed(axis, When.COMMUTATED)
+        allowed(axis, WriteCondition.COMMUTATED)
         if context.number(argument):
-            raise Refused(ErrorCode.NO_HALLS)
+            raise Rejection(ErrorCode.NO_HALLS)
     return None
 
 
-def _refine(context: Context, text: str) -> Answer:
+def _refine(context: CallerContext, text: str) -> Answer:
     for axis in _axes(context, text):
-        allowed(axis, When.COMMUTATED)
-    raise Refused(ErrorCode.NO_HALLS)
+        allowed(axis, WriteCondition.COMMUTATED)
+    raise Rejection(ErrorCode.NO_HALLS)
 
 
-def _hall_state(context: Context, text: str) -> Answer:
+def _hall_state(context: CallerContext, text: str) -> Answer:
     """QH: the state of the Hall inputs, 0 without sensors."""
     return context.unit.position_text([0.0 for _ in _asked(context, text)])
 
 
-def _correct(context: Context, text: str) -> Answer:
+def _correct(context: CallerContext, text: str) -> Answer:
     """YR: move a stepper by so many microsteps, as IP does, to make up for lost ones."""
     changes: list[tuple[Axis, int]] = []
     for axis, argument in addressed(context, text):
         if argument == QUERY:
-            raise Refused(ErrorCode.QUESTION_MARK_INVALID)
+            raise Rejection(ErrorCode.QUESTION_MARK_INVALID)
         if axis.virtual or not axis.stepper:
-            raise Refused(ErrorCode.OPERAND_ERROR)
-        allowed(axis, When.RESTING)
+            raise Rejection(ErrorCode.OPERAND_ERROR)
+        allowed(axis, WriteCondition.RESTING)
         changes.append((axis, int(POSITION.rounded(context.number(argument)))))
     for axis, distance in changes:
         context.core.shift(axis, distance)
     return None
 
 
-def _step_error(context: Context, text: str) -> Answer:
+def _step_error(context: CallerContext, text: str) -> Answer:
     """QS: by how many microsteps the encoder is behind."""
     return context.unit.position_text([step_error(context.core, axis) for axis in _asked(context, text)])
 
 
-def _compare(context: Context, text: str) -> Answer:
+def _compare(context: CallerContext, text: str) -> Answer:
     """OC: wait for an axis to pass a position; the pulses that follow are on no wire here."""
     name, equals, values = text.partition("=")
     if not equals:
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     axes = _axes(context, name)
     position = int(POSITION.rounded(context.number(split(values)[0])))
     for axis in axes:
@@ -150,7 +150,7 @@ def _compare(context: Context, text: str) -> Answer:
     return None
 
 
-def _clear_amplifier(context: Context, text: str) -> Answer:
+def _clear_amplifier(context: CallerContext, text: str) -> Answer:
     """AZ: 1 clears latched amplifier errors; a fault that is still there shows again. 0 and 2 choose the report."""
     context.integer(text, 0, 2)
     return None

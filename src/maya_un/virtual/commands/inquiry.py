@@ -8,34 +8,34 @@ from functools import partial
 from maya_un.galil.codes import ERROR_TEXTS, ErrorCode
 from maya_un.galil.numbers import format_value, join_positions
 from maya_un.virtual import status
-from maya_un.virtual.context import Answer, Context, Handler
+from maya_un.virtual.context import Answer, CallerContext, Handler
 from maya_un.virtual.language.arguments import QUERY, mask
 from maya_un.virtual.motion.axis import Axis
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 
-_Reader = Callable[[Context, Axis], float]
+_Reader = Callable[[CallerContext, Axis], float]
 
 _BLOCKS = "STI"
 
 
-def _positions(read: _Reader, context: Context, text: str) -> Answer:
+def _positions(read: _Reader, context: CallerContext, text: str) -> Answer:
     axes = context.axes(mask(text, context.unit.letters))
     return context.unit.position_text([read(context, axis) for axis in axes])
 
 
-def _codes(read: _Reader, context: Context, text: str) -> Answer:
+def _codes(read: _Reader, context: CallerContext, text: str) -> Answer:
     """Answer as TS and SC do: three digits, whatever PF says."""
     axes = context.axes(mask(text, context.unit.letters))
     return context.unit.fixed_text([read(context, axis) for axis in axes], 0)
 
 
-def _torque(context: Context, text: str) -> Answer:
+def _torque(context: CallerContext, text: str) -> Answer:
     axes = context.axes(mask(text, context.unit.letters))
     values = [context.core.torque(axis) for axis in axes]
     return join_positions([format_value(value, 1, 4) for value in values])
 
 
-def _error_code(context: Context, text: str) -> Answer:
+def _error_code(context: CallerContext, text: str) -> Answer:
     """TC: the code of the last refusal, which this clears; with 1 also its words."""
     words = False if text.strip() in ("", QUERY) else context.integer(text, 0, 1) == 1
     code, context.unit.error_code = context.unit.error_code, 0
@@ -44,35 +44,35 @@ def _error_code(context: Context, text: str) -> Answer:
     return context.unit.fixed_text([code], 0)
 
 
-def _byte(read: Callable[[Context, int], int], most: int, context: Context, text: str) -> Answer:
+def _byte(read: Callable[[CallerContext, int], int], most: int, context: CallerContext, text: str) -> Answer:
     number = context.integer(text, 0, most) if text.strip() not in ("", QUERY) else 0
     return context.unit.fixed_text([read(context, number)], 0)
 
 
-def _inputs(context: Context, text: str) -> Answer:
+def _inputs(context: CallerContext, text: str) -> Answer:
     """TI n: eight inputs as one number."""
     bank = context.integer(text, 0, status.INPUT_BANKS[-1]) if text.strip() not in ("", QUERY) else 0
     if bank not in status.INPUT_BANKS:
-        raise Refused(ErrorCode.OUT_OF_RANGE)
+        raise Rejection(ErrorCode.OUT_OF_RANGE)
     return context.unit.fixed_text([status.input_bank(context.unit, bank)], 0)
 
 
-def _record(context: Context, text: str) -> Answer:
+def _record(context: CallerContext, text: str) -> Answer:
     blocks = text.replace(" ", "")
     if any(block not in context.unit.letters + _BLOCKS for block in blocks):
-        raise Refused(ErrorCode.INVALID_AXIS)
+        raise Rejection(ErrorCode.INVALID_AXIS)
     return status.record(context.unit, blocks)
 
 
-def _layout(context: Context, _: str) -> Answer:
+def _layout(context: CallerContext, _: str) -> Answer:
     return f" {len(context.unit.axes)}, {status.GENERAL}, {status.COORDINATE}, {status.AXIS}"
 
 
-def _identity(context: Context, _: str) -> Answer:
+def _identity(context: CallerContext, _: str) -> Answer:
     return f"FW, {context.unit.identity.firmware}\r\nDMC, 4103, Rev 11"
 
 
-def _firmware(context: Context, _: str) -> Answer:
+def _firmware(context: CallerContext, _: str) -> Answer:
     return context.unit.identity.firmware
 
 

@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 from maya_un.galil.codes import ErrorCode
 from maya_un.galil.numbers import format_raw
-from maya_un.virtual.context import Answer, Context, Handler
+from maya_un.virtual.context import Answer, CallerContext, Handler
 from maya_un.virtual.language.arithmetic import unpack
 from maya_un.virtual.language.expressions import Value, compiled
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 
 _CACHED = 2048
 _TOKEN = re.compile(
@@ -23,7 +23,7 @@ _TOKEN = re.compile(
 _DIGITS = re.compile(r"([FZ$])([0-9]{1,2})(?:\.([0-9]))?")
 _STRING = re.compile(r"S([1-6]?)")
 
-_Print = Callable[[Context], str]
+_Print = Callable[[CallerContext], str]
 
 
 class _Item(NamedTuple):
@@ -34,7 +34,7 @@ class _Item(NamedTuple):
 
 
 @dataclass(slots=True)
-class _Message:
+class _ParsedMessage:
     """A message taken apart; `to` names another port than the one who asks."""
 
     items: list[_Item] = field(default_factory=list[_Item])
@@ -44,26 +44,26 @@ class _Message:
     """A format that stands before its value."""
 
 
-def _message(context: Context, text: str) -> Answer:
+def _message(context: CallerContext, text: str) -> Answer:
     message = _parsed(text)
     line = _printed(context, message.items) + ("\r\n" if message.line_end else "")
     data = line.encode("latin-1", "replace")
     if not message.to and context.thread is None:
         return data
     if message.to[:1] != "P" and not context.unit.outlet.say(data, message.to[1:]):
-        raise Refused(ErrorCode.HANDLE_CLOSED)
+        raise Rejection(ErrorCode.HANDLE_CLOSED)
     return None
 
 
 @lru_cache(_CACHED)
-def _parsed(text: str) -> _Message:
-    message = _Message()
+def _parsed(text: str) -> _ParsedMessage:
+    message = _ParsedMessage()
     at = 0
     joined = False
     while at < len(text) and text[at:].strip():
         token = _TOKEN.match(text, at)
         if token is None:
-            raise Refused(ErrorCode.BAD_STRING if text[at:].lstrip()[0] == '"' else ErrorCode.BAD_BRACES)
+            raise Rejection(ErrorCode.BAD_STRING if text[at:].lstrip()[0] == '"' else ErrorCode.BAD_BRACES)
         at = token.end()
         match token.lastgroup:
             case "text":
@@ -82,7 +82,7 @@ def _parsed(text: str) -> _Message:
     return message
 
 
-def _apply(message: _Message, braces: str, joined: bool) -> None:
+def _apply(message: _ParsedMessage, braces: str, joined: bool) -> None:
     """Take a `{...}`: for the whole message, a character by its code, or the format of a value.
 
     A format that is `joined` to a value is that value's; any other is that of the next one, or of the last one where
@@ -101,14 +101,14 @@ def _apply(message: _Message, braces: str, joined: bool) -> None:
         message.ahead = braces
 
 
-def _format_last(message: _Message, braces: str) -> None:
+def _format_last(message: _ParsedMessage, braces: str) -> None:
     if not message.items or message.items[-1].value is None:
-        raise Refused(ErrorCode.BAD_BRACES)
+        raise Rejection(ErrorCode.BAD_BRACES)
     value = message.items[-1].value
     message.items[-1] = _Item(_formatted(value, braces), value)
 
 
-def _printed(context: Context, items: list[_Item]) -> str:
+def _printed(context: CallerContext, items: list[_Item]) -> str:
     if len(items) == 1:
         return items[0].print(context)
     parts: list[str] = []
@@ -130,24 +130,24 @@ def _character(code: str) -> _Print:
 
 
 def _shown(value: Value, form: str) -> _Print:
-    """Return what prints a value in a format, without one as VF has it; raises `Refused` (53)."""
+    """Return what prints a value in a format, without one as VF has it; raises `Rejection` (53)."""
     if form:
         return _formatted(value, form)
     return lambda context: context.unit.raw_text(value(context.names))
 
 
 def _formatted(value: Value, form: str) -> _Print:
-    """Return what prints a value in the format `Fm.n`, `Zm.n`, `$m.n` or `Sn`; raises `Refused` (53)."""
+    """Return what prints a value in the format `Fm.n`, `Zm.n`, `$m.n` or `Sn`; raises `Rejection` (53)."""
     string = _STRING.fullmatch(form)
     if string is not None:
         length = int(string[1] or 6)
         return lambda context: unpack(value(context.names), length)
     digits = _DIGITS.fullmatch(form)
     if digits is None:
-        raise Refused(ErrorCode.BAD_BRACES)
+        raise Rejection(ErrorCode.BAD_BRACES)
     kind, before, after = digits[1], int(digits[2]), int(digits[3] or 0)
     if not 0 < before <= (8 if kind == "$" else 10) or after > 4:
-        raise Refused(ErrorCode.BAD_BRACES)
+        raise Rejection(ErrorCode.BAD_BRACES)
     return lambda context: format_raw(value(context.names), before, after, kind != "Z", kind == "$")
 
 

@@ -7,21 +7,21 @@ from functools import partial
 
 from maya_un.galil.codes import ErrorCode, StopCode
 from maya_un.virtual.commands.setting import addressed, allowed, kept, named
-from maya_un.virtual.context import Answer, Context, Handler
+from maya_un.virtual.context import Answer, CallerContext, Handler
 from maya_un.virtual.language.arguments import QUERY, axes_and_planes, mask
-from maya_un.virtual.motion.axis import Axis, Kind, Latch
-from maya_un.virtual.refusal import Refused
-from maya_un.virtual.registers import JOG, POSITION, When
+from maya_un.virtual.motion.axis import Axis, Latch, MotionKind
+from maya_un.virtual.refusal import Rejection
+from maya_un.virtual.registers import JOG, POSITION, WriteCondition
 from maya_un.virtual.status import distance_set
 
 _LATCHES = {"S": Latch.AUXILIARY, "T": Latch.INDEX}
 
-_Reader = Callable[[Context, Axis], float]
-_Check = Callable[[Context, Axis], None]
-_Writer = Callable[[Context, Axis, int], None]
+_Reader = Callable[[CallerContext, Axis], float]
+_Check = Callable[[CallerContext, Axis], None]
+_Writer = Callable[[CallerContext, Axis, int], None]
 
 
-def _per_axis(check: _Check, write: _Writer, read: _Reader, context: Context, text: str) -> Answer:
+def _per_axis(check: _Check, write: _Writer, read: _Reader, context: CallerContext, text: str) -> Answer:
     """Set or tell a whole number of each axis named; nothing is set where one of them is refused."""
     asked: list[float] = []
     changes: list[tuple[Axis, int]] = []
@@ -36,62 +36,62 @@ def _per_axis(check: _Check, write: _Writer, read: _Reader, context: Context, te
     return context.unit.position_text(asked) if asked else None
 
 
-def _resting(_: Context, axis: Axis) -> None:
-    allowed(axis, When.RESTING)
+def _resting(_: CallerContext, axis: Axis) -> None:
+    allowed(axis, WriteCondition.RESTING)
 
 
-def _at_rest_or_tracking(_: Context, axis: Axis) -> None:
+def _at_rest_or_tracking(_: CallerContext, axis: Axis) -> None:
     if not axis.tracking or axis.plane:
-        allowed(axis, When.RESTING)
+        allowed(axis, WriteCondition.RESTING)
     elif not axis.on:
-        raise Refused(ErrorCode.BEGIN_MOTOR_OFF)
+        raise Rejection(ErrorCode.BEGIN_MOTOR_OFF)
 
 
-def _any_time(_: Context, _axis: Axis) -> None:
+def _any_time(_: CallerContext, _axis: Axis) -> None:
     return None
 
 
-def _absolute(context: Context, axis: Axis, value: int) -> None:
+def _absolute(context: CallerContext, axis: Axis, value: int) -> None:
     if axis.tracking:
         context.core.track(axis, value)
     else:
-        axis.kind, axis.destination = Kind.ABSOLUTE, value
+        axis.kind, axis.destination = MotionKind.ABSOLUTE, value
 
 
-def _relative(_: Context, axis: Axis, value: int) -> None:
-    axis.kind, axis.distance = Kind.RELATIVE, value
+def _relative(_: CallerContext, axis: Axis, value: int) -> None:
+    axis.kind, axis.distance = MotionKind.RELATIVE, value
 
 
-def _auxiliary(context: Context, axis: Axis, value: int) -> None:
+def _auxiliary(context: CallerContext, axis: Axis, value: int) -> None:
     context.core.define_auxiliary(axis, value)
 
 
-def _auxiliary_now(context: Context, axis: Axis) -> float:
+def _auxiliary_now(context: CallerContext, axis: Axis) -> float:
     return context.core.position(axis) if axis.stepper else axis.auxiliary
 
 
-def _track(_: Context, axis: Axis, value: int) -> None:
+def _track(_: CallerContext, axis: Axis, value: int) -> None:
     if value not in (0, 1):
-        raise Refused(ErrorCode.OUT_OF_RANGE)
+        raise Rejection(ErrorCode.OUT_OF_RANGE)
     axis.tracking = value == 1
 
 
-def _shift(context: Context, axis: Axis, value: int) -> None:
+def _shift(context: CallerContext, axis: Axis, value: int) -> None:
     context.core.shift(axis, value)
 
 
-def _define(context: Context, axis: Axis, value: int) -> None:
+def _define(context: CallerContext, axis: Axis, value: int) -> None:
     context.core.define(axis, value)
 
 
-def _jog_check(_: Context, axis: Axis) -> None:
-    if axis.motion is not None and axis.motion.kind is not Kind.JOG:
-        raise Refused(ErrorCode.JOG_ONLY_IN_JOG_MODE)
+def _jog_check(_: CallerContext, axis: Axis) -> None:
+    if axis.motion is not None and axis.motion.kind is not MotionKind.JOG:
+        raise Rejection(ErrorCode.JOG_ONLY_IN_JOG_MODE)
     if axis.plane:
-        raise Refused(ErrorCode.NOT_WHILE_RUNNING)
+        raise Rejection(ErrorCode.NOT_WHILE_RUNNING)
 
 
-def _jog(context: Context, text: str) -> Answer:
+def _jog(context: CallerContext, text: str) -> Answer:
     """JG: the jog mode and its signed speed; a jog under way follows at once, also backwards.
 
     Without any speed all axes get the mode and keep their speeds, as a program in use expects (Harvard, DPSS laser).
@@ -107,20 +107,20 @@ def _jog(context: Context, text: str) -> Answer:
         _jog_check(context, axis)
         changes.append((axis, kept(context, axis, "JG", JOG, context.number(argument))))
     for axis, speed in changes:
-        axis.kind, axis.jog_speed = Kind.JOG, speed
+        axis.kind, axis.jog_speed = MotionKind.JOG, speed
         axis.registers["SP"] = abs(speed)
         context.core.jog_at(axis, speed)
     return context.unit.position_text(asked) if asked else None
 
 
-def _jog_mode(context: Context) -> None:
+def _jog_mode(context: CallerContext) -> None:
     for axis in context.unit.axes:
         _jog_check(context, axis)
     for axis in context.unit.axes:
-        axis.kind = Kind.JOG
+        axis.kind = MotionKind.JOG
 
 
-def _begin(context: Context, text: str) -> Answer:
+def _begin(context: CallerContext, text: str) -> Answer:
     text, virtual = named(context, text)
     places, planes = axes_and_planes(text, context.unit.letters)
     if not places and not planes and not virtual:
@@ -132,7 +132,7 @@ def _begin(context: Context, text: str) -> Answer:
     return None
 
 
-def _stop(context: Context, text: str) -> Answer:
+def _stop(context: CallerContext, text: str) -> Answer:
     """ST: stop axes and planes; without any all of them, virtual axes too, and, from a host, the program."""
     text, virtual = named(context, text)
     places, planes = axes_and_planes(text, context.unit.letters)
@@ -147,7 +147,7 @@ def _stop(context: Context, text: str) -> Answer:
     return None
 
 
-def _abort(context: Context, text: str) -> Answer:
+def _abort(context: CallerContext, text: str) -> Answer:
     """AB 0 also ends the program; AB 1 ends motion only."""
     motion_only = bool(text.strip()) and context.integer(text, 0, 1) == 1
     context.core.abort(StopCode.ABORTED)
@@ -156,28 +156,28 @@ def _abort(context: Context, text: str) -> Answer:
     return None
 
 
-def _servo(on: bool, context: Context, text: str) -> Answer:
+def _servo(on: bool, context: CallerContext, text: str) -> Answer:
     axes = context.axes(mask(text, context.unit.letters))
     for axis in axes:
-        allowed(axis, When.RESTING)
+        allowed(axis, WriteCondition.RESTING)
         if on and axis.commutated and not axis.initialised:
-            raise Refused(ErrorCode.NOT_INITIALISED)
+            raise Rejection(ErrorCode.NOT_INITIALISED)
     for axis in axes:
         context.core.servo(axis, on)
     return None
 
 
-def _seek(kind: Kind, context: Context, text: str) -> Answer:
+def _seek(kind: MotionKind, context: CallerContext, text: str) -> Answer:
     """FE, FI, HM: choose a homing for the next BG."""
     axes = context.axes(mask(text, context.unit.letters))
     for axis in axes:
-        allowed(axis, When.RESTING)
+        allowed(axis, WriteCondition.RESTING)
     for axis in axes:
         axis.kind = kind
     return None
 
 
-def _arm(context: Context, text: str) -> Answer:
+def _arm(context: CallerContext, text: str) -> Answer:
     """AL: arm latches; an S before a letter means the auxiliary encoder, a T the index."""
     latch = Latch.INPUT
     armed: list[tuple[int, Latch]] = []
@@ -188,7 +188,7 @@ def _arm(context: Context, text: str) -> Answer:
         armed += [(place, latch) for place in mask(name, context.unit.letters)]
         latch = Latch.INPUT
     if latch is not Latch.INPUT:
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     for place, by in armed or [(place, latch) for place in mask("", context.unit.letters)]:
         context.unit.latches.arm(context.unit.axes[place], by)
     return None
@@ -207,8 +207,8 @@ TABLE: dict[str, Handler] = {
     "AB": _abort,
     "SH": partial(_servo, True),
     "MO": partial(_servo, False),
-    "FE": partial(_seek, Kind.FIND_EDGE),
-    "FI": partial(_seek, Kind.FIND_INDEX),
-    "HM": partial(_seek, Kind.HOME),
+    "FE": partial(_seek, MotionKind.FIND_EDGE),
+    "FI": partial(_seek, MotionKind.FIND_INDEX),
+    "HM": partial(_seek, MotionKind.HOME),
     "AL": _arm,
 }

@@ -8,10 +8,10 @@ from functools import partial
 from maya_un.galil.codes import ErrorCode
 from maya_un.galil.commands import CONTROL
 from maya_un.virtual import status
-from maya_un.virtual.context import Answer, Context, Handler
+from maya_un.virtual.context import Answer, CallerContext, Handler
 from maya_un.virtual.language.arguments import QUERY, split
 from maya_un.virtual.peripherals import ANALOG_INPUTS, Peripherals
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 
 _LONGEST_PASSWORD = 8
 _ANALOG_RANGES = (1, 2, 3, 4)
@@ -22,7 +22,7 @@ def _flag(
     write: Callable[[Peripherals, int], None],
     low: int,
     high: int,
-    context: Context,
+    context: CallerContext,
     text: str,
 ) -> Answer:
     """Set or tell one whole number."""
@@ -49,29 +49,29 @@ def _set_interrupt(peripherals: Peripherals, value: int) -> None:
     peripherals.communication_interrupt = value
 
 
-def _analog(context: Context, text: str) -> Answer:
+def _analog(context: CallerContext, text: str) -> Answer:
     """AQ n,m: the range of an analog input, negative where it is differential; `AQ n,?` or `AQ ?,..` tells."""
     ranges, arguments = context.unit.peripherals.analog_ranges, split(text)
     if all(argument == QUERY for argument in arguments):
         return context.unit.position_text([float(value) for value in ranges[: len(arguments)]])
     if len(arguments) != 2:
-        raise Refused(ErrorCode.NOT_ENOUGH_FIELDS)
+        raise Rejection(ErrorCode.NOT_ENOUGH_FIELDS)
     place = context.integer(arguments[0], 1, ANALOG_INPUTS) - 1
     if arguments[1] == QUERY:
         return context.unit.position_text([ranges[place]])
     value = context.integer(arguments[1], -4, 4)
     if abs(value) not in _ANALOG_RANGES:
-        raise Refused(ErrorCode.OUT_OF_RANGE)
+        raise Rejection(ErrorCode.OUT_OF_RANGE)
     ranges[place] = value
     return None
 
 
-def _events(context: Context, text: str) -> Answer:
+def _events(context: CallerContext, text: str) -> Answer:
     """EI: masks of events and the handle for their packets, which this unit does not send."""
     arguments = split(text)
     settings = context.unit.peripherals.event_settings
     if len(arguments) > len(settings):
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     asked = [float(value) for value, argument in zip(settings, arguments, strict=False) if argument == QUERY]
     if asked:
         return context.unit.position_text(asked)
@@ -84,35 +84,35 @@ def _events(context: Context, text: str) -> Answer:
     return None
 
 
-def _user_event(context: Context, text: str) -> Answer:
+def _user_event(context: CallerContext, text: str) -> Answer:
     if text.strip():
         context.integer(text, 0, 15)
     return None
 
 
-def _serial_port(context: Context, text: str) -> Answer:
+def _serial_port(context: CallerContext, text: str) -> Answer:
     """CC: speed, handshake, kind and echo of the second serial port, to which nothing is connected."""
     arguments = split(text)
     if len(arguments) > 4 or any(not argument for argument in arguments):
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     for argument in arguments:
         context.number(argument)
     return None
 
 
-def _no_device(context: Context, text: str) -> Answer:
+def _no_device(context: CallerContext, text: str) -> Answer:
     """AO, MB: no Modbus device answers on any handle."""
-    raise Refused(ErrorCode.HANDLE_CLOSED)
+    raise Rejection(ErrorCode.HANDLE_CLOSED)
 
 
-def _overflow(context: Context, text: str) -> Answer:
+def _overflow(context: CallerContext, text: str) -> Answer:
     """QQ: no sample of this unit ever takes too long."""
     if text.strip():
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     return None
 
 
-def _listing(context: Context, text: str) -> Answer:
+def _listing(context: CallerContext, text: str) -> Answer:
     """TZ: inputs and outputs by banks of eight, the highest bit first, as Galil's command reference prints them."""
     unit = context.unit
     banks = range(len(unit.inputs) // 8)
@@ -131,28 +131,28 @@ def _bank(kind: str, bank: int, first: int, value: int) -> str:
     return f"Block {bank} ({first + 7}-{first}) dedicated as {kind} - value {value} ({bits[:4]}_{bits[4:]})"
 
 
-def _password(context: Context, text: str) -> Answer:
+def _password(context: CallerContext, text: str) -> Answer:
     """PW: a password, given twice; refused (106) while the program is locked."""
     peripherals = context.unit.peripherals
     if peripherals.locked:
-        raise Refused(ErrorCode.PRIVILEGE)
+        raise Rejection(ErrorCode.PRIVILEGE)
     first, *others = split(text)
     if others != [first] or len(first) > _LONGEST_PASSWORD:
-        raise Refused(ErrorCode.PASSWORDS_DIFFER)
+        raise Rejection(ErrorCode.PASSWORDS_DIFFER)
     peripherals.password = first
     return None
 
 
-def _lock(context: Context, text: str) -> Answer:
+def _lock(context: CallerContext, text: str) -> Answer:
     """^L^K: lock (1) or unlock (0) the program with the password."""
     peripherals = context.unit.peripherals
     if text.strip() == QUERY:
         return context.unit.position_text([peripherals.locked])
     password, *setting = split(text)
     if password != peripherals.password:
-        raise Refused(ErrorCode.WRONG_PASSWORD)
+        raise Rejection(ErrorCode.WRONG_PASSWORD)
     if setting not in (["0"], ["1"]):
-        raise Refused(ErrorCode.WRONG_LOCK)
+        raise Rejection(ErrorCode.WRONG_LOCK)
     peripherals.locked = setting == ["1"]
     return None
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from functools import partial
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.virtual.context import Answer, Context, Handler
+from maya_un.virtual.context import Answer, CallerContext, Handler
 from maya_un.virtual.handles import Download
 from maya_un.virtual.language.arguments import split
-from maya_un.virtual.program import MOST_LINES, Downloading, Editing
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.program import MOST_LINES, Downloading, ProgramEdit
+from maya_un.virtual.refusal import Rejection
 from maya_un.virtual.thread import AT_ONCE, COUNT, Thread
 
 _END = "\x1a"
@@ -18,23 +18,23 @@ _LAST = MOST_LINES - 1
 """LS lists up to this line unless told otherwise: the last one there can be, since LS may begin behind line 1999."""
 
 
-def _program_only(context: Context, text: str) -> Answer:
-    raise Refused(ErrorCode.PROGRAM_ONLY)
+def _program_only(context: CallerContext, text: str) -> Answer:
+    raise Rejection(ErrorCode.PROGRAM_ONLY)
 
 
-def _resting(context: Context) -> None:
-    """Raise `Refused` (17) while a thread runs."""
+def _resting(context: CallerContext) -> None:
+    """Raise `Rejection` (17) while a thread runs."""
     if context.unit.threads.mask:
-        raise Refused(ErrorCode.NOT_WHILE_PROGRAM_RUNS)
+        raise Rejection(ErrorCode.NOT_WHILE_PROGRAM_RUNS)
 
 
-def _begin_input(context: Context, download: Download) -> None:
+def _begin_input(context: CallerContext, download: Download) -> None:
     if context.caller is None:
-        raise Refused(ErrorCode.NOT_IN_PROGRAM)
+        raise Rejection(ErrorCode.NOT_IN_PROGRAM)
     context.caller.download = download
 
 
-def _line(context: Context, text: str) -> int:
+def _line(context: CallerContext, text: str) -> int:
     """Return the line that a destination means: `#label`, `#label+1`, `n`."""
     program = context.unit.program
     name, plus, more = text.partition("+")
@@ -44,76 +44,76 @@ def _line(context: Context, text: str) -> int:
     return line + int(context.number(more)) if plus else line
 
 
-def _download(context: Context, text: str) -> Answer:
+def _download(context: CallerContext, text: str) -> Answer:
     """DL: a new program; `DL #` behind the present one, `DL #label` or `DL n` from that line on."""
     _resting(context)
     program = context.unit.program
     where = text.strip()
     keep = len(program.lines) if where == "#" else _line(context, where) if where else 0
     if not 0 <= keep <= len(program.lines):
-        raise Refused(ErrorCode.INVALID_LABEL)
+        raise Rejection(ErrorCode.INVALID_LABEL)
     _begin_input(context, Downloading(program, keep, partial(_resting, context)))
     return None
 
 
-def _edit(context: Context, text: str) -> Answer:
+def _edit(context: CallerContext, text: str) -> Answer:
     """ED n: the lines that follow replace those from line n on, or from the last one; `^Q` ends it."""
     _resting(context)
     program = context.unit.program
     line = _line(context, text.strip()) if text.strip() else max(0, len(program.lines) - 1)
     if not 0 <= line <= len(program.lines):
-        raise Refused(ErrorCode.INVALID_LABEL)
-    _begin_input(context, Editing(program, line, partial(_resting, context)))
+        raise Rejection(ErrorCode.INVALID_LABEL)
+    _begin_input(context, ProgramEdit(program, line, partial(_resting, context)))
     return None
 
 
-def _upload(context: Context, _: str) -> Answer:
+def _upload(context: CallerContext, _: str) -> Answer:
     """UL: the program and Ctrl-Z. An empty program is a line end: the EPICS driver cuts that off and ends without."""
     return ((context.unit.program.text() or "\r\n") + _END).encode("ascii")
 
 
-def _list(context: Context, text: str) -> Answer:
+def _list(context: CallerContext, text: str) -> Answer:
     """LS n,m: lines with their numbers."""
     first, last = (part.strip() for part in [*split(text), ""][:2])
     lines = context.unit.program.lines
     begin = _line(context, first) if first else 0
     end = _line(context, last) if last else _LAST
     if begin < 0 or end < begin:
-        raise Refused(ErrorCode.OUT_OF_RANGE)
+        raise Rejection(ErrorCode.OUT_OF_RANGE)
     rows = [f"{number} {lines[number]}" for number in range(begin, min(end + 1, len(lines)))]
     return "\r\n".join(rows) or b""
 
 
-def _labels(context: Context, _: str) -> Answer:
+def _labels(context: CallerContext, _: str) -> Answer:
     """LL: labels in the order of the alphabet, each with its line."""
     labels = sorted(context.unit.program.labels.items())
     return "\r\n".join(f"#{name}={line}" for name, line in labels) or b""
 
 
-def _thread(context: Context, text: str) -> Thread:
+def _thread(context: CallerContext, text: str) -> Thread:
     return context.unit.threads.all[context.integer(text, 0, COUNT - 1) if text else 0]
 
 
-def _execute(context: Context, text: str) -> Answer:
+def _execute(context: CallerContext, text: str) -> Answer:
     """XQ #label,thread: start a thread, thread 0 at line 0 unless told otherwise."""
     parts = split(text)
     if len(parts) > 3:
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     thread = _thread(context, parts[1] if len(parts) > 1 else "")
     program = context.unit.program
     line = _line(context, parts[0]) if parts[0] else 0
     if not program.lines:
-        raise Refused(ErrorCode.UNDEFINED_LABEL)
+        raise Rejection(ErrorCode.UNDEFINED_LABEL)
     at = program.start(line)
     if at >= len(program.layout.statements):
-        raise Refused(ErrorCode.UNDEFINED_LABEL)
+        raise Rejection(ErrorCode.UNDEFINED_LABEL)
     if thread.running:
-        raise Refused(ErrorCode.THREAD_EXECUTING)
+        raise Rejection(ErrorCode.THREAD_EXECUTING)
     thread.start(at, line)
     return None
 
 
-def _halt(context: Context, text: str) -> Answer:
+def _halt(context: CallerContext, text: str) -> Answer:
     """HX n: end a thread, or all of them."""
     if text.strip():
         _thread(context, text.strip()).halt()
@@ -122,7 +122,7 @@ def _halt(context: Context, text: str) -> Answer:
     return None
 
 
-def _trace(context: Context, text: str) -> Answer:
+def _trace(context: CallerContext, text: str) -> Answer:
     """TR n,mask: send the lines of these threads as they are executed; no more with 0 or without a number."""
     parts = split(text)
     on = context.integer(parts[0], 0, 1) if parts[0] else 0
@@ -131,7 +131,7 @@ def _trace(context: Context, text: str) -> Answer:
     return None
 
 
-def _break(context: Context, text: str) -> Answer:
+def _break(context: CallerContext, text: str) -> Answer:
     """BK line,thread: hold a thread before a line, and go on there from another breakpoint; without a line go on."""
     threads = context.unit.threads
     parts = split(text)
@@ -142,18 +142,18 @@ def _break(context: Context, text: str) -> Answer:
     return None
 
 
-def _breakpoint(context: Context, parts: list[str]) -> tuple[int, int]:
+def _breakpoint(context: CallerContext, parts: list[str]) -> tuple[int, int]:
     line = _line(context, parts[0])
     context.unit.program.start(line)
     return line, _thread(context, parts[1] if len(parts) > 1 else "").number
 
 
-def _step(context: Context, text: str) -> Answer:
+def _step(context: CallerContext, text: str) -> Answer:
     """SL n: execute n lines of what a breakpoint holds; refused (8) where nothing is held."""
     count = context.integer(text, 1, 255) if text.strip() else 1
     held = [thread for thread in context.unit.threads.all if thread.held]
     if not held:
-        raise Refused(ErrorCode.NOT_WHILE_NOT_RUNNING)
+        raise Rejection(ErrorCode.NOT_WHILE_NOT_RUNNING)
     for thread in held:
         thread.steps = count
         _release(thread)
@@ -165,7 +165,7 @@ def _release(thread: Thread) -> None:
         thread.held, thread.due = False, AT_ONCE
 
 
-def _interrupts(context: Context, text: str) -> Answer:
+def _interrupts(context: CallerContext, text: str) -> Answer:
     """II first,last,mask,levels: the inputs that call #ININT, by range or mask, and the level of each (bit 1: high)."""
     parts = [*split(text), "", "", ""]
     count = len(context.unit.inputs)
@@ -178,7 +178,7 @@ def _interrupts(context: Context, text: str) -> Answer:
     return None
 
 
-def _nothing(context: Context, text: str) -> Answer:
+def _nothing(context: CallerContext, text: str) -> Answer:
     return None
 
 

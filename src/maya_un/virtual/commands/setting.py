@@ -6,18 +6,18 @@ import re
 from functools import partial
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.virtual.context import Answer, Context, Handler
+from maya_un.virtual.context import Answer, CallerContext, Handler
 from maya_un.virtual.language.arguments import QUERY, by_axis, split
 from maya_un.virtual.motion.axis import VIRTUAL, Axis
-from maya_un.virtual.refusal import Refused
-from maya_un.virtual.registers import AXIS, STEPPER_FASTEST, Register, When
+from maya_un.virtual.refusal import Rejection
+from maya_un.virtual.registers import AXIS, STEPPER_FASTEST, Register, WriteCondition
 
 _OF_VIRTUAL = re.compile(r"\s*([MN])\s*=\s*(.+)")
 _STEPPER = frozenset({"MT", "YA", "YB", "YC"})
 _SPEEDS = frozenset({"SP", "JG", "HV"})
 
 
-def addressed(context: Context, text: str) -> list[tuple[Axis, str]]:
+def addressed(context: CallerContext, text: str) -> list[tuple[Axis, str]]:
     """Return axes and their arguments, in any form; a virtual axis is named alone, as in `SPN=2000`."""
     virtual = _OF_VIRTUAL.fullmatch(text)
     if virtual is not None:
@@ -25,42 +25,42 @@ def addressed(context: Context, text: str) -> list[tuple[Axis, str]]:
     return [(context.unit.axes[place], argument) for place, argument in by_axis(text, context.unit.letters)]
 
 
-def named(context: Context, text: str) -> tuple[str, list[Axis]]:
+def named(context: CallerContext, text: str) -> tuple[str, list[Axis]]:
     """Return what is left of a mask without M and N, and the virtual axes that it names."""
     return "".join(name for name in text if name not in VIRTUAL), [
         context.core.virtual[name] for name in VIRTUAL if name in text
     ]
 
 
-def kept(context: Context, axis: Axis, name: str, register: Register, value: float) -> float:
-    """Return a value as a register of an axis keeps it, at the present sample period; raises `Refused`."""
+def kept(context: CallerContext, axis: Axis, name: str, register: Register, value: float) -> float:
+    """Return a value as a register of an axis keeps it, at the present sample period; raises `Rejection`."""
     if name in _SPEEDS and axis.stepper and abs(value) > STEPPER_FASTEST:
-        raise Refused(ErrorCode.OUT_OF_RANGE)
+        raise Rejection(ErrorCode.OUT_OF_RANGE)
     return register.sampled(context.core.period).rounded(value)
 
 
-def allowed(axis: Axis, when: When) -> None:
-    """Raise `Refused` where a register may not be changed in the present state of the axis."""
-    if when is When.ALWAYS:
+def allowed(axis: Axis, when: WriteCondition) -> None:
+    """Raise `Rejection` where a register may not be changed in the present state of the axis."""
+    if when is WriteCondition.ALWAYS:
         return
-    if when is When.COMMUTATED and not axis.commutated:
-        raise Refused(ErrorCode.NOT_BRUSHLESS)
-    if when is When.BRAKING:
+    if when is WriteCondition.COMMUTATED and not axis.commutated:
+        raise Rejection(ErrorCode.NOT_BRUSHLESS)
+    if when is WriteCondition.BRAKING:
         if axis.motion is not None and axis.motion.positions and not axis.motion.stopping:
-            raise Refused(ErrorCode.NOT_WHILE_RUNNING)
+            raise Rejection(ErrorCode.NOT_WHILE_RUNNING)
         return
     if axis.moving:
-        raise Refused(ErrorCode.NOT_WHILE_RUNNING)
-    if when is When.OFF and axis.on:
-        raise Refused(ErrorCode.MOTOR_MUST_BE_OFF)
+        raise Rejection(ErrorCode.NOT_WHILE_RUNNING)
+    if when is WriteCondition.OFF and axis.on:
+        raise Rejection(ErrorCode.MOTOR_MUST_BE_OFF)
 
 
-def _register(name: str, register: Register, context: Context, text: str) -> Answer:
+def _register(name: str, register: Register, context: CallerContext, text: str) -> Answer:
     asked: list[float] = []
     changes: list[tuple[Axis, float]] = []
     for axis, argument in addressed(context, text):
         if name not in axis.registers:
-            raise Refused(ErrorCode.INVALID_AXIS)
+            raise Rejection(ErrorCode.INVALID_AXIS)
         if argument == QUERY:
             asked.append(axis.registers[name])
             continue
@@ -79,19 +79,19 @@ def _register(name: str, register: Register, context: Context, text: str) -> Ans
     return unit.fixed_text(asked, register.places) if register.places else unit.position_text(asked)
 
 
-def _polarity(context: Context, text: str) -> Answer:
+def _polarity(context: CallerContext, text: str) -> Answer:
     """CN: polarity of limits, home and latch; selective abort; whether the abort input ends the program."""
     cn, asked = list(context.core.cn), list[float]()
     arguments = split(text)
     if len(arguments) > len(cn):
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     for place, argument in enumerate(arguments):
         if argument == QUERY:
             asked.append(cn[place])
         elif argument:
             cn[place] = context.integer(argument, -1 if place < 3 else 0, 1)
             if place < 3 and cn[place] == 0:
-                raise Refused(ErrorCode.OUT_OF_RANGE)
+                raise Rejection(ErrorCode.OUT_OF_RANGE)
     context.core.cn = cn
     context.core.look()
     return context.unit.position_text(asked) if asked else None

@@ -7,35 +7,35 @@ from functools import partial
 
 from maya_un.galil.codes import ErrorCode
 from maya_un.virtual import burn, status
-from maya_un.virtual.context import Answer, Context, Handler
+from maya_un.virtual.context import Answer, CallerContext, Handler
 from maya_un.virtual.language.arguments import QUERY, split
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 from maya_un.virtual.unit import Format, Unit
 
 _COPYRIGHT = "Virtual DMC-41x3 of Maya-UN, Apache License 2.0"
 
 
-def _bit(on: bool, context: Context, text: str) -> Answer:
+def _bit(on: bool, context: CallerContext, text: str) -> Answer:
     context.unit.set_output(context.integer(text, 1, len(context.unit.outputs)), on)
     return None
 
 
-def _bit_by_value(context: Context, text: str) -> Answer:
+def _bit_by_value(context: CallerContext, text: str) -> Answer:
     """OB n,expression: the output follows whether the expression is nonzero."""
     arguments = split(text)
     if len(arguments) != 2:
-        raise Refused(ErrorCode.NOT_ENOUGH_FIELDS)
+        raise Rejection(ErrorCode.NOT_ENOUGH_FIELDS)
     bit = context.integer(arguments[0], 1, len(context.unit.outputs))
     context.unit.set_output(bit, context.number(arguments[1]) != 0.0)
     return None
 
 
-def _port(context: Context, text: str) -> Answer:
+def _port(context: CallerContext, text: str) -> Answer:
     """OP: all outputs of a bank of eight at once."""
     unit = context.unit
     arguments = split(text)
     if 8 * len(arguments) > len(unit.outputs):
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     if QUERY in arguments:
         banks = [bank for bank, argument in enumerate(arguments) if argument == QUERY]
         return unit.position_text([status.output_bank(unit, bank) for bank in banks])
@@ -46,7 +46,7 @@ def _port(context: Context, text: str) -> Answer:
     return None
 
 
-def _flag(read: Callable[[Unit], int], write: Callable[[Unit, int], None], context: Context, text: str) -> Answer:
+def _flag(read: Callable[[Unit], int], write: Callable[[Unit, int], None], context: CallerContext, text: str) -> Answer:
     """Set or tell a flag of 0 or 1."""
     if text.strip() == QUERY:
         return context.unit.position_text([read(context.unit)])
@@ -62,7 +62,7 @@ def _set_zeros(unit: Unit, value: int) -> None:
     unit.suppress_zeros = value
 
 
-def _copyright(context: Context, text: str) -> Answer:
+def _copyright(context: CallerContext, text: str) -> Answer:
     """CW: 1 marks unsolicited characters by bit 7, 2 does not; else the copyright.
 
     The second number, whether a full serial port discards, concerns no Ethernet handle and is only kept.
@@ -78,22 +78,22 @@ def _copyright(context: Context, text: str) -> Answer:
     return None
 
 
-def _message_port(context: Context, text: str) -> Answer:
+def _message_port(context: CallerContext, text: str) -> Answer:
     """CF: where a program's messages go; `I` is the port that asks."""
     name = text.strip()
     if name == QUERY:
         return context.unit.position_text([ord(context.unit.outlet.port)])
     if len(name) != 1 or name not in "ABCDEFGHIST":
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     if name == "I":
         if context.caller is None:
-            raise Refused(ErrorCode.NOT_IN_PROGRAM)
+            raise Rejection(ErrorCode.NOT_IN_PROGRAM)
         name = context.caller.letter
     context.unit.outlet.port = name
     return None
 
 
-def _format(name: str, context: Context, text: str) -> Answer:
+def _format(name: str, context: CallerContext, text: str) -> Answer:
     """PF, VF: digits before and after the point, negative for hexadecimal."""
     unit = context.unit
     present = unit.position_format if name == "PF" else unit.value_format
@@ -103,7 +103,7 @@ def _format(name: str, context: Context, text: str) -> Answer:
     digits = round(abs(value) * 10)
     before, after = divmod(digits, 10)
     if before > (8 if value < 0 else 10) or after > 4:
-        raise Refused(ErrorCode.OUT_OF_RANGE)
+        raise Rejection(ErrorCode.OUT_OF_RANGE)
     form = Format(before, after, value < 0)
     if name == "PF":
         unit.position_format = form
@@ -112,7 +112,7 @@ def _format(name: str, context: Context, text: str) -> Answer:
     return None
 
 
-def _reset(context: Context, text: str) -> Answer:
+def _reset(context: CallerContext, text: str) -> Answer:
     """RS: 0 comes up with what is burned, -1 as from the factory this once.
 
     The prompt still goes out, then all links end; the manual leaves open whether there is a reply.
@@ -121,14 +121,14 @@ def _reset(context: Context, text: str) -> Answer:
     return None
 
 
-def _master_reset(context: Context, text: str) -> Answer:
+def _master_reset(context: CallerContext, text: str) -> Answer:
     """^R^S: a reset that also erases what is burned."""
     _bare(text)
     burn.master_reset(context.unit)
     return None
 
 
-def _burn(what: Callable[[Unit], None], context: Context, text: str) -> Answer:
+def _burn(what: Callable[[Unit], None], context: CallerContext, text: str) -> Answer:
     """BN, BP, BV: keep parameters, program, or variables and arrays without power.
 
     A host is refused BN and BP while a program runs, and anybody BP while an axis moves.
@@ -136,16 +136,16 @@ def _burn(what: Callable[[Unit], None], context: Context, text: str) -> Answer:
     _bare(text)
     unit = context.unit
     if what is not burn.burn_variables and context.thread is None and unit.threads.mask:
-        raise Refused(ErrorCode.NOT_WHILE_PROGRAM_RUNS)
+        raise Rejection(ErrorCode.NOT_WHILE_PROGRAM_RUNS)
     if what is burn.burn_program and any(axis.moving for axis in unit.axes):
-        raise Refused(ErrorCode.NOT_WHILE_RUNNING)
+        raise Rejection(ErrorCode.NOT_WHILE_RUNNING)
     what(unit)
     return None
 
 
 def _bare(text: str) -> None:
     if text.strip():
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
 
 
 TABLE: dict[str, Handler] = {

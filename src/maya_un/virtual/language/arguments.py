@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from maya_un.galil.codes import ErrorCode
 from maya_un.galil.hardware import ALIASES
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 
 QUERY = "?"
 
@@ -36,7 +36,7 @@ def split(text: str, separator: str = ",") -> list[str]:
 def by_axis(text: str, letters: str) -> list[tuple[int, str]]:
     """Return (place in `letters`, argument) for the forms `1,,3`, `B=1`, `*=1`; an argument may be `?`.
 
-    `letters` are the names there are, axes or planes. Raises `Refused` for a name or place too many, and where
+    `letters` are the names there are, axes or planes. Raises `Rejection` for a name or place too many, and where
     there is no argument at all.
     """
     text = text.strip()
@@ -45,27 +45,27 @@ def by_axis(text: str, letters: str) -> list[tuple[int, str]]:
     if equals and (name == "*" or (len(name) == 1 and name.isupper())):
         value = value.strip()
         if not value:
-            raise Refused(ErrorCode.NOT_ENOUGH_FIELDS)
+            raise Rejection(ErrorCode.NOT_ENOUGH_FIELDS)
         places = range(len(letters)) if name == "*" else [place(name, letters)]
         return [(index, value) for index in places]
     given = [(index, part) for index, part in enumerate(split(text)) if part]
     if not given:
-        raise Refused(ErrorCode.NOT_ENOUGH_FIELDS)
+        raise Rejection(ErrorCode.NOT_ENOUGH_FIELDS)
     if given[-1][0] >= len(letters):
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     return given
 
 
 def place(letter: str, letters: str) -> int:
-    """Return the place of a name; X, Y, Z, W are other names of A to D. Raises `Refused` where it has none."""
+    """Return the place of a name; X, Y, Z, W are other names of A to D. Raises `Rejection` where it has none."""
     index = letters.find(letter.translate(ALIASES))
     if index < 0:
-        raise Refused(ErrorCode.S_OPERAND_INVALID if letter in "ST" else ErrorCode.INVALID_AXIS)
+        raise Rejection(ErrorCode.S_OPERAND_INVALID if letter in "ST" else ErrorCode.INVALID_AXIS)
     return index
 
 
 def mask(text: str, letters: str) -> list[int]:
-    """Return the places of the names in `text`, all of them for an empty one and `*`; raises `Refused` for others.
+    """Return the places of the names in `text`, all of them for an empty one and `*`; raises `Rejection` for others.
 
     Galil's command reference has `*` for all axes in `KP*=0`; that a mask takes it is inferred: hosts send `ST*`.
     """
@@ -73,7 +73,7 @@ def mask(text: str, letters: str) -> list[int]:
     if names in ("", "*"):
         return list(range(len(letters)))
     if not names.isalpha():
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     return sorted({place(name, letters) for name in names})
 
 

@@ -14,7 +14,7 @@ from collections.abc import Callable
 
 from maya_un.galil.codes import ErrorCode
 from maya_un.galil.numbers import RAW_MAX, RAW_MIN, SCALE, fits
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 
 ONE = SCALE
 STRING_LENGTH = 6
@@ -36,9 +36,9 @@ def whole(raw: int) -> int:
 
 
 def pack(text: str) -> int:
-    """Return a string of up to six characters as a raw value; raises `Refused` for a longer one."""
+    """Return a string of up to six characters as a raw value; raises `Rejection` for a longer one."""
     if len(text) > STRING_LENGTH or not text.isascii():
-        raise Refused(ErrorCode.BAD_STRING)
+        raise Rejection(ErrorCode.BAD_STRING)
     return wrap(int.from_bytes(text.encode("ascii").ljust(STRING_LENGTH, b"\0"), "big"))
 
 
@@ -55,7 +55,7 @@ def _product(a: int, b: int) -> int:
 
 def _quotient(a: int, b: int) -> int:
     if b == 0:
-        raise Refused(ErrorCode.OUT_OF_RANGE)
+        raise Rejection(ErrorCode.OUT_OF_RANGE)
     size = (abs(a) << 16) // abs(b)
     return wrap(size if (a < 0) == (b < 0) else -size)
 
@@ -63,7 +63,7 @@ def _quotient(a: int, b: int) -> int:
 def _modulo(a: int, b: int) -> int:
     """Return the remainder, which has the sign of the dividend."""
     if b == 0:
-        raise Refused(ErrorCode.OUT_OF_RANGE)
+        raise Rejection(ErrorCode.OUT_OF_RANGE)
     size = abs(a) % abs(b)
     return size if a >= 0 else -size
 
@@ -98,7 +98,7 @@ def _real(function: Callable[[float], float]) -> Callable[[int], int]:
         try:
             result = function(a / ONE)
         except ValueError:
-            raise Refused(ErrorCode.OUT_OF_RANGE) from None
+            raise Rejection(ErrorCode.OUT_OF_RANGE) from None
         return round(result * ONE)
 
     return apply
@@ -119,7 +119,7 @@ def _tangent(a: int) -> int:
     if _TURN // 8 <= angle <= 3 * _TURN // 8:
         complement = math.tan(math.radians((_TURN // 4 - angle) / ONE))
         if complement == 0.0:
-            raise Refused(ErrorCode.OUT_OF_RANGE)
+            raise Rejection(ErrorCode.OUT_OF_RANGE)
         return round(ONE / complement)
     return round(math.tan(math.radians(angle / ONE)) * ONE)
 
@@ -133,7 +133,7 @@ def _from_float_bits(a: int) -> int:
     """Return the number, without what is below 1/65536, of an IEEE single given by its bits (@REAL)."""
     (value,) = struct.unpack(">f", (a // ONE).to_bytes(4, "big", signed=True))
     if math.isnan(value) or not fits(value):
-        raise Refused(ErrorCode.OUT_OF_RANGE)
+        raise Rejection(ErrorCode.OUT_OF_RANGE)
     return int(value * ONE)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 
 MOST_ELEMENTS = 24_000
 """Elements of all arrays together (DM, from firmware 1.2a on)."""
@@ -39,50 +39,50 @@ class Arrays:
     def dimension(self, name: str, size: int) -> None:
         """Make an array of zeros.
 
-        Raises `Refused`: 6 for a size below 1 or above the memory, 66 where too little is left, 67 for one array too
+        Raises `Rejection`: 6 for a size below 1 or above the memory, 66 where too little is left, 67 for one array too
         many, 9 for an array of another size under this name. To dimension one again as it is changes nothing, so that
         a program can be started twice; what a real box does then is not documented.
         """
         if not 1 <= size <= MOST_ELEMENTS:
-            raise Refused(ErrorCode.OUT_OF_RANGE)
+            raise Rejection(ErrorCode.OUT_OF_RANGE)
         present = self._rows.get(name)
         if present is not None:
             if len(present) != size:
-                raise Refused(ErrorCode.VARIABLE_ERROR)
+                raise Rejection(ErrorCode.VARIABLE_ERROR)
             return
         if len(self._rows) >= MOST_ARRAYS:
-            raise Refused(ErrorCode.TOO_MANY_VARIABLES)
+            raise Rejection(ErrorCode.TOO_MANY_VARIABLES)
         if size > self.free:
-            raise Refused(ErrorCode.ARRAY_SPACE_FULL)
+            raise Rejection(ErrorCode.ARRAY_SPACE_FULL)
         self._rows[name] = [0] * size
 
     def row(self, name: str) -> list[int]:
-        """Return the elements of an array, to be used in place; raises `Refused` (82) for an unknown one."""
+        """Return the elements of an array, to be used in place; raises `Rejection` (82) for an unknown one."""
         try:
             return self._rows[name]
         except KeyError:
-            raise Refused(ErrorCode.UNDEFINED_ARRAY) from None
+            raise Rejection(ErrorCode.UNDEFINED_ARRAY) from None
 
     def element(self, name: str, index: int) -> int:
-        """Return an element; raises `Refused` (57, 56) for an unknown array or an index outside it."""
+        """Return an element; raises `Rejection` (57, 56) for an unknown array or an index outside it."""
         row = self._rows.get(name)
         if row is None:
-            raise Refused(ErrorCode.BAD_FUNCTION)
+            raise Rejection(ErrorCode.BAD_FUNCTION)
         if 0 <= index < len(row):
             return row[index]
         if index == LENGTH:
             return len(row) << 16
-        raise Refused(ErrorCode.INDEX_OUT_OF_RANGE)
+        raise Rejection(ErrorCode.INDEX_OUT_OF_RANGE)
 
     def assign(self, name: str, index: int, value: int) -> None:
-        """Set an element; raises `Refused` (82, 56) for an unknown array or an index outside it."""
+        """Set an element; raises `Rejection` (82, 56) for an unknown array or an index outside it."""
         row = self.row(name)
         if not 0 <= index < len(row):
-            raise Refused(ErrorCode.INDEX_OUT_OF_RANGE)
+            raise Rejection(ErrorCode.INDEX_OUT_OF_RANGE)
         row[index] = value
 
     def release(self, name: str) -> None:
-        """Forget an array (DA); raises `Refused` (82) for an unknown one."""
+        """Forget an array (DA); raises `Rejection` (82) for an unknown one."""
         self.row(name)
         del self._rows[name]
 

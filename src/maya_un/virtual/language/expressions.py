@@ -15,7 +15,7 @@ from typing import Protocol, TypeAlias
 from maya_un.galil.codes import ErrorCode
 from maya_un.galil.numbers import fits, parse_fixed
 from maya_un.virtual.language.arithmetic import FUNCTIONS, ONE, OPERATORS, pack, whole, wrap
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 
 AXIS_NAMES = "ABCDEFGHSTNM"
 """What the values 0 to 11 of an axis variable `~a` stand for."""
@@ -40,28 +40,28 @@ class Scope(Protocol):
     """Where an expression looks up what it names; every value is raw fixed point."""
 
     def variable(self, name: str) -> int:
-        """Return a variable, `~a` and `^a` among them; raises `Refused` for one that was never assigned."""
+        """Return a variable, `~a` and `^a` among them; raises `Rejection` for one that was never assigned."""
         ...
 
     def element(self, name: str, index: int) -> int:
-        """Return an element of an array, or its length for index -1; raises `Refused` where there is none."""
+        """Return an element of an array, or its length for index -1; raises `Rejection` where there is none."""
         ...
 
     def operand(self, name: str) -> int:
-        """Return an operand such as `TPA` (written `_TPA`), or a keyword; raises `Refused` for an unknown one."""
+        """Return an operand such as `TPA` (written `_TPA`), or a keyword; raises `Rejection` for an unknown one."""
         ...
 
     def bank(self, function: str, bit: int) -> int:
-        """Return `@IN[bit]`, `@OUT[bit]` or `@AN[bit]`; raises `Refused` for a bit that does not exist."""
+        """Return `@IN[bit]`, `@OUT[bit]` or `@AN[bit]`; raises `Rejection` for a bit that does not exist."""
         ...
 
 
 Value: TypeAlias = Callable[[Scope], int]
-"""An expression ready to be evaluated; raises `Refused` for what cannot be looked up or computed."""
+"""An expression ready to be evaluated; raises `Rejection` for what cannot be looked up or computed."""
 
 
 def evaluate(text: str, scope: Scope) -> int:
-    """Return the raw value of an expression; raises `Refused` with the code that fits what is wrong."""
+    """Return the raw value of an expression; raises `Rejection` with the code that fits what is wrong."""
     if len(text) < 10 and text.isascii() and (text.isdecimal() or (text[:1] == "-" and text[1:].isdecimal())):
         return int(text) * ONE
     return compiled(text)(scope)
@@ -69,9 +69,9 @@ def evaluate(text: str, scope: Scope) -> int:
 
 @lru_cache(_CACHED)
 def compiled(text: str) -> Value:
-    """Return an expression to be evaluated; raises `Refused` where it is misspelled."""
+    """Return an expression to be evaluated; raises `Rejection` where it is misspelled."""
     if not text.strip():
-        raise Refused(ErrorCode.NOT_ENOUGH_FIELDS)
+        raise Rejection(ErrorCode.NOT_ENOUGH_FIELDS)
     parser = _Parser(text)
     value = parser.expression()
     parser.finish()
@@ -87,7 +87,7 @@ def is_name(text: str) -> bool:
 
 
 def axis_letter(scope: Scope, variable: str) -> str:
-    """Return the axis or plane that a variable `~a` stands for; raises `Refused` where it was never assigned."""
+    """Return the axis or plane that a variable `~a` stands for; raises `Rejection` where it was never assigned."""
     return AXIS_NAMES[whole(scope.variable(variable))]
 
 
@@ -111,7 +111,7 @@ class _Parser:
     def finish(self) -> None:
         rest = self._text[self._at :].strip()
         if rest:
-            raise Refused(ErrorCode.PARENTHESES if rest[0] in "()" else ErrorCode.OPERAND_ERROR)
+            raise Rejection(ErrorCode.PARENTHESES if rest[0] in "()" else ErrorCode.OPERAND_ERROR)
 
     def _match(self, pattern: re.Pattern[str]) -> str | None:
         found = pattern.match(self._text, self._at)
@@ -135,7 +135,7 @@ class _Parser:
             return self._negative()
         if symbol == "(":
             return self._enclosed(")", ErrorCode.PARENTHESES)
-        raise Refused(_WRONG.get(self._text[self._at :].lstrip()[:1], ErrorCode.OPERAND_ERROR))
+        raise Rejection(_WRONG.get(self._text[self._at :].lstrip()[:1], ErrorCode.OPERAND_ERROR))
 
     def _negative(self) -> Value:
         number = self._match(_NUMBER)
@@ -153,7 +153,7 @@ class _Parser:
         if self._text.startswith("[", self._at):
             self._at += 1
             if self._text.startswith("]", self._at):
-                raise Refused(ErrorCode.INDEX_OUT_OF_RANGE)
+                raise Rejection(ErrorCode.INDEX_OUT_OF_RANGE)
             index = self._enclosed("]", ErrorCode.MISSING_BRACKET)
             return lambda scope: scope.element(word, whole(index(scope)))
         if word in KEYWORDS:
@@ -162,26 +162,26 @@ class _Parser:
 
     def _function(self, name: str) -> Value:
         if self._match(_SYMBOL) != "[":
-            raise Refused(ErrorCode.MISSING_BRACKET)
+            raise Rejection(ErrorCode.MISSING_BRACKET)
         value = self._enclosed("]", ErrorCode.MISSING_BRACKET)
         if name in ("IN", "OUT", "AN"):
             return lambda scope: scope.bank(name, whole(value(scope)))
         function = FUNCTIONS.get(name)
         if function is None:
-            raise Refused(ErrorCode.BAD_FUNCTION)
+            raise Rejection(ErrorCode.BAD_FUNCTION)
         return lambda scope: function(value(scope))
 
     def _enclosed(self, end: str, missing: ErrorCode) -> Value:
         value = self._nested(self.expression)
         if self._match(_SYMBOL) != end:
-            raise Refused(missing)
+            raise Rejection(missing)
         return value
 
     def _nested(self, read: Callable[[], Value]) -> Value:
         # A line has 80 characters, so this bound is never met on the wire; it keeps any text from the stack.
         self._depth += 1
         if self._depth > _DEEPEST:
-            raise Refused(ErrorCode.PARENTHESES)
+            raise Rejection(ErrorCode.PARENTHESES)
         value = read()
         self._depth -= 1
         return value
@@ -219,5 +219,5 @@ def _literal(text: str) -> int:
         return parse_fixed(text)
     # Ten digits before the point are the most that can be in range; more would only cost time.
     if len(text.partition(".")[0].lstrip("-0")) > 10 or not fits(Fraction(f"{text}0" if text[-1] == "." else text)):
-        raise Refused(ErrorCode.OUT_OF_RANGE)
+        raise Rejection(ErrorCode.OUT_OF_RANGE)
     return parse_fixed(text)

@@ -23,7 +23,7 @@ from typing import Any
 
 from maya_un.virtual.maya.ledger import Window
 from maya_un.virtual.maya.mechanics import SAMPLE, MayaMechanics
-from maya_un.virtual.maya.table import Drop, Place
+from maya_un.virtual.maya.table import PartDrop, Place
 
 FORMAT = 1
 """Version of the lines."""
@@ -31,7 +31,7 @@ FORMAT = 1
 _AXES = "abc"
 
 
-class Chronicle:
+class MechanicsRecordWriter:
     """Writes the record of `mechanics` by `write`, a line at a time; `epoch` is the date of the body's time 0 [s].
 
     What happens is written at once, motion at most every 50 ms of the body's time; `look` brings motion up to date.
@@ -70,7 +70,7 @@ class Chronicle:
         self.look()
         self._event("grip", part=name)
 
-    def released(self, name: str, place: Place, drop: Drop | None) -> None:
+    def released(self, name: str, place: Place, drop: PartDrop | None) -> None:
         """Write that the gripper released a part, and whether the part fell."""
         self.look()
         self._event("release", part=name, place=place)

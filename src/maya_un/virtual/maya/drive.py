@@ -10,7 +10,7 @@ from math import inf
 import numpy as np
 
 from maya_un.virtual.maya.statics import Floats
-from maya_un.virtual.maya.truth import MOTOR_LIMIT, Truth
+from maya_un.virtual.maya.truth import MOTOR_LIMIT, TrueConstants
 from maya_un.virtual.timeline import Timeline
 
 GIVE = 1.0
@@ -20,7 +20,7 @@ _EDGE = 0.01
 """Half-width of a switch's hysteresis [counts], far above rounding, far below what is measured."""
 
 
-class Drive:
+class AxisDrive:
     """Axis number `axis` of a machine that was switched on with the axis at `start` [rad or m].
 
     `position` and `velocity` are those of the time last settled. While its motor is on, the axis is wanted where
@@ -47,7 +47,7 @@ class Drive:
         "wanted",
     )
 
-    def __init__(self, truth: Truth, axis: int, start: float) -> None:
+    def __init__(self, truth: TrueConstants, axis: int, start: float) -> None:
         self.timeline = Timeline()
         self.powered = False
         self.limit = MOTOR_LIMIT

@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from maya_un.virtual.maya.statics import Floats
-from maya_un.virtual.maya.table import Drop, Place, Table
+from maya_un.virtual.maya.table import PartDrop, PartTable, Place
 from maya_un.virtual.maya.truth import Triple
 
 
@@ -34,7 +34,7 @@ class Window:
     high: Triple
     stalled: Triple = (0.0, 0.0, 0.0)
     outside: float = 0.0
-    drops: tuple[Drop, ...] = ()
+    drops: tuple[PartDrop, ...] = ()
     limited: Triple = (0.0, 0.0, 0.0)
 
     @property
@@ -83,7 +83,7 @@ class Trace(NamedTuple):
     tension: Floats
 
 
-class Listener(Protocol):
+class MechanicsListener(Protocol):
     """Hears what the mechanics write, at the moment they write it."""
 
     def added(self, window: Window) -> None:
@@ -98,12 +98,12 @@ class Listener(Protocol):
         """Take that the jaws took a part."""
         ...
 
-    def released(self, name: str, place: Place, drop: Drop | None) -> None:
+    def released(self, name: str, place: Place, drop: PartDrop | None) -> None:
         """Take that the jaws let a part go, and whether it fell."""
         ...
 
 
-class Book:
+class MechanicsLog:
     """Where the mechanics write. Windows between marks are kept apart, so that any mark can be asked about."""
 
     def __init__(self, first: Window) -> None:
@@ -111,7 +111,7 @@ class Book:
         self._samples: list[Trace] = []
         self._held: tuple[bool, ...] = (False, False, False)
         self.tracing = False
-        self.listener: Listener | None = None
+        self.listener: MechanicsListener | None = None
 
     def add(self, window: Window) -> None:
         """Add what a further stretch of time brought."""
@@ -131,7 +131,7 @@ class Book:
         if self.listener is not None:
             self.listener.gripped(name)
 
-    def release(self, name: str, place: Place, drop: Drop | None) -> None:
+    def release(self, name: str, place: Place, drop: PartDrop | None) -> None:
         """Note that the jaws let a part go, and whether it fell."""
         if drop is not None:
             self._windows[-1] = replace(self._windows[-1], drops=(*self._windows[-1].drops, drop))
@@ -162,7 +162,7 @@ class Book:
         return Trace(*(np.concatenate(column) for column in zip(*self._samples, strict=True)))
 
 
-class Record:
+class MechanicsRecord:
     """The mechanics' own record, from power-up to the present. Nothing outside the mechanics can write it.
 
     Extremes hold for continuous time: motion is looked at where its law changes or an axis turns, and every 50 ms.
@@ -170,7 +170,9 @@ class Record:
 
     __slots__ = ("_book", "_now", "_table", "_where")
 
-    def __init__(self, book: Book, table: Table, where: Callable[[], Place], now: Callable[[], Window]) -> None:
+    def __init__(
+        self, book: MechanicsLog, table: PartTable, where: Callable[[], Place], now: Callable[[], Window]
+    ) -> None:
         """`now` brings the book up to date and returns the present state; `where` is the gripper point."""
         self._book = book
         self._table = table
@@ -237,7 +239,7 @@ class Record:
         return self.whole.outside
 
     @property
-    def drops(self) -> tuple[Drop, ...]:
+    def drops(self) -> tuple[PartDrop, ...]:
         """The parts that fell."""
         return self.whole.drops
 

@@ -15,15 +15,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from maya_un.virtual.maya.drive import GIVE, Drive
-from maya_un.virtual.maya.ledger import Book, Listener, Record, Trace, Window
-from maya_un.virtual.maya.start import Start
-from maya_un.virtual.maya.statics import Floats, Hang, Statics
-from maya_un.virtual.maya.table import Place, Table
-from maya_un.virtual.maya.truth import Triple, Truth
+from maya_un.virtual.maya.drive import GIVE, AxisDrive
+from maya_un.virtual.maya.ledger import MechanicsListener, MechanicsLog, MechanicsRecord, Trace, Window
+from maya_un.virtual.maya.start import StartPose
+from maya_un.virtual.maya.statics import Floats, LoadStatics, Statics
+from maya_un.virtual.maya.table import PartTable, Place
+from maya_un.virtual.maya.truth import Triple, TrueConstants
 from maya_un.virtual.plant import CONTACT_STEP, TORQUE_LIMIT
 from maya_un.virtual.sensing import Sensing
-from maya_un.virtual.timeline import FLAT, Piece, Timeline
+from maya_un.virtual.timeline import FLAT, Timeline, TimelinePiece
 
 SAMPLE = 0.05
 """The record looks at free motion at least this often [s]."""
@@ -64,16 +64,16 @@ class MayaMechanics:
 
     def __init__(
         self,
-        truth: Truth | None = None,
-        start: Start | None = None,
+        truth: TrueConstants | None = None,
+        start: StartPose | None = None,
         parts: Mapping[str, Place] | None = None,
         *,
         trace: bool = False,
     ) -> None:
-        self._truth = truth or Truth()
-        self._start = start or Start()
+        self._truth = truth or TrueConstants()
+        self._start = start or StartPose()
         self._statics = Statics.of(self._truth)
-        self._drives = tuple(Drive(self._truth, axis, self._start[axis]) for axis in range(3))
+        self._drives = tuple(AxisDrive(self._truth, axis, self._start[axis]) for axis in range(3))
         self._timelines = tuple(drive.timeline for drive in self._drives)
         self._shortest = (self._truth.width - self._start.b - self._start.c) * self._truth.counts_per_metre
         self._now = self._written = 0.0
@@ -81,23 +81,23 @@ class MayaMechanics:
         self._sensing = Sensing()
         self._stepping = not self._truth.self_locking
         self._outlook = _Outlook(-1, 0.0, inf, inf)
-        self._table = Table(parts or {}, closed=not self._truth.gripper_closes_on)
-        self._book = Book(self._instant())
+        self._table = PartTable(parts or {}, closed=not self._truth.gripper_closes_on)
+        self._book = MechanicsLog(self._instant())
         self._book.tracing = trace
-        self._record = Record(self._book, self._table, self.gripper_point, self._settled)
+        self._record = MechanicsRecord(self._book, self._table, self.gripper_point, self._settled)
 
     @property
-    def truth(self) -> Truth:
+    def truth(self) -> TrueConstants:
         """What this machine is made of."""
         return self._truth
 
     @property
-    def start(self) -> Start:
+    def start(self) -> StartPose:
         """Where it stood at power-up [rad, m, m]."""
         return self._start
 
     @property
-    def record(self) -> Record:
+    def record(self) -> MechanicsRecord:
         """The mechanics' own record."""
         return self._record
 
@@ -125,7 +125,7 @@ class MayaMechanics:
         """Stand a further part on the table. Raises `ValueError` where the name is taken."""
         self._table.add(name, place)
 
-    def listen(self, listener: Listener) -> None:
+    def listen(self, listener: MechanicsListener) -> None:
         """Report new entries to `listener`, in place of a former one."""
         self._book.listener = listener
 
@@ -253,7 +253,7 @@ class MayaMechanics:
         """Hold inputs at an electrical level wherever the axis is, or let them go (None)."""
         self._sensing.force_inputs(axis, levels)
 
-    def _hang(self) -> Hang:
+    def _hang(self) -> LoadStatics:
         return self._statics.hang(self._drives[1].q, self._drives[2].q)
 
     def _key(self) -> int:
@@ -322,7 +322,7 @@ class MayaMechanics:
         times = (drive.leaving(self._now, until) for drive in self._weaklings())
         return min((t for t in times if t is not None), default=inf)
 
-    def _weaklings(self) -> list[Drive]:
+    def _weaklings(self) -> list[AxisDrive]:
         """Return the drives whose motors are weak: they may not move at all."""
         weak = [self._drives[axis] for axis in (1, 2) if self._limited(axis) and self._strength(axis) < _LIGHT]
         boom = self._drives[0]
@@ -498,7 +498,7 @@ def _first_below(ts: Floats, p: Floats, v: Floats, a: Floats, level: float) -> f
     start, end = float(ts[i]), float(ts[i + 1])
     if p[i] <= level:
         return start
-    arrival = Piece(start, float(p[i]), float(v[i]), float(a[i])).arrival(level, rising=False)
+    arrival = TimelinePiece(start, float(p[i]), float(v[i]), float(a[i])).arrival(level, rising=False)
     return min(max(arrival, start), end)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from maya_un.virtual.maya.statics import Statics
-from maya_un.virtual.maya.truth import Random, Truth
+from maya_un.virtual.maya.truth import Random, TrueConstants
 
 TENSION = 5.0
 """A start is taut at no more than this [× load] ..."""
@@ -19,7 +19,7 @@ OVERTRAVEL = 0.003
 """An axis on a switch stands up to this far beyond its trip point [m]; axis a up to as many tenths of a rad."""
 
 
-class Start(NamedTuple):
+class StartPose(NamedTuple):
     """True angle [rad] and line lengths [m] at power-up."""
 
     a: float = 1.0
@@ -27,7 +27,7 @@ class Start(NamedTuple):
     c: float = 1.5
 
 
-def legal_start(rng: Random, truth: Truth) -> Start:
+def legal_start(rng: Random, truth: TrueConstants) -> StartPose:
     """Return a start that homing has to cope with, drawn for this machine.
 
     Most are inside the strokes, taut and above the parts; a fifth stand on one or more switches, perhaps with a
@@ -37,7 +37,7 @@ def legal_start(rng: Random, truth: Truth) -> Start:
     statics = Statics.of(truth)
     while True:
         on_switch = kind < 0.2
-        start = Start(
+        start = StartPose(
             _place(rng, truth, 0, 0.4 if on_switch else 0.0),
             _place(rng, truth, 1, 0.5 if on_switch else 0.0),
             _place(rng, truth, 2, 0.5 if on_switch else 0.0),
@@ -46,7 +46,7 @@ def legal_start(rng: Random, truth: Truth) -> Start:
             return start
 
 
-def _place(rng: Random, truth: Truth, axis: int, chance: float) -> float:
+def _place(rng: Random, truth: TrueConstants, axis: int, chance: float) -> float:
     reverse, forward = truth.switches[axis]
     place, choice, beyond = rng.uniform(reverse, forward), rng.random(), rng.random() * OVERTRAVEL
     beyond *= 10.0 if axis == 0 else 1.0
@@ -57,7 +57,7 @@ def _place(rng: Random, truth: Truth, axis: int, chance: float) -> float:
     return place
 
 
-def _legal(start: Start, truth: Truth, statics: Statics, *, low: bool, on_switch: bool) -> bool:
+def _legal(start: StartPose, truth: TrueConstants, statics: Statics, *, low: bool, on_switch: bool) -> bool:
     if start.b + start.c <= truth.width or on_switch != any(_beyond(start, truth)):
         return False
     hang = statics.hang(start.b, start.c)
@@ -67,5 +67,5 @@ def _legal(start: Start, truth: Truth, statics: Statics, *, low: bool, on_switch
     return TABLE <= hang.z < PARTS if low else hang.z >= PARTS
 
 
-def _beyond(start: Start, truth: Truth) -> list[bool]:
+def _beyond(start: StartPose, truth: TrueConstants) -> list[bool]:
     return [not reverse < q < forward for q, (reverse, forward) in zip(start, truth.switches, strict=True)]

@@ -20,12 +20,12 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from maya_un.virtual.maya.truth import Truth
+from maya_un.virtual.maya.truth import TrueConstants
 
 Floats = NDArray[np.float64]
 
 
-class Hang(NamedTuple):
+class LoadStatics(NamedTuple):
     """Where and how the load hangs.
 
     `d` is the gripper's distance from the vertical axis [m], `z` its height above the table [m], `tension_b` and
@@ -64,24 +64,24 @@ class Statics:
     strongest: tuple[float, float] = (inf, inf)
 
     @classmethod
-    def of(cls, truth: Truth) -> Self:
+    def of(cls, truth: TrueConstants) -> Self:
         """Return the statics of a machine."""
         top = truth.height - truth.gripper_height
         return cls(truth.width, truth.delta, top, truth.strongest)
 
-    def hang(self, b: float, c: float) -> Hang:
+    def hang(self, b: float, c: float) -> LoadStatics:
         """Return how the load hangs on lines of `b` and `c` [m], b + c ≥ W."""
         W = self.width
         u = (W * W + b * b - c * c) / (2.0 * W)
         if u < 0.0:
-            return Hang(self.inner, self.top - b, 1.0, 0.0, 0.0, c - hypot(W, b))
+            return LoadStatics(self.inner, self.top - b, 1.0, 0.0, 0.0, c - hypot(W, b))
         if u > W:
-            return Hang(self.inner + W, self.top - c, 0.0, 1.0, b - hypot(W, c), 0.0)
+            return LoadStatics(self.inner + W, self.top - c, 0.0, 1.0, b - hypot(W, c), 0.0)
         h = sqrt(max(0.0, b * b - u * u))
         most_b, most_c = self.strongest
         tension_b = min(most_b, (W - u) * b / (W * h)) if h > 0.0 else most_b
         tension_c = min(most_c, u * c / (W * h)) if h > 0.0 else most_c
-        return Hang(self.inner + u, self.top - h, tension_b, tension_c, 0.0, 0.0)
+        return LoadStatics(self.inner + u, self.top - h, tension_b, tension_c, 0.0, 0.0)
 
     def hang_many(self, b: Floats, c: Floats) -> tuple[Floats, Floats, Floats]:
         """Return height z [m], greater tension [× load] and slack [m] for lengths of shape (n,) [m]."""

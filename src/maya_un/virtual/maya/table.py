@@ -16,7 +16,7 @@ FALL = 0.005
 
 
 @dataclass(frozen=True, slots=True)
-class Drop:
+class PartDrop:
     """A part was let go at time `time` [s] and fell by `height` [m] to `place` [m]."""
 
     time: float
@@ -25,7 +25,7 @@ class Drop:
     place: Place
 
 
-class Table:
+class PartTable:
     """Named parts, each known by its grasp point (x, y, z) [m]; at rest each keeps the z it was put there with.
 
     `closed` says whether the jaws are closed at power-up; jaws that are closed already take nothing.
@@ -82,7 +82,7 @@ class Table:
         self._lift = self._places[name][2] - gripper[2]
         return name
 
-    def open(self, gripper: Place, time: float) -> Drop | None:
+    def open(self, gripper: Place, time: float) -> PartDrop | None:
         """Open the jaws at `gripper` [m]; a part between them comes to rest below.
 
         Returns the drop where it fell farther than 5 mm.
@@ -94,4 +94,4 @@ class Table:
         x, y, z = gripper
         rest = self._places[name] = (x, y, self._rest[name])
         height = z + self._lift - rest[2]
-        return Drop(time, name, height, rest) if height > FALL else None
+        return PartDrop(time, name, height, rest) if height > FALL else None

@@ -33,7 +33,7 @@ class Random(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Truth:
+class TrueConstants:
     """All constants of one machine (manual, figures 7 to 9 and its table of constants; errata 2, 5, 6).
 
     `switches` are the positions at which limit switches trip [rad, m, m], `gaps` the way from there to the hard
@@ -78,7 +78,7 @@ class Truth:
         _, fb, fc = self.friction
         return (MOTOR_LIMIT - fb) / self.torque_per_load, (MOTOR_LIMIT - fc) / self.torque_per_load
 
-    def with_wiring(self, active_high: bool, axis: int | None = None, switch: Switch | None = None) -> Truth:
+    def with_wiring(self, active_high: bool, axis: int | None = None, switch: Switch | None = None) -> TrueConstants:
         """Return the machine with switches wired so: all of them, those of one axis, or a single one."""
 
         def wired(index: int) -> Levels:
@@ -93,7 +93,7 @@ class Truth:
         return replace(self, active_high=(wired(0), wired(1), wired(2)))
 
     @classmethod
-    def drawn(cls, rng: Random) -> Truth:
+    def drawn(cls, rng: Random) -> TrueConstants:
         """Return a machine with the default geometry and drawn ends, gaps, friction, lag and stiffness.
 
         Long ends within ±3 % of the nominal ones, short ends exact (they are the datum); hard stops 12 to 30 mm

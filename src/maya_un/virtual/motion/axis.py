@@ -8,7 +8,7 @@ from math import inf
 
 from maya_un.galil.codes import StopCode
 from maya_un.galil.hardware import LETTERS
-from maya_un.virtual.motion.profile import Profile
+from maya_un.virtual.motion.profile import AxisProfile
 from maya_un.virtual.timeline import Timeline
 
 VIRTUAL = "NM"
@@ -22,7 +22,7 @@ REVERSE_OFF = -2147483648
 """FL and BL at these values watch nothing."""
 
 
-class Kind(Enum):
+class MotionKind(Enum):
     """Why an axis moves by itself."""
 
     ABSOLUTE = "PA"
@@ -42,7 +42,7 @@ class Latch(Enum):
 
 
 @dataclass(slots=True)
-class Motion:
+class IndependentMotion:
     """An independent motion under way.
 
     `target` [motor counts] of a positioning, `speed` the signed velocity of a jog; `result` is the stop code at its
@@ -50,8 +50,8 @@ class Motion:
     input as it was when the stage began.
     """
 
-    kind: Kind
-    profile: Profile
+    kind: MotionKind
+    profile: AxisProfile
     target: int = 0
     speed: float = 0.0
     result: StopCode = StopCode.COMMANDED
@@ -62,7 +62,7 @@ class Motion:
     @property
     def positions(self) -> bool:
         """Whether the motion goes to a place, so that its target may not change on the way."""
-        return self.kind in (Kind.ABSOLUTE, Kind.RELATIVE)
+        return self.kind in (MotionKind.ABSOLUTE, MotionKind.RELATIVE)
 
 
 @dataclass(slots=True)
@@ -84,10 +84,10 @@ class Axis:
     registers: dict[str, float]
     on: bool = False
     offset: int = 0
-    motion: Motion | None = None
+    motion: IndependentMotion | None = None
     plane: str = ""
     stop_code: StopCode = StopCode.COMMANDED
-    kind: Kind = Kind.RELATIVE
+    kind: MotionKind = MotionKind.RELATIVE
     distance: int = 0
     destination: int = 0
     jog_speed: float = 25000.0
@@ -141,12 +141,12 @@ class Axis:
     def direction(self, t: float, home: bool) -> int:
         """Return where the motion set up would go at time `t`: 1, -1, or 0; `home` is the home input (`_HM`)."""
         match self.kind:
-            case Kind.ABSOLUTE:
+            case MotionKind.ABSOLUTE:
                 way = self.destination - self.reference(t)
-            case Kind.RELATIVE:
+            case MotionKind.RELATIVE:
                 way = self.distance
-            case Kind.FIND_EDGE | Kind.HOME:
+            case MotionKind.FIND_EDGE | MotionKind.HOME:
                 way = -1 if home else 1
-            case Kind.JOG | Kind.FIND_INDEX:
+            case MotionKind.JOG | MotionKind.FIND_INDEX:
                 way = self.jog_speed
         return (way > 0) - (way < 0)

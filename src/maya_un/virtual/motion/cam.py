@@ -16,7 +16,7 @@ from maya_un.galil.codes import ErrorCode, StopCode
 from maya_un.virtual.motion.axis import Axis
 from maya_un.virtual.motion.core import MotionCore
 from maya_un.virtual.motion.following import TICK, Imposed, Master
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 
 ENTRIES = 257
 """Entries of the table of one axis."""
@@ -25,7 +25,7 @@ CAM = "cam"
 _DEFAULT_MASTER = Master("N")
 
 
-class _Slave:
+class _CamSlave:
     """One axis on the cam: where it engages and disengages, and what the cam has moved it."""
 
     def __init__(self, axis: Axis) -> None:
@@ -55,7 +55,7 @@ class Cam:
 
     def __init__(self, core: MotionCore) -> None:
         self._core = core
-        self._slaves = [_Slave(axis) for axis in core.axes]
+        self._slaves = [_CamSlave(axis) for axis in core.axes]
         self.reset()
 
     def reset(self) -> None:
@@ -67,7 +67,7 @@ class Cam:
         self.widened: dict[int, int] = {}
         self._way = self._origin = 0.0
         self._places: list[float] = []
-        self._slaves = [_Slave(axis) for axis in self._core.axes]
+        self._slaves = [_CamSlave(axis) for axis in self._core.axes]
 
     @property
     def active(self) -> bool:
@@ -100,7 +100,7 @@ class Cam:
     def choose(self, master: Master) -> None:
         """Choose the master (EA); refused (100) while the cam is enabled."""
         if self.enabled:
-            raise Refused(ErrorCode.CAM_RUNS)
+            raise Rejection(ErrorCode.CAM_RUNS)
         self.master = master
 
     def enable(self, on: bool) -> None:
@@ -115,9 +115,9 @@ class Cam:
             self.enabled = False
             return
         if not self.modulus:
-            raise Refused(ErrorCode.CAM_WITHOUT_MASTER)
+            raise Rejection(ErrorCode.CAM_WITHOUT_MASTER)
         if self.modulus > (ENTRIES - 1) * self.interval:
-            raise Refused(ErrorCode.CAM_MODULUS)
+            raise Rejection(ErrorCode.CAM_MODULUS)
         self._places = self._spaced()
         self.enabled, self.cycles = True, 0
         self._fold_master()
@@ -172,9 +172,9 @@ class Cam:
         here = table[at] + share * (table[at + 1] - table[at])
         return cycle * (table[last] - table[0]) + here
 
-    def _slave(self, axis: Axis) -> _Slave:
+    def _slave(self, axis: Axis) -> _CamSlave:
         if not self.enabled:
-            raise Refused(ErrorCode.CAM_NOT_ENABLED)
+            raise Rejection(ErrorCode.CAM_NOT_ENABLED)
         return self._slaves[axis.index]
 
     def _spaced(self) -> list[float]:
@@ -198,7 +198,7 @@ class Cam:
         axis.offset -= int(gone * self.modulus)
         return gone
 
-    def _follow(self, slave: _Slave, before: float) -> None:
+    def _follow(self, slave: _CamSlave, before: float) -> None:
         if slave.engaged and slave.axis.bound != CAM:
             slave.imposed, slave.release_at = None, None
             return
@@ -227,7 +227,7 @@ class Cam:
             return met if met >= way else None
         return None
 
-    def _engage(self, slave: _Slave, way: float) -> None:
+    def _engage(self, slave: _CamSlave, way: float) -> None:
         axis = slave.axis
         slave.engage_at = None
         if not axis.on or axis.moving or axis.bound:
@@ -240,7 +240,7 @@ class Cam:
         slave.imposed = Imposed(axis, self._core.now)
         self._place(slave, self._way, self._slope(slave) * self.master.velocity(self._core))
 
-    def _place(self, slave: _Slave, way: float, velocity: float) -> None:
+    def _place(self, slave: _CamSlave, way: float, velocity: float) -> None:
         """Put a slave where the table has it after a `way` of the master, and fold its counter."""
         if slave.imposed is None:
             return
@@ -250,13 +250,13 @@ class Cam:
         if modulus:
             axis.offset -= floor(axis.reference(self._core.now) / modulus) * modulus
 
-    def _slope(self, slave: _Slave) -> float:
+    def _slope(self, slave: _CamSlave) -> float:
         """Return the speed of a slave in multiples of its master's."""
         table, places = slave.table, self._places
         at = min(bisect_right(places, self._way % self.modulus), len(places) - 1) - 1
         return (table[at + 1] - table[at]) / (places[at + 1] - places[at])
 
-    def _leave(self, slave: _Slave) -> None:
+    def _leave(self, slave: _CamSlave) -> None:
         if slave.imposed is not None:
             slave.imposed, slave.release_at = None, None
             slave.axis.bound = ""

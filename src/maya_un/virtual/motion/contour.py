@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from maya_un.galil.codes import StopCode
-from maya_un.virtual.motion.feed import Feed, Laid, Record
-from maya_un.virtual.timeline import Piece
+from maya_un.virtual.motion.feed import Feed, FeedRecord, PlacedRecord
+from maya_un.virtual.timeline import TimelinePiece
 
 NAME = "CM"
 """What an axis in a contour has for its plane."""
@@ -72,9 +72,9 @@ class Contour(Feed):
         super().reset()
         self.paused, self.interval, self._usual = False, 0, 0.0
 
-    def _duration(self, record: Record) -> float:
+    def _duration(self, record: FeedRecord) -> float:
         return self._usual if record.duration is None else record.duration
 
-    def _shape(self, laid: Laid, place: int) -> list[Piece]:
+    def _shape(self, laid: PlacedRecord, place: int) -> list[TimelinePiece]:
         speed = laid.record.deltas[place] / (laid.end - laid.start)
-        return [Piece(laid.start, laid.places[place], speed, 0.0)]
+        return [TimelinePiece(laid.start, laid.places[place], speed, 0.0)]

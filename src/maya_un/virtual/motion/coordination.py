@@ -12,11 +12,11 @@ from math import inf, nextafter
 
 from maya_un.galil.codes import StopCode
 from maya_un.virtual.motion import limits, profile
-from maya_un.virtual.motion.axis import Axis, Kind, Motion
-from maya_un.virtual.motion.course import Course
+from maya_un.virtual.motion.axis import Axis, IndependentMotion, MotionKind
+from maya_un.virtual.motion.course import SharedMotion
 from maya_un.virtual.motion.feed import Feed
 from maya_un.virtual.motion.plane import Plane
-from maya_un.virtual.timeline import Piece
+from maya_un.virtual.timeline import TimelinePiece
 
 
 def begin_plane(axes: Mapping[int, Axis], plane: Plane, now: float) -> None:
@@ -33,7 +33,7 @@ def begin_feed(axes: Mapping[int, Axis], feed: Feed, now: float) -> None:
     join(axes, feed, now)
 
 
-def join(axes: Mapping[int, Axis], course: Course, now: float) -> None:
+def join(axes: Mapping[int, Axis], course: SharedMotion, now: float) -> None:
     """Let the axes of a course that has begun follow it from `now` [s] on."""
     for i in course.members:
         axes[i].plane = course.letter
@@ -41,14 +41,14 @@ def join(axes: Mapping[int, Axis], course: Course, now: float) -> None:
     follow(axes, course, now, now)
 
 
-def refresh(axes: Mapping[int, Axis], course: Course, now: float) -> None:
+def refresh(axes: Mapping[int, Axis], course: SharedMotion, now: float) -> None:
     """Carry out the new plan of a course whose data or rates were changed at this instant."""
     start = course.replan(now)
     if start < inf:
         follow(axes, course, now, start)
 
 
-def follow(axes: Mapping[int, Axis], course: Course, now: float, start: float) -> None:
+def follow(axes: Mapping[int, Axis], course: SharedMotion, now: float, start: float) -> None:
     """Put the newest part of a plan, which begins at `start` [s], into the timelines of its axes."""
     for place, i in enumerate(course.members):
         axis = axes[i]
@@ -64,7 +64,7 @@ def follow(axes: Mapping[int, Axis], course: Course, now: float, start: float) -
             limits.watch(axis, now, max(now, start))
 
 
-def stop(axes: Mapping[int, Axis], course: Course, now: float) -> None:
+def stop(axes: Mapping[int, Axis], course: SharedMotion, now: float) -> None:
     """Decelerate a course (ST); one that stops already goes on doing so."""
     if not course.running or course.stopping:
         return
@@ -80,7 +80,7 @@ def stop(axes: Mapping[int, Axis], course: Course, now: float) -> None:
     course.finish(now)
 
 
-def finish(axes: Mapping[int, Axis], course: Course, now: float) -> None:
+def finish(axes: Mapping[int, Axis], course: SharedMotion, now: float) -> None:
     """End the run of a course at `now` [s] and give its axes their stop code."""
     members = course.members
     result = course.finish(now)
@@ -93,7 +93,7 @@ def finish(axes: Mapping[int, Axis], course: Course, now: float) -> None:
                 axis.stop_code = result
 
 
-def abandoned(axes: Mapping[int, Axis], course: Course) -> bool:
+def abandoned(axes: Mapping[int, Axis], course: SharedMotion) -> bool:
     """Tell whether no axis is left on a course."""
     return not any(axes[i].plane == course.letter for i in course.members)
 
@@ -103,14 +103,14 @@ def _release(axis: Axis, now: float) -> None:
     p, v = axis.timeline.at(now)
     way = profile.stop(now, p, v, axis.registers["DC"])
     axis.plane = ""
-    axis.motion = Motion(Kind.RELATIVE, way, result=StopCode.STOPPED, stopping=True)
+    axis.motion = IndependentMotion(MotionKind.RELATIVE, way, result=StopCode.STOPPED, stopping=True)
     axis.stop_code = StopCode.STOPPED
     axis.peak, axis.turns = way.peak, []
     axis.timeline.plan(now, way.pieces)
     limits.watch(axis, now)
 
 
-def _turns(pieces: list[Piece], before: float) -> list[float]:
+def _turns(pieces: list[TimelinePiece], before: float) -> list[float]:
     """Return the times at which an axis begins to move or to move the other way; `before` is its velocity so far."""
     found: list[float] = []
     heading = (before > 0.0) - (before < 0.0)

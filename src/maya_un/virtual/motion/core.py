@@ -17,18 +17,18 @@ from math import inf, nextafter
 from maya_un.galil.codes import ErrorCode, StopCode
 from maya_un.virtual import registers
 from maya_un.virtual.motion import coordination, homing, lagging, limits, profile, smoothing
-from maya_un.virtual.motion.axis import LETTERS, VIRTUAL, Axis, Kind, Motion
+from maya_un.virtual.motion.axis import LETTERS, VIRTUAL, Axis, IndependentMotion, MotionKind
 from maya_un.virtual.motion.contour import Contour
-from maya_un.virtual.motion.course import Course
+from maya_un.virtual.motion.course import SharedMotion
 from maya_un.virtual.motion.encoder import Encoder
 from maya_un.virtual.motion.feed import Feed
-from maya_un.virtual.motion.happening import Happening
+from maya_un.virtual.motion.happening import ProgramTrigger
 from maya_un.virtual.motion.plane import Plane
-from maya_un.virtual.motion.profile import Profile
+from maya_un.virtual.motion.profile import AxisProfile
 from maya_un.virtual.motion.pvt import Pvt
 from maya_un.virtual.plant import Plant
-from maya_un.virtual.refusal import Refused
-from maya_un.virtual.timeline import Piece, Timeline
+from maya_un.virtual.refusal import Rejection
+from maya_un.virtual.timeline import Timeline, TimelinePiece
 
 SAMPLE = 1.0 / 1024.0
 """Sample time of the servo at TM 1000 [s]."""
@@ -44,7 +44,7 @@ class MotionCore:
 
     `cn` holds the five values of CN; `happened` what befell axes since the machine last cleared it;
     `errors_matter` whether following errors are looked for also where OE does not ask for it. Everything here
-    takes indices of axes and motor counts; commands that cannot be obeyed raise `Refused`.
+    takes indices of axes and motor counts; commands that cannot be obeyed raise `Rejection`.
     """
 
     def __init__(self, plant: Plant, axes: Sequence[Axis], planes: dict[str, Plane]) -> None:
@@ -58,13 +58,13 @@ class MotionCore:
         self.contour = Contour()
         self.pvt = tuple(Pvt(axis.index) for axis in axes)
         feeds = (self.contour, *self.pvt)
-        self.courses: dict[str, Course] = {**planes, **{feed.letter: feed for feed in feeds}}
+        self.courses: dict[str, SharedMotion] = {**planes, **{feed.letter: feed for feed in feeds}}
         self._everyone = {axis.index: axis for axis in (*axes, *self.virtual.values())}
         self.now = 0.0
         self.cn = [-1, -1, -1, 0, 0]
         self.abort_active = False
         self.amplifier_status = 0
-        self.happened: list[tuple[Happening, Axis]] = []
+        self.happened: list[tuple[ProgramTrigger, Axis]] = []
         self.errors_matter = False
         self._coasted = False
 
@@ -213,7 +213,7 @@ class MotionCore:
     def servo(self, axis: Axis, on: bool) -> None:
         """Switch a motor on at its present position (SH), or off (MO); refused while it moves."""
         if axis.moving:
-            raise Refused(ErrorCode.NOT_WHILE_RUNNING)
+            raise Rejection(ErrorCode.NOT_WHILE_RUNNING)
         if on:
             self._rest_at(axis, self._shaft(axis))
         brake = int(axis.registers["BW"])
@@ -228,7 +228,7 @@ class MotionCore:
     def define(self, axis: Axis, position: int) -> None:
         """Call the present place `position` [controller counts] (DP); refused while the axis moves."""
         if axis.moving:
-            raise Refused(ErrorCode.NOT_WHILE_RUNNING)
+            raise Rejection(ErrorCode.NOT_WHILE_RUNNING)
         here = self._shaft(axis)
         axis.offset = position - here
         self._rest_at(axis, here)
@@ -251,9 +251,9 @@ class MotionCore:
         """Begin the sequence of a plane (BG S)."""
         members = [self._everyone[i] for i in plane.members]
         if plane.running or any(axis.moving for axis in members):
-            raise Refused(ErrorCode.BEGIN_WHILE_RUNNING)
+            raise Rejection(ErrorCode.BEGIN_WHILE_RUNNING)
         if not plane.segments:
-            raise Refused(ErrorCode.NO_SEQUENCE)
+            raise Rejection(ErrorCode.NO_SEQUENCE)
         for place, axis in enumerate(members):
             self._may_begin(axis, plane.heading(place))
         coordination.begin_plane(self._everyone, plane, self.now)
@@ -263,9 +263,9 @@ class MotionCore:
         """Begin a contour (CD), or PVT sequences (BT): all of them or, where one may not, none."""
         for feed in feeds:
             if feed.running:
-                raise Refused(ErrorCode.BEGIN_WHILE_RUNNING)
+                raise Rejection(ErrorCode.BEGIN_WHILE_RUNNING)
             if feed.empty or not feed.members:
-                raise Refused(ErrorCode.NO_SEQUENCE)
+                raise Rejection(ErrorCode.NO_SEQUENCE)
             for place, i in enumerate(feed.members):
                 self._may_begin(self._everyone[i], feed.heading(place))
         for feed in feeds:
@@ -290,7 +290,7 @@ class MotionCore:
         """Let an axis go that follows another, and decelerate it at `rate` [counts/s²]; again is harmless."""
         axis.bound = ""
         if axis.motion is None:
-            axis.motion = Motion(Kind.JOG, _nothing(self.now))
+            axis.motion = IndependentMotion(MotionKind.JOG, _nothing(self.now))
         self._brake(axis, axis.motion, rate, code)
 
     def stop_plane(self, plane: Plane) -> None:
@@ -333,7 +333,7 @@ class MotionCore:
     def set_amplifier_status(self, status: int) -> None:
         """Set the amplifiers' fault bits (laid out as in the data record); axes with OE lose their power."""
         if status and not self.amplifier_status:
-            self.happened.append((Happening.AMPLIFIER, self.axes[0]))
+            self.happened.append((ProgramTrigger.AMPLIFIER, self.axes[0]))
         self.amplifier_status = status
         self.look()
 
@@ -359,8 +359,8 @@ class MotionCore:
         motion = axis.motion
         if motion is None:
             return
-        if motion.kind is not Kind.JOG:
-            raise Refused(ErrorCode.JOG_ONLY_IN_JOG_MODE)
+        if motion.kind is not MotionKind.JOG:
+            raise Rejection(ErrorCode.JOG_ONLY_IN_JOG_MODE)
         motion.speed = speed
         if not motion.stopping:
             self._replan(axis, motion)
@@ -370,15 +370,15 @@ class MotionCore:
         """Increment the position (IP): lengthen a move, step a jog, or move an idle axis."""
         motion = axis.motion
         if axis.plane or (motion is not None and motion.kind in homing.KINDS):
-            raise Refused(ErrorCode.NOT_WHILE_RUNNING)
+            raise Rejection(ErrorCode.NOT_WHILE_RUNNING)
         if motion is None:
-            axis.kind, axis.distance = Kind.RELATIVE, distance
+            axis.kind, axis.distance = MotionKind.RELATIVE, distance
             self.begin([axis])
-        elif motion.kind is Kind.JOG:
+        elif motion.kind is MotionKind.JOG:
             p, v = axis.timeline.at(self.now)
             self._adopt(axis, motion, self._wanted(axis, motion, p + distance, v))
         elif motion.stopping or distance * axis.heading(self.now) < 0:
-            raise Refused(ErrorCode.IP_WRONG_SIGN)
+            raise Rejection(ErrorCode.IP_WRONG_SIGN)
         else:
             motion.target += distance
             self._replan(axis, motion)
@@ -391,7 +391,7 @@ class MotionCore:
             axis.stop_code = StopCode.RUNNING
             self._replan(axis, axis.motion)
             return
-        axis.kind, axis.destination = Kind.ABSOLUTE, destination
+        axis.kind, axis.destination = MotionKind.ABSOLUTE, destination
         self.begin([axis])
 
     def reset(self) -> None:
@@ -404,7 +404,7 @@ class MotionCore:
             self.define(axis, 0)
             axis.encoder_offset -= self.position(axis) if axis.stepper else axis.encoder_offset
             axis.commutated = axis.initialised = axis.latch_tripped = False
-            axis.kind, axis.distance, axis.destination = Kind.RELATIVE, 0, 0
+            axis.kind, axis.distance, axis.destination = MotionKind.RELATIVE, 0, 0
             axis.auxiliary = axis.latched = 0
             axis.latch_armed = False
 
@@ -431,7 +431,7 @@ class MotionCore:
                 t = min(t, course.end, course.horizon)
         return t
 
-    def _look_at_motion(self, axis: Axis, motion: Motion) -> None:
+    def _look_at_motion(self, axis: Axis, motion: IndependentMotion) -> None:
         if self.now >= motion.profile.end:
             self._finish(axis, motion)
         elif motion.kind in homing.KINDS and not motion.stopping:
@@ -467,7 +467,7 @@ class MotionCore:
         error = abs(axis.timeline.at(self.now)[0] - self.plant.position(axis.index))
         beyond = 0 <= axis.registers["ER"] < error
         if beyond and not axis.erring:
-            self.happened.append((Happening.POSITION_ERROR, axis))
+            self.happened.append((ProgramTrigger.POSITION_ERROR, axis))
         axis.erring = beyond
         if beyond and oe & _ON_ERROR:
             self.fault(axis, StopCode.OFF_ON_ERROR)
@@ -476,7 +476,7 @@ class MotionCore:
 
     def _limit_stop(self, axis: Axis, code: StopCode) -> None:
         """Stop at a limit: an axis by itself at SD, a sequence along its path at VD, a contour with all its axes."""
-        self.happened.append((Happening.LIMIT, axis))
+        self.happened.append((ProgramTrigger.LIMIT, axis))
         if axis.bound:
             axis.stop_code = code
             if not axis.registers["GM"]:
@@ -495,7 +495,7 @@ class MotionCore:
         if course is not None:
             self._leave(course)
 
-    def _leave(self, course: Course) -> None:
+    def _leave(self, course: SharedMotion) -> None:
         """Stop a sequence that an axis has left along its path, a contour with all its axes."""
         coordination.stop(self._everyone, course, self.now)
         if course.running and coordination.abandoned(self._everyone, course):
@@ -510,7 +510,7 @@ class MotionCore:
             self.plant.output(axis.index + 1, on)
 
     def _rest_at(self, axis: Axis, p: int) -> None:
-        axis.timeline.plan(self.now, (Piece(self.now, p, 0.0, 0.0),))
+        axis.timeline.plan(self.now, (TimelinePiece(self.now, p, 0.0, 0.0),))
         if not axis.virtual:
             self.encoders[axis.index].note(self.now)
         axis.last_stop = p + axis.offset
@@ -518,18 +518,18 @@ class MotionCore:
 
     def _may_begin(self, axis: Axis, direction: int) -> None:
         if axis.bound == "cam":
-            raise Refused(ErrorCode.NOT_IN_CAM)
+            raise Rejection(ErrorCode.NOT_IN_CAM)
         if axis.plane == self.contour.letter:
-            raise Refused(ErrorCode.NOT_WHILE_CONTOURING)
+            raise Rejection(ErrorCode.NOT_WHILE_CONTOURING)
         if axis.moving:
-            raise Refused(ErrorCode.BEGIN_WHILE_RUNNING)
+            raise Rejection(ErrorCode.BEGIN_WHILE_RUNNING)
         if not axis.on:
-            raise Refused(ErrorCode.BEGIN_MOTOR_OFF)
+            raise Rejection(ErrorCode.BEGIN_MOTOR_OFF)
         if not direction:
             return
         beyond = limits.beyond(axis, direction, self.now)
         if beyond or (limits.enabled(axis, direction) and self.limit_active(axis, direction > 0)):
-            raise Refused(ErrorCode.BEGIN_AT_LIMIT)
+            raise Rejection(ErrorCode.BEGIN_AT_LIMIT)
 
     def _start(self, axis: Axis) -> None:
         t, (p, _) = self.now, axis.timeline.at(self.now)
@@ -538,25 +538,25 @@ class MotionCore:
             motion = homing.start(
                 axis, t, axis.direction(self.now, not axis.virtual and self.home_state(axis)) or 1, level
             )
-        elif axis.kind is Kind.JOG:
-            motion = Motion(Kind.JOG, _nothing(t), speed=axis.jog_speed)
+        elif axis.kind is MotionKind.JOG:
+            motion = IndependentMotion(MotionKind.JOG, _nothing(t), speed=axis.jog_speed)
             motion.profile = self._wanted(axis, motion, p, 0.0)
         else:
-            absolute = axis.kind is Kind.ABSOLUTE
+            absolute = axis.kind is MotionKind.ABSOLUTE
             target = axis.destination - axis.offset if absolute else round(p) + axis.distance
-            motion = Motion(axis.kind, _nothing(t), target=target)
+            motion = IndependentMotion(axis.kind, _nothing(t), target=target)
             motion.profile = self._wanted(axis, motion, p, 0.0)
         axis.motion = motion
         axis.stop_code = StopCode.RUNNING
         self._adopt(axis, motion, motion.profile)
 
-    def _wanted(self, axis: Axis, motion: Motion, p: float, v: float) -> Profile:
+    def _wanted(self, axis: Axis, motion: IndependentMotion, p: float, v: float) -> AxisProfile:
         """Return the profile of a jog, or of a move to a place, from a state."""
-        if motion.kind is Kind.JOG:
+        if motion.kind is MotionKind.JOG:
             return smoothing.jog(axis, self.now, p, v, motion.speed, self.sample)
         return smoothing.move(axis, self.now, p, v, motion.target, self.sample)
 
-    def _replan(self, axis: Axis, motion: Motion) -> None:
+    def _replan(self, axis: Axis, motion: IndependentMotion) -> None:
         p, v = axis.timeline.at(self.now)
         if motion.stopping:
             rate = "SD" if motion.result in limits.CODES else "DC"
@@ -565,20 +565,20 @@ class MotionCore:
             way = self._wanted(axis, motion, p, v)
         self._adopt(axis, motion, way)
 
-    def _brake(self, axis: Axis, motion: Motion, rate: float, code: StopCode) -> None:
+    def _brake(self, axis: Axis, motion: IndependentMotion, rate: float, code: StopCode) -> None:
         p, v = axis.timeline.at(self.now)
         motion.stopping, motion.result = True, code
         axis.stop_code = code
         self._adopt(axis, motion, smoothing.stop(axis, self.now, p, v, rate, self.sample))
 
-    def _adopt(self, axis: Axis, motion: Motion, way: Profile) -> None:
+    def _adopt(self, axis: Axis, motion: IndependentMotion, way: AxisProfile) -> None:
         motion.profile = way
         axis.timeline.plan(self.now, way.pieces)
         axis.peak = way.peak
         axis.turns = [turn for turn in profile.turns(way.pieces) if turn > self.now]
         limits.watch(axis, self.now)
 
-    def _finish(self, axis: Axis, motion: Motion) -> None:
+    def _finish(self, axis: Axis, motion: IndependentMotion) -> None:
         if motion.kind in homing.KINDS:
             onward = homing.rested(axis, motion, self.now, self.plant.inputs(axis.index)[2])
             if onward is not None:
@@ -592,8 +592,8 @@ class MotionCore:
             axis.last_stop = 0
 
 
-def _nothing(t: float) -> Profile:
-    return Profile([], t, t, 0.0)
+def _nothing(t: float) -> AxisProfile:
+    return AxisProfile([], t, t, 0.0)
 
 
 def _virtual(index: int) -> Axis:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Protocol
 
 from maya_un.galil.codes import StopCode
-from maya_un.virtual.timeline import Piece
+from maya_un.virtual.timeline import TimelinePiece
 
 
-class Course(Protocol):
+class SharedMotion(Protocol):
     """A motion that axes take part in, as the motion core runs it. Times are seconds, positions motor counts.
 
     `letter` is what an axis on it has for `Axis.plane`; `members` are the indices of its axes. `running_code` is their
@@ -36,7 +36,7 @@ class Course(Protocol):
         """Make the plan anew at time `t`; return from when on it differs from the old one, infinity for nowhere."""
         ...
 
-    def pieces(self, place: int) -> tuple[list[Piece], float]:
+    def pieces(self, place: int) -> tuple[list[TimelinePiece], float]:
         """Return the newest part of the plan for one member (by its place), and its largest speed [counts/s]."""
         ...
 

@@ -13,7 +13,7 @@ from math import inf
 from maya_un.galil.codes import StopCode
 from maya_un.virtual.motion.axis import Axis
 from maya_un.virtual.motion.core import ERROR_LOOK, SAMPLE, MotionCore
-from maya_un.virtual.motion.happening import Happening
+from maya_un.virtual.motion.happening import ProgramTrigger
 
 STILL = 4.0
 """An encoder that moves by less than this many counts does not move."""
@@ -80,7 +80,7 @@ class Failures:
             self._pushes[axis.index] = _Push(now, place)
         elif now - push.since >= registers["OT"] * SAMPLE:
             del self._pushes[axis.index]
-            self._core.happened.append((Happening.POSITION_ERROR, axis))
+            self._core.happened.append((ProgramTrigger.POSITION_ERROR, axis))
             self._core.fault(axis, StopCode.ENCODER_FAILURE)
 
     def _look_at_steps(self, axis: Axis) -> None:
@@ -89,7 +89,7 @@ class Failures:
             return
         if abs(step_error(self._core, axis)) > FULL_STEPS * registers["YA"]:
             registers["YS"] = OUT_OF_STEP
-            self._core.happened.append((Happening.POSITION_ERROR, axis))
+            self._core.happened.append((ProgramTrigger.POSITION_ERROR, axis))
             self._core.abort_axis(axis, StopCode.STEPPER_ERROR)
 
     def _look_at_abort(self, axis: Axis) -> None:
@@ -97,7 +97,7 @@ class Failures:
         if self._core.cn[3] != 1 or place >= len(self._inputs) or self._inputs[place]:
             return
         if axis.moving or axis.bound:
-            self._core.happened.append((Happening.POSITION_ERROR, axis))
+            self._core.happened.append((ProgramTrigger.POSITION_ERROR, axis))
             self._core.abort_axis(axis, StopCode.SELECTIVE_ABORT)
 
 

@@ -14,11 +14,11 @@ from math import inf
 from typing import NamedTuple
 
 from maya_un.galil.codes import ErrorCode, StopCode
-from maya_un.virtual.refusal import Refused
-from maya_un.virtual.timeline import Piece
+from maya_un.virtual.refusal import Rejection
+from maya_un.virtual.timeline import TimelinePiece
 
 
-class Record(NamedTuple):
+class FeedRecord(NamedTuple):
     """How far each member goes [counts], how fast it is at the end [counts/s], and how long it takes [s].
 
     A duration of 0 ends the motion; None is whatever is set when the record's turn comes.
@@ -29,14 +29,14 @@ class Record(NamedTuple):
     duration: float | None
 
 
-class Laid(NamedTuple):
+class PlacedRecord(NamedTuple):
     """A record in its place: from `start` to `end` [s], from `places` [motor counts] at `speed` [counts/s]."""
 
     start: float
     end: float
     places: tuple[int, ...]
     speed: float
-    record: Record
+    record: FeedRecord
 
 
 class Feed(ABC):
@@ -54,8 +54,8 @@ class Feed(ABC):
         self.letter = letter
         self.members = members
         self.running = self.stopping = self.stale = self.paused = False
-        self._waiting: list[Record] = []
-        self._laid: list[Laid] = []
+        self._waiting: list[FeedRecord] = []
+        self._laid: list[PlacedRecord] = []
         self._closed = self._cut = False
         self._places: tuple[int, ...] = ()
         self._speed = 0.0
@@ -85,10 +85,10 @@ class Feed(ABC):
         """Return how many records are done since the motion last began, its end among them."""
         return self._done + self._past(t)
 
-    def append(self, record: Record, t: float) -> None:
+    def append(self, record: FeedRecord, t: float) -> None:
         """Add a record at time `t`; refused (32) with a full buffer."""
         if self.free(t) <= 0:
-            raise Refused(ErrorCode.SEGMENT_BUFFER_FULL)
+            raise Rejection(ErrorCode.SEGMENT_BUFFER_FULL)
         self._waiting.append(record)
         self.stale = True
 
@@ -127,13 +127,13 @@ class Feed(ABC):
             self._lay(self._waiting.pop(0), start if len(self._laid) == self._fresh else self._end)
         return start if cut or len(self._laid) > self._fresh else inf
 
-    def pieces(self, place: int) -> tuple[list[Piece], float]:
+    def pieces(self, place: int) -> tuple[list[TimelinePiece], float]:
         """Return the newest part of one member's timeline, and its largest speed [counts/s]."""
-        pieces: list[Piece] = []
+        pieces: list[TimelinePiece] = []
         for laid in self._laid[self._fresh :]:
             pieces += self._shape(laid, place)
         peak = max((abs(piece.v) for piece in pieces), default=0.0)
-        pieces.append(Piece(self._end, self._places[place], 0.0, 0.0))
+        pieces.append(TimelinePiece(self._end, self._places[place], 0.0, 0.0))
         return pieces, peak
 
     def brake(self, t: float) -> bool:
@@ -153,20 +153,20 @@ class Feed(ABC):
         self.finish(self._end)
         self._done = 0
 
-    def _duration(self, record: Record) -> float:
+    def _duration(self, record: FeedRecord) -> float:
         return record.duration or 0.0
 
     @abstractmethod
-    def _shape(self, laid: Laid, place: int) -> list[Piece]:
+    def _shape(self, laid: PlacedRecord, place: int) -> list[TimelinePiece]:
         """Return what one member does in a record."""
 
-    def _lay(self, record: Record, start: float) -> None:
+    def _lay(self, record: FeedRecord, start: float) -> None:
         duration = self._duration(record)
         if duration == 0.0:
             self._closed = True
             return
         self._end = start + duration
-        self._laid.append(Laid(start, self._end, self._places, self._speed, record))
+        self._laid.append(PlacedRecord(start, self._end, self._places, self._speed, record))
         self._places = tuple(at + delta for at, delta in zip(self._places, record.deltas, strict=True))
         self._speed = record.speed
 
@@ -176,7 +176,7 @@ class Feed(ABC):
         back = self._laid[kept:]
         if not back:
             return inf
-        end = [Record(back[0].record.deltas, 0.0, 0.0)] * self._closed
+        end = [FeedRecord(back[0].record.deltas, 0.0, 0.0)] * self._closed
         self._waiting[:0] = [laid.record for laid in back] + end
         self._closed = False
         del self._laid[kept:]

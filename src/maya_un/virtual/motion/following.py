@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from maya_un.galil.hardware import LETTERS
 from maya_un.virtual.motion.axis import VIRTUAL, Axis
 from maya_un.virtual.motion.core import MotionCore
-from maya_un.virtual.timeline import Piece
+from maya_un.virtual.timeline import TimelinePiece
 
 TICK = 0.002
 """How often a moving master is read [s]."""
@@ -92,5 +92,5 @@ class Imposed:
         self._version = axis.timeline.version
 
 
-def _moved(piece: Piece, after: float, step: float, turn: float) -> Piece:
-    return Piece(piece.t, piece.p + step + turn * after, piece.v + turn, piece.a)
+def _moved(piece: TimelinePiece, after: float, step: float, turn: float) -> TimelinePiece:
+    return TimelinePiece(piece.t, piece.p + step + turn * after, piece.v + turn, piece.a)

@@ -14,7 +14,7 @@ from maya_un.galil.codes import ErrorCode, StopCode
 from maya_un.virtual.motion.axis import NAMES, Axis
 from maya_un.virtual.motion.core import MotionCore
 from maya_un.virtual.motion.following import TICK, Imposed, Master
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 
 GEAR = "gear"
 _FAULTS = (StopCode.OFF_ON_ERROR, StopCode.AMPLIFIER_FAULT, StopCode.ENCODER_FAILURE)
@@ -50,7 +50,7 @@ class _Ramp:
         return gone if distance > 0.0 else -gone
 
 
-class _Slave:
+class _GearedSlave:
     """One axis and what it follows."""
 
     def __init__(self, axis: Axis, master: Master, core: MotionCore) -> None:
@@ -130,7 +130,7 @@ class Gearing:
 
     def __init__(self, core: MotionCore) -> None:
         self._core = core
-        self._slaves: dict[int, _Slave] = {}
+        self._slaves: dict[int, _GearedSlave] = {}
 
     @property
     def active(self) -> bool:
@@ -164,12 +164,12 @@ class Gearing:
     def connect(self, axis: Axis, master: Master) -> None:
         """Let an axis follow a master (GA); refused (46) where that would be itself or its own slave."""
         if master.letter == axis.letter:
-            raise Refused(ErrorCode.GEAR_MASTER_IS_SLAVE)
+            raise Rejection(ErrorCode.GEAR_MASTER_IS_SLAVE)
         leader = master.axis(self._core)
         other = None if leader is None else self._slaves.get(leader.index)
         if other is not None and other.master.letter == axis.letter:
-            raise Refused(ErrorCode.GEAR_MASTER_IS_SLAVE)
-        slave = self._slaves[axis.index] = _Slave(axis, master, self._core)
+            raise Rejection(ErrorCode.GEAR_MASTER_IS_SLAVE)
+        slave = self._slaves[axis.index] = _GearedSlave(axis, master, self._core)
         slave.look()
 
     def number_of_master(self, axis: Axis) -> int:

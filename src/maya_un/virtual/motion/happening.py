@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum
 
 
-class Happening(Enum):
+class ProgramTrigger(Enum):
     """What a program may have a subroutine for."""
 
     LIMIT = "hard or soft limit in the direction of motion"

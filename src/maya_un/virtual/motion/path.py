@@ -18,7 +18,7 @@ _ROUNDING = 1e-11
 """Squares of speeds that differ by less than this part of what made them are the same."""
 
 
-class Segment(NamedTuple):
+class PathSegment(NamedTuple):
     """One LI, VP or CR: counts of every coordinate, length along it, and its speeds [counts/s].
 
     `speed` is None where no `<o` was given (VS applies) and negative for VV; `end` is None without `>p`. `arc` is
@@ -32,18 +32,18 @@ class Segment(NamedTuple):
     arc: Arc | None = None
 
     @staticmethod
-    def of(deltas: tuple[float, ...], speed: float | None = None, end: float | None = None) -> Segment:
+    def of(deltas: tuple[float, ...], speed: float | None = None, end: float | None = None) -> PathSegment:
         """Return the straight segment with its length worked out."""
-        return Segment(deltas, hypot(*deltas), speed, end)
+        return PathSegment(deltas, hypot(*deltas), speed, end)
 
     @staticmethod
-    def along(arc: Arc, speed: float | None = None, end: float | None = None) -> Segment:
+    def along(arc: Arc, speed: float | None = None, end: float | None = None) -> PathSegment:
         """Return the segment along an arc."""
         deltas = (arc.offset(X, arc.length), arc.offset(Y, arc.length))
-        return Segment(deltas, arc.length, speed, end, arc)
+        return PathSegment(deltas, arc.length, speed, end, arc)
 
 
-class Stretch(NamedTuple):
+class PathSpan(NamedTuple):
     """From time `t` [s] on: `s` counts into segment number `segment`, speed `v`, constant acceleration `a`."""
 
     t: float
@@ -53,25 +53,25 @@ class Stretch(NamedTuple):
     a: float
 
 
-class Rates(NamedTuple):
+class VectorRates(NamedTuple):
     """VA and VD [counts/s²]."""
 
     acceleration: float
     deceleration: float
 
 
-class Path(NamedTuple):
+class SequencePath(NamedTuple):
     """Stretches in order of time, and when the sequence is at its end [s] and how fast it gets there [counts/s].
 
     The time is infinite where it never gets there.
     """
 
-    stretches: list[Stretch]
+    stretches: list[PathSpan]
     end: float
     speed: float = 0.0
 
 
-class Leg(NamedTuple):
+class PathLeg(NamedTuple):
     """What is walked: a segment's number and length, its target speed, and the largest speed at its end."""
 
     number: int
@@ -80,7 +80,9 @@ class Leg(NamedTuple):
     bound: float
 
 
-def plan(segments: Sequence[Segment], speeds: Sequence[float], start: Stretch, rates: Rates, ended: bool) -> Path:
+def plan(
+    segments: Sequence[PathSegment], speeds: Sequence[float], start: PathSpan, rates: VectorRates, ended: bool
+) -> SequencePath:
     """Return the speed along `segments` from the state `start` on (its `a` does not matter).
 
     `speeds` are the target speeds of the segments [counts/s]; `ended` tells that LE closed the sequence. A target
@@ -89,45 +91,45 @@ def plan(segments: Sequence[Segment], speeds: Sequence[float], start: Stretch, r
     bounds: list[float] = []
     bound(segments, bounds, rates.deceleration, ended)
     numbers = range(start.segment, len(segments))
-    return walk((Leg(i, segments[i].length, speeds[i], bounds[i]) for i in numbers), start, rates)
+    return walk((PathLeg(i, segments[i].length, speeds[i], bounds[i]) for i in numbers), start, rates)
 
 
-def walk(legs: Iterable[Leg], start: Stretch, rates: Rates) -> Path:
+def walk(legs: Iterable[PathLeg], start: PathSpan, rates: VectorRates) -> SequencePath:
     """Return the speed along `legs` from the state `start` on, which lies in the first of them."""
-    stretches: list[Stretch] = []
+    stretches: list[PathSpan] = []
     t, s, v = start.t, start.s, start.v
     for number, length, target, end in legs:
         rest = max(0.0, length - s)
         state = _Segment(stretches, t, number, s, v).run(rest, target, end, rates)
         if state is None:
-            return Path(stretches, inf)
+            return SequencePath(stretches, inf)
         t, v = state
         s = 0.0
-    return Path(stretches, t, v)
+    return SequencePath(stretches, t, v)
 
 
-def brake(segments: Sequence[Segment], start: Stretch, deceleration: float, first: int = 0) -> Path:
+def brake(segments: Sequence[PathSegment], start: PathSpan, deceleration: float, first: int = 0) -> SequencePath:
     """Return the way to rest along the path at a constant `deceleration`, or to the path's abrupt end.
 
     `first` is the number of the first of the segments.
     """
-    stretches: list[Stretch] = []
+    stretches: list[PathSpan] = []
     t, s, v = start.t, start.s, start.v
     for index in range(start.segment - first, len(segments)):
         rest = max(0.0, segments[index].length - s)
         leg = _Segment(stretches, t, first + index, s, v)
         if v * v <= 2.0 * deceleration * rest:
             leg.change(0.0, deceleration)
-            return Path(stretches or [Stretch(t, first + index, s, 0.0, 0.0)], leg.t)
+            return SequencePath(stretches or [PathSpan(t, first + index, s, 0.0, 0.0)], leg.t)
         leg.change(sqrt(v * v - 2.0 * deceleration * rest), deceleration)
         t, v = leg.t, leg.v
         s = 0.0
     # A stop at the very end leaves no way to brake on: there the sequence rests.
     last = len(segments) - 1
-    return Path(stretches or [Stretch(t, first + last, segments[last].length, 0.0, 0.0)], t)
+    return SequencePath(stretches or [PathSpan(t, first + last, segments[last].length, 0.0, 0.0)], t)
 
 
-def bound(segments: Sequence[Segment], bounds: list[float], deceleration: float, ended: bool) -> int:
+def bound(segments: Sequence[PathSegment], bounds: list[float], deceleration: float, ended: bool) -> int:
     """Bring `bounds`, the largest speed allowed at the end of every segment [counts/s], up to date.
 
     On entry `bounds` are those of as many segments as were there before; return the first place that has changed.
@@ -151,7 +153,7 @@ class _Segment:
 
     __slots__ = ("_index", "_stretches", "s", "t", "v")
 
-    def __init__(self, stretches: list[Stretch], t: float, index: int, s: float, v: float) -> None:
+    def __init__(self, stretches: list[PathSpan], t: float, index: int, s: float, v: float) -> None:
         self._stretches = stretches
         self._index = index
         self.t, self.s, self.v = t, s, v
@@ -162,12 +164,12 @@ class _Segment:
         if wanted == v:
             return
         duration = abs(wanted - v) / rate
-        self._stretches.append(Stretch(self.t, self._index, self.s, v, rate if wanted > v else -rate))
+        self._stretches.append(PathSpan(self.t, self._index, self.s, v, rate if wanted > v else -rate))
         self.t += duration
         self.s += 0.5 * (v + wanted) * duration
         self.v = wanted
 
-    def run(self, rest: float, target: float, bound: float, rates: Rates) -> tuple[float, float] | None:
+    def run(self, rest: float, target: float, bound: float, rates: VectorRates) -> tuple[float, float] | None:
         """Walk `rest` counts to the end of the segment; return time and speed there, None if it is not reached."""
         acceleration, deceleration = rates
         v = self.v
@@ -181,7 +183,7 @@ class _Segment:
         elif v < target:
             self.change(_crest(v, rest, target, bound, rates), acceleration)
         if self.v == 0.0 and rest > 0.0:
-            self._stretches.append(Stretch(self.t, self._index, self.s, 0.0, 0.0))
+            self._stretches.append(PathSpan(self.t, self._index, self.s, 0.0, 0.0))
             return None
         self._slew(length, bound, deceleration)
         return self.t, self.v
@@ -200,14 +202,14 @@ class _Segment:
         braking = (v * v - bound * bound) / (2.0 * deceleration) if v > bound else 0.0
         way = rest - braking
         if way > 1e-9 * (1.0 + length):
-            self._stretches.append(Stretch(self.t, self._index, self.s, v, 0.0))
+            self._stretches.append(PathSpan(self.t, self._index, self.s, v, 0.0))
             self.t += way / v
             self.s += way
         if v > bound:
             self.change(bound, deceleration)
 
 
-def _crest(v: float, rest: float, target: float, bound: float, rates: Rates) -> float:
+def _crest(v: float, rest: float, target: float, bound: float, rates: VectorRates) -> float:
     """Return how fast to get: the target, what the segment's length allows, or where the way down to `bound` begins."""
     acceleration, deceleration = rates
     square = min(target * target, v * v + 2.0 * acceleration * rest)

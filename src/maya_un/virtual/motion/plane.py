@@ -15,11 +15,11 @@ from math import inf
 from maya_un.galil.codes import ErrorCode, StopCode
 from maya_un.virtual.motion import path
 from maya_un.virtual.motion.arc import TANGENT
-from maya_un.virtual.motion.path import Leg, Segment, Stretch
-from maya_un.virtual.motion.route import Member, Route
+from maya_un.virtual.motion.path import PathLeg, PathSegment, PathSpan
+from maya_un.virtual.motion.route import Route, RouteAxis
 from maya_un.virtual.motion.schedule import Schedule
-from maya_un.virtual.refusal import Refused
-from maya_un.virtual.timeline import Piece
+from maya_un.virtual.refusal import Rejection
+from maya_un.virtual.timeline import TimelinePiece
 
 CAPACITY = 511
 """Segments that the buffer holds."""
@@ -53,7 +53,7 @@ class Plane:
         self.tangent: tuple[float, int] = (0.0, 0)
         self.running = self.stopping = self.stale = False
         self._coordinates: tuple[int, ...] = ()
-        self._parts: tuple[Member, ...] = ()
+        self._parts: tuple[RouteAxis, ...] = ()
         self._result = StopCode.SEQUENCE_DONE
         self._whole = False
         self._schedule = Schedule(0.0)
@@ -70,7 +70,7 @@ class Plane:
         return self._schedule.horizon
 
     @property
-    def segments(self) -> list[Segment]:
+    def segments(self) -> list[PathSegment]:
         """The segments of the buffer, the one under way first."""
         return self._route.segments
 
@@ -102,7 +102,7 @@ class Plane:
         """
         if self.running:
             if mode != LINEAR or (mode, members) != (self.mode, self.members):
-                raise Refused(ErrorCode.NOT_WHILE_RUNNING)
+                raise Rejection(ErrorCode.NOT_WHILE_RUNNING)
             return
         self.mode, self.members, self._coordinates = mode, members, coordinates
         self.clear()
@@ -110,25 +110,25 @@ class Plane:
     def clear(self) -> None:
         """Empty the buffer (CS); refused while the sequence runs."""
         if self.running:
-            raise Refused(ErrorCode.NOT_WHILE_RUNNING)
+            raise Rejection(ErrorCode.NOT_WHILE_RUNNING)
         self.ended = False
         self._route = Route(2 if self.mode == VECTOR else len(self.members))
         self._bounds: list[float] = []
         self._done = 0
         self._distance = 0.0
 
-    def append(self, segment: Segment, t: float) -> None:
+    def append(self, segment: PathSegment, t: float) -> None:
         """Add a segment at time `t`; refused without length, with a full buffer, or behind the end of a run."""
         if self.ended and self.running:
-            raise Refused(ErrorCode.NOT_WHILE_RUNNING)
+            raise Rejection(ErrorCode.NOT_WHILE_RUNNING)
         if segment.length < _SHORTEST:
-            raise Refused(ErrorCode.SEGMENT_TOO_SHORT)
+            raise Rejection(ErrorCode.SEGMENT_TOO_SHORT)
         if not self.running and not self._route.segments:
             self.clear()
         if self._route.length + segment.length > _LONGEST_SEQUENCE:
-            raise Refused(ErrorCode.SEQUENCE_TOO_LONG)
+            raise Rejection(ErrorCode.SEQUENCE_TOO_LONG)
         if self.free(t) <= 0:
-            raise Refused(ErrorCode.SEGMENT_BUFFER_FULL)
+            raise Rejection(ErrorCode.SEGMENT_BUFFER_FULL)
         self._route.append(segment, self.mode == VECTOR)
         self.ended = False
         self.stale = True
@@ -150,13 +150,13 @@ class Plane:
         self.running, self.stopping = True, False
         self._result = StopCode.SEQUENCE_DONE
         self._parts = tuple(
-            Member(one, self._factor(one), self.tangent[1] - offset if one == TANGENT else place)
+            RouteAxis(one, self._factor(one), self.tangent[1] - offset if one == TANGENT else place)
             for one, place, offset in zip(self._coordinates, places, offsets, strict=True)
         )
         self._bounds.clear()
         self._schedule = Schedule(t)
         self._bound()
-        self._plan(Stretch(t, self._route.first, 0.0, 0.0, 0.0))
+        self._plan(PathSpan(t, self._route.first, 0.0, 0.0, 0.0))
         self.stale = self._whole = False
 
     def replan(self, t: float) -> float:
@@ -204,12 +204,12 @@ class Plane:
         self._schedule = Schedule(t)
         return result
 
-    def pieces(self, place: int) -> tuple[list[Piece], float]:
+    def pieces(self, place: int) -> tuple[list[TimelinePiece], float]:
         """Return the newest part of one member's timeline, and its largest speed [counts/s]."""
         member = self._parts[place]
         pieces, peak = member.pieces(self._route, self._schedule.fresh())
         if self.end < inf and self.end <= self._schedule.reach:
-            pieces.append(Piece(self.end, self._rest(member), 0.0, 0.0))
+            pieces.append(TimelinePiece(self.end, self._rest(member), 0.0, 0.0))
         return pieces, peak
 
     def heading(self, place: int) -> int:
@@ -256,7 +256,7 @@ class Plane:
         member = self._parts[self.members.index(axis)]
         return round(member.position(self._route.coordinate(member.coordinate, self.state(t).segment, 0.0)))
 
-    def state(self, t: float) -> Stretch:
+    def state(self, t: float) -> PathSpan:
         """Return where on the path the sequence is at time `t`."""
         return self._schedule.state(t)
 
@@ -270,31 +270,31 @@ class Plane:
         """Bring the speeds at the segments' ends up to date; return the number of the first that changed."""
         return self._route.first + path.bound(self.segments, self._bounds, self.registers["VD"], self.ended)
 
-    def _plan(self, start: Stretch) -> None:
-        rates = path.Rates(self.registers["VA"], self.registers["VD"])
+    def _plan(self, start: PathSpan) -> None:
+        rates = path.VectorRates(self.registers["VA"], self.registers["VD"])
         self._schedule.splice(path.walk(self._legs(start.segment), start, rates), start.t, self._route)
 
-    def _legs(self, number: int) -> Iterator[Leg]:
+    def _legs(self, number: int) -> Iterator[PathLeg]:
         ratio, usual, first = self.registers["VR"], self.registers["VS"], self._route.first
         segments = self._route.segments
         for index in range(number - first, len(segments)):
             segment = segments[index]
             target = ratio * self._target(segment.speed, usual)
-            yield Leg(first + index, segment.length, target, self._bounds[index])
+            yield PathLeg(first + index, segment.length, target, self._bounds[index])
 
     def _target(self, speed: float | None, usual: float) -> float:
         if speed is None:
             return usual
         return self.registers["VV"] if speed < 0.0 else speed
 
-    def _drop(self, t: float) -> Stretch:
+    def _drop(self, t: float) -> PathSpan:
         """Forget what is done at time `t`; return the state then."""
         state = self.state(t)
         del self._bounds[: self._route.drop(state.segment)]
         self._schedule.drop(t)
         return state
 
-    def _rest(self, member: Member) -> int:
+    def _rest(self, member: RouteAxis) -> int:
         """Return the whole count at which a member rests."""
         if self.stopping:
             state = self.state(self.end)

@@ -13,8 +13,8 @@ from math import ceil, sqrt
 
 from maya_un.galil.codes import StopCode
 from maya_un.galil.hardware import LETTERS
-from maya_un.virtual.motion.feed import Feed, Laid
-from maya_un.virtual.timeline import Piece
+from maya_un.virtual.motion.feed import Feed, PlacedRecord
+from maya_un.virtual.timeline import TimelinePiece
 
 TOLERANCE = 0.05
 """Largest distance of the pieces from the cubic [counts]."""
@@ -43,7 +43,7 @@ class Pvt(Feed):
         way = 3.0 * first.deltas[place] - first.speed * self._duration(first) or first.deltas[place]
         return (way > 0.0) - (way < 0.0)
 
-    def _shape(self, laid: Laid, place: int) -> list[Piece]:
+    def _shape(self, laid: PlacedRecord, place: int) -> list[TimelinePiece]:
         duration = laid.end - laid.start
         way, v, w = laid.record.deltas[place], laid.speed, laid.record.speed
         square = (3.0 * way - (2.0 * v + w) * duration) / duration**2
@@ -51,13 +51,13 @@ class Pvt(Feed):
         error = 6.0 * abs(cube) * duration**3 / (72.0 * sqrt(3.0))
         count = max(1, ceil((error / TOLERANCE) ** (1.0 / 3.0)))
         step = duration / count
-        pieces: list[Piece] = []
+        pieces: list[TimelinePiece] = []
         before = 0.0
         for index in range(count):
             end = (index + 1) * step
             after = (v + (square + cube * end) * end) * end
             a = 2.0 * square + 6.0 * cube * (index + 0.5) * step
             speed = (after - before) / step - 0.5 * a * step
-            pieces.append(Piece(laid.start + index * step, laid.places[place] + before, speed, a))
+            pieces.append(TimelinePiece(laid.start + index * step, laid.places[place] + before, speed, a))
             before = after
         return pieces

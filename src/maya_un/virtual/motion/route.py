@@ -8,11 +8,11 @@ from operator import add
 from typing import NamedTuple
 
 from maya_un.virtual.motion.arc import TANGENT
-from maya_un.virtual.motion.path import Segment, Stretch
-from maya_un.virtual.timeline import Piece
+from maya_un.virtual.motion.path import PathSegment, PathSpan
+from maya_un.virtual.timeline import TimelinePiece
 
 
-class Start(NamedTuple):
+class SegmentStart(NamedTuple):
     """Where a segment begins: coordinates [counts], way along the sequence [counts], direction [degrees]."""
 
     place: tuple[float, ...]
@@ -28,19 +28,19 @@ class Route:
     """
 
     def __init__(self, coordinates: int) -> None:
-        self.segments: list[Segment] = []
-        self.starts: list[Start] = []
+        self.segments: list[PathSegment] = []
+        self.starts: list[SegmentStart] = []
         self.first = 0
         self.tip = (0.0,) * coordinates
         self.length = 0.0
         self.curved = False
         self.heading: float | None = None
 
-    def append(self, segment: Segment, turning: bool) -> None:
+    def append(self, segment: PathSegment, turning: bool) -> None:
         """Add a segment; `turning` tells whether its direction matters, which only vector sequences have."""
         heading = self._turned(segment) if turning else 0.0
         self.segments.append(segment)
-        self.starts.append(Start(self.tip, self.length, heading))
+        self.starts.append(SegmentStart(self.tip, self.length, heading))
         self.tip = tuple(map(add, self.tip, segment.deltas))
         self.heading = heading + (degrees(segment.arc.turn) if segment.arc else 0.0)
         self.length += segment.length
@@ -53,7 +53,7 @@ class Route:
         self.first = number
         return gone
 
-    def at(self, number: int) -> tuple[Segment, Start]:
+    def at(self, number: int) -> tuple[PathSegment, SegmentStart]:
         """Return a segment by its number."""
         return self.segments[number - self.first], self.starts[number - self.first]
 
@@ -71,7 +71,7 @@ class Route:
         """Return a coordinate where the last segment ends."""
         return (self.heading or 0.0) if coordinate == TANGENT else self.tip[coordinate]
 
-    def _turned(self, segment: Segment) -> float:
+    def _turned(self, segment: PathSegment) -> float:
         """Return the direction at a new segment's start [degrees], within half a turn of the one before."""
         dx, dy = segment.deltas
         heading = segment.arc.heading if segment.arc else degrees(atan2(dy, dx))
@@ -79,7 +79,7 @@ class Route:
         return before + 180.0 - (180.0 - (heading - before)) % 360.0
 
 
-class Member(NamedTuple):
+class RouteAxis(NamedTuple):
     """One axis on a route: which coordinate it has, the motor counts of a unit of it, and of its zero."""
 
     coordinate: int
@@ -90,9 +90,9 @@ class Member(NamedTuple):
         """Return the motor counts of a coordinate."""
         return self.origin + self.factor * coordinate
 
-    def pieces(self, route: Route, stretches: list[tuple[Stretch, float]]) -> tuple[list[Piece], float]:
+    def pieces(self, route: Route, stretches: list[tuple[PathSpan, float]]) -> tuple[list[TimelinePiece], float]:
         """Return the timeline over `stretches`, each with its end [s], and the largest speed [counts/s]."""
-        pieces: list[Piece] = []
+        pieces: list[TimelinePiece] = []
         peak, resting = 0.0, False
         known, base, unit, size = -1, 0.0, 0.0, 0.0
         for stretch, until in stretches:
@@ -110,10 +110,10 @@ class Member(NamedTuple):
                 continue
             resting = unit == 0.0
             peak = max(peak, size * v)
-            pieces.append(Piece(t, base + unit * s, unit * v, unit * a))
+            pieces.append(TimelinePiece(t, base + unit * s, unit * v, unit * a))
         return pieces, peak
 
-    def _line(self, segment: Segment, start: Start) -> tuple[float, float]:
+    def _line(self, segment: PathSegment, start: SegmentStart) -> tuple[float, float]:
         """Return the position at the start of a segment, and how it changes with the way along it."""
         if self.coordinate == TANGENT:
             return self.position(start.heading), self.factor * (segment.arc.bend if segment.arc else 0.0)
@@ -121,14 +121,16 @@ class Member(NamedTuple):
         unit = factor * segment.deltas[coordinate] / segment.length
         return self.origin + factor * start.place[coordinate], unit
 
-    def _curved(self, segment: Segment, start: Start, stretch: Stretch, until: float) -> Iterator[Piece]:
+    def _curved(
+        self, segment: PathSegment, start: SegmentStart, stretch: PathSpan, until: float
+    ) -> Iterator[TimelinePiece]:
         """Yield the pieces along an arc, from `stretch` on `until` a time [s]."""
         arc = segment.arc
         assert arc is not None
         base, factor = self.position(start.place[self.coordinate]), self.factor
         t, _, s, v, a = stretch
         if v == 0.0 and a == 0.0:
-            yield Piece(t, base + factor * arc.offset(self.coordinate, s), 0.0, 0.0)
+            yield TimelinePiece(t, base + factor * arc.offset(self.coordinate, s), 0.0, 0.0)
             return
         for after, p, speed, acceleration in arc.pieces(self.coordinate, s, v, a, until - t):
-            yield Piece(t + after, base + factor * p, factor * speed, factor * acceleration)
+            yield TimelinePiece(t + after, base + factor * p, factor * speed, factor * acceleration)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from bisect import bisect_left, bisect_right
 from math import inf, sqrt
 
-from maya_un.virtual.motion.path import Path, Stretch
+from maya_un.virtual.motion.path import PathSpan, SequencePath
 from maya_un.virtual.motion.route import Route
 
 AHEAD = 5000
@@ -22,22 +22,22 @@ class Schedule:
     def __init__(self, t: float) -> None:
         self.end = t
         self.reach = self.horizon = inf
-        self._stretches: list[Stretch] = []
+        self._stretches: list[PathSpan] = []
         self._times: list[float] = []
         self._exit = 0.0
         self._fresh = 0
 
-    def state(self, t: float) -> Stretch:
+    def state(self, t: float) -> PathSpan:
         """Return where on the path the sequence is at time `t`."""
         at, segment, s, v, a = self._stretches[self._index(t)]
         span = min(t, self.end) - at
-        return Stretch(t, segment, s + (v + 0.5 * a * span) * span, max(0.0, v + a * span), a)
+        return PathSpan(t, segment, s + (v + 0.5 * a * span) * span, max(0.0, v + a * span), a)
 
-    def entry(self, number: int) -> Stretch:
+    def entry(self, number: int) -> PathSpan:
         """Return the state at the start of a segment that is still to come, or to be appended to the path."""
         index = bisect_left(self._stretches, number, key=lambda stretch: stretch.segment)
         if index == len(self._stretches):
-            return Stretch(self.end, number, 0.0, self._exit, 0.0)
+            return PathSpan(self.end, number, 0.0, self._exit, 0.0)
         return self._stretches[index]
 
     def last(self, t: float) -> bool:
@@ -63,7 +63,7 @@ class Schedule:
             index += 1
         return max(t, self._times[index] if index < len(self._times) else self.end)
 
-    def splice(self, new: Path, t: float, route: Route) -> None:
+    def splice(self, new: SequencePath, t: float, route: Route) -> None:
         """Let a new path replace the old one from time `t` on; one without any way left rests there."""
         if not new.stretches and self._stretches and t <= self._times[0]:
             new = new._replace(stretches=[self.state(t)._replace(a=0.0)])
@@ -90,7 +90,7 @@ class Schedule:
         gone = self._index(t)
         del self._stretches[:gone], self._times[:gone]
 
-    def fresh(self) -> list[tuple[Stretch, float]]:
+    def fresh(self) -> list[tuple[PathSpan, float]]:
         """Return the stretches of the part that is to be laid out, each with its end [s]."""
         first = self._fresh
         ends = [*self._times[first + 1 :], self.end]

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from maya_un.virtual.motion import profile
 from maya_un.virtual.motion.axis import Axis
-from maya_un.virtual.motion.profile import Profile
+from maya_un.virtual.motion.profile import AxisProfile
 
 
-def jog(axis: Axis, t: float, p: float, v: float, wanted: float, sample: float) -> Profile:
+def jog(axis: Axis, t: float, p: float, v: float, wanted: float, sample: float) -> AxisProfile:
     """Return the way to the velocity `wanted` [counts/s] from `p` [counts] and `v` [counts/s] at time `t` [s].
 
     `sample` is the servo's sample time [s].
@@ -21,7 +21,7 @@ def jog(axis: Axis, t: float, p: float, v: float, wanted: float, sample: float) 
     return profile.smoothed(way, t, p, v, spread) if spread else way
 
 
-def move(axis: Axis, t: float, p: float, v: float, target: int, sample: float) -> Profile:
+def move(axis: Axis, t: float, p: float, v: float, target: int, sample: float) -> AxisProfile:
     """Return the way to rest at `target` [counts]; even a move of no counts takes a sample."""
     spread, registers = _spread(axis, sample), axis.registers
     way = profile.move(t, p + 0.5 * spread * v, v, target, registers["SP"], registers["AC"], registers["DC"])
@@ -30,7 +30,7 @@ def move(axis: Axis, t: float, p: float, v: float, target: int, sample: float) -
     return way._replace(end=max(way.end, t + sample))
 
 
-def stop(axis: Axis, t: float, p: float, v: float, rate: float, sample: float) -> Profile:
+def stop(axis: Axis, t: float, p: float, v: float, rate: float, sample: float) -> AxisProfile:
     """Return the way to rest at `rate` [counts/s²]."""
     spread = _spread(axis, sample) if v else 0.0
     way = profile.stop(t, p + 0.5 * spread * v, v, rate)

@@ -8,13 +8,17 @@ an input interrupt needs the change of an input; with #CMDERR an erring thread g
 
 from __future__ import annotations
 
-from maya_un.virtual.motion.happening import Happening
+from maya_un.virtual.motion.happening import ProgramTrigger
 from maya_un.virtual.programs.flow import Statement
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 from maya_un.virtual.thread import AT_ONCE, Frame, Thread
 from maya_un.virtual.unit import Unit
 
-_HAPPENINGS = {Happening.LIMIT: "LIMSWI", Happening.POSITION_ERROR: "POSERR", Happening.AMPLIFIER: "AMPERR"}
+_HAPPENINGS = {
+    ProgramTrigger.LIMIT: "LIMSWI",
+    ProgramTrigger.POSITION_ERROR: "POSERR",
+    ProgramTrigger.AMPLIFIER: "AMPERR",
+}
 _ERROR = "CMDERR"
 _INPUT = "ININT"
 _RANKS = {_INPUT: 0, _ERROR: 2}
@@ -66,7 +70,7 @@ class Automatic:
             else:
                 self._threads.due_routines.append(label)
 
-    def failed(self, thread: Thread, statement: Statement, refused: Refused) -> None:
+    def failed(self, thread: Thread, statement: Statement, refused: Rejection) -> None:
         """See to a statement that was refused: #CMDERR, or else all threads end and the port of CF is told."""
         threads = self._threads
         self._unit.error_code = int(refused.code)

@@ -9,16 +9,16 @@ import re
 from collections.abc import Callable
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.virtual.context import Context
+from maya_un.virtual.context import CallerContext
 from maya_un.virtual.language.arguments import split
 from maya_un.virtual.language.arithmetic import ONE
 from maya_un.virtual.language.expressions import Value, compiled
 from maya_un.virtual.program import Program
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 from maya_un.virtual.thread import AT_ONCE, STACK_DEPTH, Frame, Thread
 
-Operation = Callable[[Context, Thread], None]
-Goal = Callable[[Context], int]
+Operation = Callable[[CallerContext, Thread], None]
+Goal = Callable[[CallerContext], int]
 """Tells the statement to go to."""
 
 _LABEL = re.compile(r"#(\w+)\s*(.*)", re.ASCII)
@@ -43,7 +43,7 @@ def goal(program: Program, text: str) -> tuple[Goal, str]:
 def condition(parts: list[str]) -> Value | None:
     """Return the condition behind a destination, None where there is none."""
     if len(parts) > 1:
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     return compiled(parts[0]) if parts else None
 
 
@@ -53,7 +53,7 @@ def ahead(act: Operation) -> Operation:
     Galil's command reference shows that for JP: `JP _XQ0-1,(TIME<(t+1000))` waits in its line. For JS it is inferred.
     """
 
-    def jump(context: Context, thread: Thread) -> None:
+    def jump(context: CallerContext, thread: Thread) -> None:
         thread.line += 1
         try:
             act(context, thread)
@@ -72,22 +72,22 @@ def _call(program: Program, text: str) -> Operation:
     test = condition(others)
     arguments = split(given) if given.strip() else []
     if len(arguments) > len(_STACK):
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
 
-    def act(context: Context, thread: Thread) -> None:
+    def act(context: CallerContext, thread: Thread) -> None:
         if test is not None and not test(context.names):
             return
         target = where(context)
         values, references = _passed(context, arguments)
         if len(thread.stack) >= STACK_DEPTH:
-            raise Refused(ErrorCode.TOO_DEEP)
+            raise Rejection(ErrorCode.TOO_DEEP)
         thread.stack.append(Frame(thread.at, locals=thread.locals, references=references))
         thread.locals, thread.at = values, target
 
     return ahead(act) if "_XQ" in text else act
 
 
-def _passed(context: Context, arguments: list[str]) -> tuple[dict[str, int], dict[str, str]]:
+def _passed(context: CallerContext, arguments: list[str]) -> tuple[dict[str, int], dict[str, str]]:
     """Return the stack variables of a subroutine, and which variables some of them stand for."""
     values: dict[str, int] = {}
     references: dict[str, str] = {}
@@ -104,10 +104,10 @@ def _end(_: Program, text: str) -> Operation:
     """EN m,n,r: end the thread, or return; 1 as m or n resumes what was waited for, r is the value of `_JS`."""
     parts = split(text)
     if len(parts) > 3:
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     given = [compiled(part) if part else None for part in parts]
 
-    def act(context: Context, thread: Thread) -> None:
+    def act(context: CallerContext, thread: Thread) -> None:
         values = [0 if value is None else value(context.names) for value in given]
         if not thread.stack:
             thread.halt()
@@ -120,7 +120,7 @@ def _end(_: Program, text: str) -> Operation:
     return act
 
 
-def _back(context: Context, thread: Thread) -> None:
+def _back(context: CallerContext, thread: Thread) -> None:
     """Return from a subroutine."""
     frame = thread.stack.pop()
     for letter, name in frame.references.items():
@@ -133,9 +133,9 @@ def _return(_: Program, text: str) -> Operation:
     parts = split(text)
     resume = compiled(parts[0]) if parts[0] else None
 
-    def act(context: Context, thread: Thread) -> None:
+    def act(context: CallerContext, thread: Thread) -> None:
         if not thread.stack or not thread.stack[-1].routine:
-            raise Refused(ErrorCode.NOT_WHILE_NOT_RUNNING)
+            raise Rejection(ErrorCode.NOT_WHILE_NOT_RUNNING)
         _leave(thread, resume=resume is not None and resume(context.names) != 0)
 
     return act
@@ -163,10 +163,10 @@ def _zero_stack(_: Program, text: str) -> Operation:
     """ZS n: forget where to return to: 0 everything, 1 the innermost subroutine."""
     levels = compiled(text.strip() or "0")
 
-    def act(context: Context, thread: Thread) -> None:
+    def act(context: CallerContext, thread: Thread) -> None:
         count = levels(context.names) // ONE
         if count not in (0, 1):
-            raise Refused(ErrorCode.OUT_OF_RANGE)
+            raise Rejection(ErrorCode.OUT_OF_RANGE)
         del thread.stack[-1 if count else 0 :]
 
     return act

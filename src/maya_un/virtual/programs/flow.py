@@ -12,19 +12,19 @@ from enum import IntEnum
 
 from maya_un.galil.codes import ErrorCode
 from maya_un.virtual.commands import TABLE
-from maya_un.virtual.context import Answer, Context
+from maya_un.virtual.context import Answer, CallerContext
 from maya_un.virtual.execution import assignment, execute, is_assignment, with_axes
 from maya_un.virtual.language.arguments import QUERY, split
 from maya_un.virtual.language.expressions import compiled, is_name
 from maya_un.virtual.program import Program
 from maya_un.virtual.programs import calls, trippoints
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 from maya_un.virtual.thread import Thread
 
 HOST_ONLY = frozenset({"BK", "DL", "ED", "LS", "QD", "RS", "SL", "UL", "WH"})
 """Commands that a program may not give."""
 
-Operation = Callable[[Context, Thread], Answer]
+Operation = Callable[[CallerContext, Thread], Answer]
 
 _NOWHERE = -1
 _LONG = ("ELSE", "ENDIF")
@@ -60,7 +60,7 @@ def prepared(program: Program) -> list[Statement]:
     for (line, text), place in zip(program.layout.statements, places, strict=True):
         try:
             act, need = _prepared(program, text, place)
-        except Refused as refused:
+        except Rejection as refused:
             act, need = _refuse(refused.code), Need.ALL
         code.append(Statement(line, text, not code or code[-1].line != line, act, need))
     return code
@@ -99,7 +99,7 @@ def _prepared(program: Program, text: str, branch: int) -> tuple[Operation, Need
     elif word in trippoints.TABLE:
         act, need = _trippoint(word, rest)
     elif word in HOST_ONLY:
-        raise Refused(ErrorCode.NOT_IN_PROGRAM)
+        raise Rejection(ErrorCode.NOT_IN_PROGRAM)
     else:
         act, need = (None if word in TABLE else _assignment(text)) or (_command(text), Need.ALL)
     return act, need
@@ -115,7 +115,7 @@ def _trippoint(word: str, text: str) -> tuple[Operation, Need]:
     if "~" not in text:
         return trippoints.TABLE[word](text), Need.ALL
 
-    def act(context: Context, thread: Thread) -> None:
+    def act(context: CallerContext, thread: Thread) -> None:
         trippoints.TABLE[word](with_axes(context, word + text)[len(word) :])(context, thread)
 
     return act, Need.ALL
@@ -131,7 +131,7 @@ def _assignment(text: str) -> tuple[Operation, Need] | None:
         return _command(text), _need(text)
     value = compiled(expression)
 
-    def assign(context: Context, _: Thread) -> Answer:
+    def assign(context: CallerContext, _: Thread) -> Answer:
         variables = context.unit.variables
         if name not in variables:
             return execute(context, text)
@@ -146,8 +146,8 @@ def _need(*texts: str) -> Need:
 
 
 def _refuse(code: ErrorCode) -> Operation:
-    def act(_: Context, _thread: Thread) -> None:
-        raise Refused(code)
+    def act(_: CallerContext, _thread: Thread) -> None:
+        raise Rejection(code)
 
     return act
 
@@ -162,7 +162,7 @@ def _jump(program: Program, text: str, _: int) -> tuple[Operation, Need]:
     where, depends = calls.goal(program, first)
     test = calls.condition(others)
 
-    def act(context: Context, thread: Thread) -> None:
+    def act(context: CallerContext, thread: Thread) -> None:
         if test is None or test(context.names):
             thread.at = where(context)
 
@@ -172,9 +172,9 @@ def _jump(program: Program, text: str, _: int) -> tuple[Operation, Need]:
 def _if(_: Program, text: str, branch: int) -> tuple[Operation, Need]:
     test = compiled(text.strip())
     if branch == _NOWHERE:
-        raise Refused(ErrorCode.IF_WITHOUT_ENDIF)
+        raise Rejection(ErrorCode.IF_WITHOUT_ENDIF)
 
-    def act(context: Context, thread: Thread) -> None:
+    def act(context: CallerContext, thread: Thread) -> None:
         if not test(context.names):
             thread.at = branch
 
@@ -184,9 +184,9 @@ def _if(_: Program, text: str, branch: int) -> tuple[Operation, Need]:
 def _else(_: Program, _text: str, branch: int) -> tuple[Operation, Need]:
     """ELSE is met where the IF was true: go behind the ENDIF."""
     if branch == _NOWHERE:
-        raise Refused(ErrorCode.IF_WITHOUT_ENDIF)
+        raise Rejection(ErrorCode.IF_WITHOUT_ENDIF)
 
-    def act(_: Context, thread: Thread) -> None:
+    def act(_: CallerContext, thread: Thread) -> None:
         thread.at = branch
 
     return act, Need.NOTHING

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from math import ceil, floor, inf
 
-from maya_un.virtual.context import Context
-from maya_un.virtual.operands import Names
+from maya_un.virtual.context import CallerContext
+from maya_un.virtual.operands import OperandScope
 from maya_un.virtual.programs.automatic import Automatic
 from maya_un.virtual.programs.flow import Need, Statement, prepared
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 from maya_un.virtual.thread import AT_ONCE, NEVER, Thread
 from maya_un.virtual.unit import Unit
 
@@ -19,7 +19,7 @@ _SAME = 1e-6
 """Times that differ by less than this part of a sample are the same sample."""
 
 
-class Runner:
+class ProgramRunner:
     """The activity of the program's threads.
 
     Statements are executed at the samples of the servo. A run of statements that need nothing but variables is
@@ -29,7 +29,9 @@ class Runner:
     def __init__(self, unit: Unit) -> None:
         self._unit = unit
         self._threads = unit.threads
-        self._contexts = tuple(Context(unit, Names(unit, None, thread), None, thread) for thread in self._threads.all)
+        self._contexts = tuple(
+            CallerContext(unit, OperandScope(unit, None, thread), None, thread) for thread in self._threads.all
+        )
         self._automatic = Automatic(unit)
         self._code: list[Statement] = []
         self._revision = -1
@@ -164,7 +166,7 @@ class Runner:
         thread.due = thread.earliest = sample + 1
         try:
             answer = statement.act(self._contexts[thread.number], thread)
-        except Refused as refused:
+        except Rejection as refused:
             self._automatic.failed(thread, statement, refused)
             return False
         if answer is not None:

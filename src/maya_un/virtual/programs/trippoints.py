@@ -8,17 +8,27 @@ from functools import partial
 from maya_un.galil.codes import ErrorCode
 from maya_un.galil.hardware import SAMPLES
 from maya_un.virtual.commands.setting import addressed, named
-from maya_un.virtual.context import Context
+from maya_un.virtual.context import CallerContext
 from maya_un.virtual.language.arguments import axes_and_planes, by_axis, mask, split
 from maya_un.virtual.language.arithmetic import ONE
 from maya_un.virtual.language.expressions import Value, compiled
 from maya_un.virtual.motion.axis import Axis
 from maya_un.virtual.motion.plane import Plane
-from maya_un.virtual.programs.waits import AnyOf, Arrived, AtSpeed, Delay, Ended, Gone, Level, Passed, Travelled
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.programs.waits import (
+    AnyOf,
+    Arrived,
+    AtSpeed,
+    Delay,
+    EncoderPassed,
+    InputLevel,
+    ProfilesEnded,
+    ReferencePassed,
+    Travelled,
+)
+from maya_un.virtual.refusal import Rejection
 from maya_un.virtual.thread import Thread
 
-Operation = Callable[[Context, Thread], None]
+Operation = Callable[[CallerContext, Thread], None]
 
 TIMED = frozenset({"AT", "WT"})
 """Those that a thread settles without a look at the machine."""
@@ -29,16 +39,16 @@ _SOON = 1e-6
 _DELAY = Delay()
 
 
-def _samples(context: Context, milliseconds: int) -> int:
+def _samples(context: CallerContext, milliseconds: int) -> int:
     """Return the samples that last at least so many milliseconds."""
     return -(-milliseconds * SAMPLES // context.core.period)
 
 
-def _span(context: Context, value: Value, unit: Value) -> int:
+def _span(context: CallerContext, value: Value, unit: Value) -> int:
     """Return a signed time in samples: even milliseconds, or an even number of samples where `unit` is 1."""
     time = int(value(context.names) / ONE)
     if abs(time) > _LONGEST:
-        raise Refused(ErrorCode.OUT_OF_RANGE)
+        raise Rejection(ErrorCode.OUT_OF_RANGE)
     size = abs(time) & ~1
     if not unit(context.names):
         size = _samples(context, size)
@@ -46,12 +56,12 @@ def _span(context: Context, value: Value, unit: Value) -> int:
 
 
 def _time(text: str) -> tuple[Value, Value]:
-    """Return the number of WT or AT, and its unit; raises `Refused` (39) where there is no number."""
+    """Return the number of WT or AT, and its unit; raises `Rejection` (39) where there is no number."""
     parts = split(text)
     if not parts[0]:
-        raise Refused(ErrorCode.NO_TIME)
+        raise Rejection(ErrorCode.NO_TIME)
     if len(parts) > 2:
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     return compiled(parts[0]), compiled(parts[1] if len(parts) > 1 and parts[1] else "0")
 
 
@@ -66,10 +76,10 @@ def _wait(text: str) -> Operation:
     """WT n: milliseconds in steps of 2; WT n,1: samples."""
     value, unit = _time(text)
 
-    def act(context: Context, thread: Thread) -> None:
+    def act(context: CallerContext, thread: Thread) -> None:
         span = _span(context, value, unit)
         if span < 0:
-            raise Refused(ErrorCode.OUT_OF_RANGE)
+            raise Rejection(ErrorCode.OUT_OF_RANGE)
         _sleep(thread, thread.earliest - 1 + span)
 
     return act
@@ -79,7 +89,7 @@ def _at_time(text: str) -> Operation:
     """AT 0 sets the reference; AT n waits until n behind it; AT -n also moves it there."""
     value, unit = _time(text)
 
-    def act(context: Context, thread: Thread) -> None:
+    def act(context: CallerContext, thread: Thread) -> None:
         span = _span(context, value, unit)
         if span == 0:
             thread.reference = thread.earliest - 1
@@ -96,16 +106,16 @@ def _input(text: str) -> Operation:
     """AI n: input n high; AI -n: input n low."""
     value = compiled(text)
 
-    def act(context: Context, thread: Thread) -> None:
+    def act(context: CallerContext, thread: Thread) -> None:
         bit = int(value(context.names) / ONE)
         if not 1 <= abs(bit) <= len(context.unit.inputs):
-            raise Refused(ErrorCode.OUT_OF_RANGE)
-        thread.waiting = Level(context.unit, abs(bit), bit > 0)
+            raise Rejection(ErrorCode.OUT_OF_RANGE)
+        thread.waiting = InputLevel(context.unit, abs(bit), bit > 0)
 
     return act
 
 
-def _axes_and_planes(context: Context, text: str) -> tuple[list[Axis], list[Plane]]:
+def _axes_and_planes(context: CallerContext, text: str) -> tuple[list[Axis], list[Plane]]:
     """Return the axes, virtual ones among them, and planes that a mask names, all of them for an empty one."""
     text, virtual = named(context, text)
     places, letters = axes_and_planes(text, context.unit.letters)
@@ -116,37 +126,37 @@ def _axes_and_planes(context: Context, text: str) -> tuple[list[Axis], list[Plan
 
 
 def _after_motion(text: str) -> Operation:
-    def act(context: Context, thread: Thread) -> None:
-        thread.waiting = Ended(context.unit, *_axes_and_planes(context, text))
+    def act(context: CallerContext, thread: Thread) -> None:
+        thread.waiting = ProfilesEnded(context.unit, *_axes_and_planes(context, text))
 
     return act
 
 
 def _at_speed(text: str) -> Operation:
-    def act(context: Context, thread: Thread) -> None:
+    def act(context: CallerContext, thread: Thread) -> None:
         thread.waiting = AtSpeed(*_axes_and_planes(context, text))
 
     return act
 
 
 def _motion_complete(text: str) -> Operation:
-    def act(context: Context, thread: Thread) -> None:
+    def act(context: CallerContext, thread: Thread) -> None:
         thread.waiting = Arrived(context.unit, context.axes(mask(text, context.unit.letters)))
 
     return act
 
 
-def _places(context: Context, text: str) -> list[tuple[Axis, int]]:
+def _places(context: CallerContext, text: str) -> list[tuple[Axis, int]]:
     """Return the axes and their places or distances."""
     given = addressed(context, text)
     return [(axis, context.integer(argument, -(1 << 31), (1 << 31) - 1)) for axis, argument in given]
 
 
-def _one_axis(context: Context, text: str) -> tuple[Axis, int]:
-    """Return the one axis that a place or distance is given for; raises `Refused` for several."""
+def _one_axis(context: CallerContext, text: str) -> tuple[Axis, int]:
+    """Return the one axis that a place or distance is given for; raises `Rejection` for several."""
     given = _places(context, text)
     if len(given) != 1:
-        raise Refused(ErrorCode.OPERAND_ERROR)
+        raise Rejection(ErrorCode.OPERAND_ERROR)
     return given[0]
 
 
@@ -156,11 +166,13 @@ def _position(rising: bool | None, text: str) -> Operation:
     MF and MR take several axes, of which one is enough (Galil's command reference).
     """
 
-    def act(context: Context, thread: Thread) -> None:
+    def act(context: CallerContext, thread: Thread) -> None:
         given = [_one_axis(context, text)] if rising is None else _places(context, text)
         if any(axis.virtual for axis, _ in given):
-            raise Refused(ErrorCode.INVALID_AXIS)
-        thread.waiting = AnyOf([Passed(context.unit, axis, place - axis.offset, rising) for axis, place in given])
+            raise Rejection(ErrorCode.INVALID_AXIS)
+        thread.waiting = AnyOf(
+            [EncoderPassed(context.unit, axis, place - axis.offset, rising) for axis, place in given]
+        )
 
     return act
 
@@ -168,7 +180,7 @@ def _position(rising: bool | None, text: str) -> Operation:
 def _distance(relative: bool, text: str) -> Operation:
     """AD, AR: a distance of the reference from where the motion began; with AR from the last AD or AR, if any."""
 
-    def act(context: Context, thread: Thread) -> None:
+    def act(context: CallerContext, thread: Thread) -> None:
         axis, distance = _one_axis(context, text)
         began = axis.last_stop - axis.offset
         origin = float(began)
@@ -177,7 +189,7 @@ def _distance(relative: bool, text: str) -> Operation:
         rising = _rises(axis, context.core.now)
         place = origin + abs(distance) * (1 if rising else -1)
         thread.marks[axis.index] = began, place
-        thread.waiting = Gone(axis, place, rising)
+        thread.waiting = ReferencePassed(axis, place, rising)
 
     return act
 
@@ -191,10 +203,10 @@ def _rises(axis: Axis, now: float) -> bool:
 def _along_path(text: str) -> Operation:
     """AV s,t: a distance along the path of a plane."""
 
-    def act(context: Context, thread: Thread) -> None:
+    def act(context: CallerContext, thread: Thread) -> None:
         given = by_axis(text, _PLANES)
         if len(given) != 1:
-            raise Refused(ErrorCode.OPERAND_ERROR)
+            raise Rejection(ErrorCode.OPERAND_ERROR)
         place, argument = given[0]
         distance = context.integer(argument, 0, (1 << 31) - 1)
         thread.waiting = Travelled(context.core.planes[_PLANES[place]], distance)

@@ -12,7 +12,7 @@ from itertools import pairwise
 from math import inf
 
 from maya_un.galil.codes import StopCode
-from maya_un.virtual.motion.axis import Axis, Kind
+from maya_un.virtual.motion.axis import Axis, MotionKind
 from maya_un.virtual.motion.plane import Plane
 from maya_un.virtual.unit import Unit
 
@@ -35,7 +35,7 @@ class Delay:
 
 
 @dataclass(frozen=True, slots=True)
-class Level:
+class InputLevel:
     """AI: a general input (from 1) to be high, or low."""
 
     unit: Unit
@@ -50,7 +50,7 @@ class Level:
 
 
 @dataclass(frozen=True, slots=True)
-class Ended:
+class ProfilesEnded:
     """AM: the profiles of axes and planes to end."""
 
     unit: Unit
@@ -95,7 +95,7 @@ class Arrived:
 
 
 @dataclass(slots=True)
-class Passed:
+class EncoderPassed:
     """AP, MF, MR: the encoder of an axis to be at a place [motor counts] or beyond.
 
     `rising` says on which side is beyond; None for the side where the encoder is not when it is first looked at.
@@ -128,7 +128,7 @@ class Passed:
 class AnyOf:
     """MF, MR of several axes: one of them is enough."""
 
-    waits: list[Passed]
+    waits: list[EncoderPassed]
     timed: bool = False
     moves: bool = True
 
@@ -138,7 +138,7 @@ class AnyOf:
 
 
 @dataclass(slots=True)
-class Gone:
+class ReferencePassed:
     """AD, AR: the reference of an axis to pass a place [motor counts], or its motion to end."""
 
     axis: Axis
@@ -201,7 +201,7 @@ def _end(unit: Unit, axis: Axis) -> float:
 
 def _steady(axis: Axis, now: float) -> float:
     """Return when the change of speed under way ends; of a positioning only speeding up counts."""
-    jogs = axis.motion is not None and axis.motion.kind is Kind.JOG
+    jogs = axis.motion is not None and axis.motion.kind is MotionKind.JOG
     pieces = axis.timeline.pieces
     for piece, following in pairwise(pieces):
         if following.t > now:

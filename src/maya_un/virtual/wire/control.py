@@ -28,7 +28,7 @@ _LASTS = 1e6
 _VISITS = 4
 
 
-class ControlDoor:
+class FaultControlServer:
     """Listens for requests about the faults of one virtual controller. Made in a running loop by `opened`."""
 
     def __init__(self, faults: Faults, server: listening.Listener) -> None:
@@ -37,7 +37,7 @@ class ControlDoor:
         self._visits: dict[_Visit, None] = {}
 
     @classmethod
-    async def opened(cls, faults: Faults) -> ControlDoor:
+    async def opened(cls, faults: Faults) -> FaultControlServer:
         """Return a door at a free port."""
         server = await listening.listen(HOST, 0, lambda: _Visit(door))
         door = cls(faults, server)
@@ -88,7 +88,7 @@ class ControlDoor:
 class _Visit(asyncio.Protocol):
     """One conversation."""
 
-    def __init__(self, door: ControlDoor) -> None:
+    def __init__(self, door: FaultControlServer) -> None:
         self._door = door
         self._transport: asyncio.Transport | None = None
         self._pending = b""

@@ -5,16 +5,16 @@ from __future__ import annotations
 import asyncio
 from typing import Protocol
 
-from maya_un.virtual.handles import Attempt, Handle, Kind
+from maya_un.virtual.handles import Attempt, Handle, HandleProtocol
 from maya_un.virtual.network import RETRIES
-from maya_un.virtual.wire.link import Link, Owner, TcpLink
+from maya_un.virtual.wire.link import LinkOwner, TcpLink, WireLink
 from maya_un.virtual.wire.udp import UdpDial
 
 
-class Caller(Owner, Protocol):
+class DialOwner(LinkOwner, Protocol):
     """Who dials: it owns the link once the other side has answered."""
 
-    def reached(self, handle: Handle, link: Link) -> None:
+    def reached(self, handle: Handle, link: WireLink) -> None:
         """Take the link of a handle that is connected now."""
         ...
 
@@ -23,7 +23,7 @@ class Caller(Owner, Protocol):
         ...
 
 
-async def dial(caller: Caller, handle: Handle, pause: float) -> None:
+async def dial(caller: DialOwner, handle: Handle, pause: float) -> None:
     """Connect a handle; with TCP try again up to five times, `pause` [s] apart."""
     for attempt in range(RETRIES + 1):
         if attempt:
@@ -43,9 +43,9 @@ async def dial(caller: Caller, handle: Handle, pause: float) -> None:
     caller.gave_up(handle)
 
 
-async def _connected(caller: Caller, handle: Handle) -> Link:
+async def _connected(caller: DialOwner, handle: Handle) -> WireLink:
     loop = asyncio.get_running_loop()
-    if handle.kind is Kind.TCP:
+    if handle.kind is HandleProtocol.TCP:
         transport, link = await loop.create_connection(lambda: TcpLink(caller, handle), *handle.peer)
     else:
         transport, link = await loop.create_datagram_endpoint(lambda: UdpDial(caller, handle), remote_addr=handle.peer)

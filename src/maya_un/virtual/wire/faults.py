@@ -31,7 +31,7 @@ class Timer(Protocol):
         ...
 
 
-class Victim(Protocol):
+class FaultTarget(Protocol):
     """What a fault happens to: a virtual controller on its wires."""
 
     def time(self) -> float:
@@ -133,8 +133,8 @@ class Fault(NamedTuple):
     name: str
     words: str
     parameters: tuple[Parameter, ...]
-    begin: Callable[[Victim, Values], None]
-    end: Callable[[Victim, Values], None] | None = None
+    begin: Callable[[FaultTarget, Values], None]
+    end: Callable[[FaultTarget, Values], None] | None = None
     duration: str = ""
 
     def read(self, given: Values) -> dict[str, Value]:
@@ -154,7 +154,7 @@ def find(name: str) -> Fault:
     raise UnknownName(name=name, known=", ".join(fault.name for fault in TABLE))
 
 
-def _axis(victim: Victim, values: Values) -> int:
+def _axis(victim: FaultTarget, values: Values) -> int:
     """Return the axis that a fault names; raises `InvalidValue` where the controller has no such axis."""
     letters = victim.machine.unit.letters
     letter = str(values["axis"])
@@ -163,13 +163,13 @@ def _axis(victim: Victim, values: Values) -> int:
     return letters.index(letter)
 
 
-def _set_wire(names: Mapping[str, str], victim: Victim, values: Values) -> None:
+def _set_wire(names: Mapping[str, str], victim: FaultTarget, values: Values) -> None:
     """Set numbers of the wire, by the parameters they come from."""
     for attribute, parameter in names.items():
         setattr(victim.wire, attribute, values[parameter])
 
 
-def _mend_wire(names: Mapping[str, str], victim: Victim, _: Values) -> None:
+def _mend_wire(names: Mapping[str, str], victim: FaultTarget, _: Values) -> None:
     for attribute in names:
         setattr(victim.wire, attribute, getattr(_GOOD, attribute))
 
@@ -177,37 +177,37 @@ def _mend_wire(names: Mapping[str, str], victim: Victim, _: Values) -> None:
 _GOOD = Disturbance()
 
 
-def _refuse(refusing: bool, victim: Victim, _: Values) -> None:
+def _refuse(refusing: bool, victim: FaultTarget, _: Values) -> None:
     victim.wire.refusing = refusing
 
 
-def _cut(victim: Victim, values: Values) -> None:
+def _cut(victim: FaultTarget, values: Values) -> None:
     victim.cut(str(values["handles"]))
 
 
-def _silence(victim: Victim, values: Values) -> None:
+def _silence(victim: FaultTarget, values: Values) -> None:
     victim.silence(str(values["handles"]))
 
 
-def _unsilence(victim: Victim, values: Values) -> None:
+def _unsilence(victim: FaultTarget, values: Values) -> None:
     victim.unsilence(str(values["handles"]))
 
 
-def _reset(victim: Victim, _: Values) -> None:
+def _reset(victim: FaultTarget, _: Values) -> None:
     victim.reset()
 
 
-def _power(on: bool, victim: Victim, _: Values) -> None:
+def _power(on: bool, victim: FaultTarget, _: Values) -> None:
     victim.power(on)
 
 
-def _stick(victim: Victim, values: Values) -> None:
+def _stick(victim: FaultTarget, values: Values) -> None:
     axis, machine = _axis(victim, values), victim.machine
     level = bool(values["active"]) == (machine.unit.core.cn[0] == 1)
     _force(machine, axis, str(values["side"]), level)
 
 
-def _unstick(victim: Victim, values: Values) -> None:
+def _unstick(victim: FaultTarget, values: Values) -> None:
     _force(victim.machine, _axis(victim, values), str(values["side"]), None)
 
 
@@ -220,21 +220,21 @@ def _force(machine: VirtualDmc, axis: int, side: str, level: bool | None) -> Non
     machine.look()
 
 
-def _encoder(failed: bool, victim: Victim, values: Values) -> None:
+def _encoder(failed: bool, victim: FaultTarget, values: Values) -> None:
     machine = victim.machine
     machine.unit.core.plant.fail_encoder(_axis(victim, values), failed)
     machine.look()
 
 
-def _abort(active: bool, victim: Victim, _: Values) -> None:
+def _abort(active: bool, victim: FaultTarget, _: Values) -> None:
     victim.machine.abort_input(active)
 
 
-def _amplifier(victim: Victim, values: Values) -> None:
+def _amplifier(victim: FaultTarget, values: Values) -> None:
     victim.machine.amplifier_fault(int(values["status"]))
 
 
-def _amplifier_well(victim: Victim, _: Values) -> None:
+def _amplifier_well(victim: FaultTarget, _: Values) -> None:
     victim.machine.amplifier_fault(0)
 
 

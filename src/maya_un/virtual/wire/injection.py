@@ -7,7 +7,7 @@ from functools import partial
 from math import inf
 from typing import NamedTuple
 
-from maya_un.virtual.wire.faults import Fault, Timer, Value, Values, Victim, find
+from maya_un.virtual.wire.faults import Fault, FaultTarget, Timer, Value, Values, find
 
 
 class Injection(NamedTuple):
@@ -26,7 +26,7 @@ class Injection(NamedTuple):
 class Faults:
     """What is going wrong with one controller. Times are those of its loop."""
 
-    def __init__(self, victim: Victim) -> None:
+    def __init__(self, victim: FaultTarget) -> None:
         self._victim = victim
         self._active: dict[tuple[Value, ...], Injection] = {}
         self._timers: dict[tuple[Value, ...], Timer] = {}

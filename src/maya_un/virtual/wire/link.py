@@ -8,7 +8,7 @@ from collections.abc import Coroutine
 from typing import Protocol, cast
 
 from maya_un.galil.transport import LoopbackTransport
-from maya_un.virtual.handles import Handle, Kind
+from maya_un.virtual.handles import Handle, HandleProtocol
 
 SEGMENT = 450
 """Most bytes of a reply in one packet; a longer one goes out in several."""
@@ -18,7 +18,7 @@ _MOST_UNREAD = 4 * 1024 * 1024
 """Bytes that wait for a host that does not read; with more it is given up, as a controller does by its retries."""
 
 
-class Link(Protocol):
+class WireLink(Protocol):
     """One connection: bytes out, an end in order, an end by force."""
 
     def send(self, data: bytes) -> None:
@@ -34,10 +34,10 @@ class Link(Protocol):
         ...
 
 
-class Owner(Protocol):
+class LinkOwner(Protocol):
     """Whom a link tells what happens to it."""
 
-    def accept(self, link: Link, peer: tuple[str, int], kind: Kind, port: int) -> Handle | None:
+    def accept(self, link: WireLink, peer: tuple[str, int], kind: HandleProtocol, port: int) -> Handle | None:
         """Give a new connection to `port` a handle, None where it is not to be had."""
         ...
 
@@ -62,7 +62,7 @@ def segments(data: bytes) -> list[bytes]:
 class TcpLink(asyncio.Protocol):
     """A TCP connection: one that came, or the one that IH opened for `handle`."""
 
-    def __init__(self, owner: Owner, handle: Handle | None = None) -> None:
+    def __init__(self, owner: LinkOwner, handle: Handle | None = None) -> None:
         self._owner = owner
         self._transport: asyncio.Transport | None = None
         self._handle = handle
@@ -76,7 +76,7 @@ class TcpLink(asyncio.Protocol):
         if self._handle is not None:
             return
         peer, port = transport.get_extra_info("peername"), transport.get_extra_info("sockname")[1]
-        self._handle = self._owner.accept(self, (str(peer[0]), int(peer[1])), Kind.TCP, port)
+        self._handle = self._owner.accept(self, (str(peer[0]), int(peer[1])), HandleProtocol.TCP, port)
         if self._handle is None:
             self._transport.abort()
 
@@ -127,7 +127,7 @@ class TcpLink(asyncio.Protocol):
 class LoopbackLink:
     """A connection in memory: the controller's end."""
 
-    def __init__(self, owner: Owner, end: LoopbackTransport) -> None:
+    def __init__(self, owner: LinkOwner, end: LoopbackTransport) -> None:
         self._owner = owner
         self._end = end
         self._open = True

@@ -7,14 +7,14 @@ from typing import NamedTuple
 
 from maya_un import listening
 from maya_un.errors import AddressInUse
-from maya_un.virtual.wire.link import Owner, TcpLink
+from maya_un.virtual.wire.link import LinkOwner, TcpLink
 from maya_un.virtual.wire.udp import UdpPort
 
 _ATTEMPTS = 20
 """How many ports are tried for one that is free for TCP and UDP both."""
 
 
-class Door(NamedTuple):
+class ListeningPort(NamedTuple):
     """One port that is listened on; `udp` is None where it is TCP alone."""
 
     address: tuple[str, int]
@@ -28,7 +28,7 @@ class Door(NamedTuple):
             self.udp.close()
 
 
-async def listen(owner: Owner, host: str, port: int, *, udp: bool) -> Door:
+async def listen(owner: LinkOwner, host: str, port: int, *, udp: bool) -> ListeningPort:
     """Listen for `owner`; port 0 chooses a free one. Raises `AddressInUse`."""
     for left in reversed(range(1 if port else _ATTEMPTS)):
         try:
@@ -39,16 +39,16 @@ async def listen(owner: Owner, host: str, port: int, *, udp: bool) -> Door:
     raise AssertionError
 
 
-async def _open(owner: Owner, host: str, port: int, udp: bool) -> Door:
+async def _open(owner: LinkOwner, host: str, port: int, udp: bool) -> ListeningPort:
     loop = asyncio.get_running_loop()
     server = await listening.listen(host, port, lambda: TcpLink(owner))
     address = server.address
     if not udp:
-        return Door(address, server, None)
+        return ListeningPort(address, server, None)
     try:
         _, datagrams = await loop.create_datagram_endpoint(lambda: UdpPort(owner), local_addr=address)
     except OSError:
         server.close()
         await server.wait_closed()
         raise
-    return Door(address, server, datagrams)
+    return ListeningPort(address, server, datagrams)

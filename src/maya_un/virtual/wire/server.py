@@ -11,14 +11,14 @@ from collections.abc import Callable, Coroutine
 from math import inf, nextafter
 
 from maya_un.galil.transport import LoopbackDatagrams, LoopbackTransport, datagram_pair, loopback_pair
-from maya_un.virtual.handles import Handle, Kind
+from maya_un.virtual.handles import Handle, HandleProtocol
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.network import RETRIES
 from maya_un.virtual.wire.dialing import dial
 from maya_un.virtual.wire.disturbance import Disturbance
 from maya_un.virtual.wire.injection import Faults
-from maya_un.virtual.wire.link import Link, LoopbackLink
-from maya_un.virtual.wire.listening import Door, listen
+from maya_un.virtual.wire.link import LoopbackLink, WireLink
+from maya_un.virtual.wire.listening import ListeningPort, listen
 from maya_un.virtual.wire.udp import LoopbackPort
 
 TICK = 1.0 / 256.0
@@ -39,10 +39,10 @@ class VirtualController:
         self._machine = machine
         self._loop = asyncio.get_running_loop()
         self._epoch = self._loop.time() - machine.now
-        self._links: dict[Handle, Link] = {}
-        self._orphans: dict[Handle, Link] = {}
-        self._due: dict[Link, float] = {}
-        self._doors: list[Door] = []
+        self._links: dict[Handle, WireLink] = {}
+        self._orphans: dict[Handle, WireLink] = {}
+        self._due: dict[WireLink, float] = {}
+        self._doors: list[ListeningPort] = []
         self._ports: list[LoopbackPort] = []
         self._tasks: set[asyncio.Task[None]] = set()
         self._dials: dict[Handle, asyncio.Task[None]] = {}
@@ -94,7 +94,7 @@ class VirtualController:
         """Return the host's end of a new connection in memory; one that is refused is at its end at once."""
         host, controller = loopback_pair("virtual controller")
         link = LoopbackLink(self, controller)
-        handle = self.accept(link, ("127.0.0.1", 0), Kind.TCP, 23)
+        handle = self.accept(link, ("127.0.0.1", 0), HandleProtocol.TCP, 23)
         if handle is None:
             controller.cut()
             return host
@@ -189,7 +189,7 @@ class VirtualController:
         for door in doors:
             await door.server.wait_closed()
 
-    def accept(self, link: Link, peer: tuple[str, int], kind: Kind, port: int) -> Handle | None:
+    def accept(self, link: WireLink, peer: tuple[str, int], kind: HandleProtocol, port: int) -> Handle | None:
         """Give a new connection a handle, None where none is free or connections are refused."""
         handle = None if self.wire.refusing or self._off else self._machine.connect(peer, kind, port)
         if handle is not None:
@@ -217,7 +217,7 @@ class VirtualController:
             self._send(handle, reply)
         self._after()
 
-    def reached(self, handle: Handle, link: Link) -> None:
+    def reached(self, handle: Handle, link: WireLink) -> None:
         """Take the link of a connection that IH opened."""
         self._links[handle] = link
 
@@ -282,10 +282,10 @@ class VirtualController:
         else:
             self._send_disturbed(handle, link, data)
 
-    def _send_disturbed(self, handle: Handle, link: Link, data: bytes) -> None:
+    def _send_disturbed(self, handle: Handle, link: WireLink, data: bytes) -> None:
         """Send as the wire has it, in order."""
         if handle in self.wire.silent:
-            if handle.kind is Kind.TCP:
+            if handle.kind is HandleProtocol.TCP:
                 self._loop.call_later(RETRIES * self._retry_time, self._unheard, handle)
             return
         now = self._loop.time()
@@ -298,7 +298,7 @@ class VirtualController:
             self._due[link] = due
             self._loop.call_at(due, self._arrive, link, piece, due)
 
-    def _arrive(self, link: Link, data: bytes, due: float) -> None:
+    def _arrive(self, link: WireLink, data: bytes, due: float) -> None:
         if self._due.get(link) == due:
             del self._due[link]
         link.send(data)

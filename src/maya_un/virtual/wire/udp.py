@@ -6,8 +6,8 @@ import asyncio
 from typing import cast
 
 from maya_un.galil.transport import LoopbackDatagrams
-from maya_un.virtual.handles import Handle, Kind
-from maya_un.virtual.wire.link import Owner, segments
+from maya_un.virtual.handles import Handle, HandleProtocol
+from maya_un.virtual.wire.link import LinkOwner, segments
 
 Peer = tuple[str, int]
 
@@ -19,7 +19,7 @@ _PORT = 23
 class UdpPort(asyncio.DatagramProtocol):
     """One UDP port of the controller. A datagram for which there is no handle is dropped without an answer."""
 
-    def __init__(self, owner: Owner) -> None:
+    def __init__(self, owner: LinkOwner) -> None:
         self._owner = owner
         self._transport: asyncio.DatagramTransport | None = None
         self._port = 0
@@ -35,7 +35,7 @@ class UdpPort(asyncio.DatagramProtocol):
         peer = (str(addr[0]), int(addr[1]))
         handle = self._handles.get(peer)
         if handle is None or not handle.open:
-            handle = self._owner.accept(_UdpLink(self, peer), peer, Kind.UDP, self._port)
+            handle = self._owner.accept(_UdpLink(self, peer), peer, HandleProtocol.UDP, self._port)
             if handle is None:
                 return
             self._handles[peer] = handle
@@ -81,7 +81,7 @@ class _UdpLink:
 class LoopbackPort:
     """A way for datagrams in memory: the controller's end."""
 
-    def __init__(self, owner: Owner, end: LoopbackDatagrams) -> None:
+    def __init__(self, owner: LinkOwner, end: LoopbackDatagrams) -> None:
         self._owner = owner
         self._end = end
         self._handle: Handle | None = None
@@ -90,7 +90,7 @@ class LoopbackPort:
         """Hand datagrams over, until `close`; the first takes a handle, and so does one after that was closed."""
         while data := await self._end.read():
             if self._handle is None or not self._handle.open:
-                self._handle = self._owner.accept(_LoopbackDatagramLink(self._end), _LOCAL, Kind.UDP, _PORT)
+                self._handle = self._owner.accept(_LoopbackDatagramLink(self._end), _LOCAL, HandleProtocol.UDP, _PORT)
             if self._handle is not None:
                 self._owner.received(self._handle, data)
 
@@ -119,7 +119,7 @@ class _LoopbackDatagramLink:
 class UdpDial(asyncio.DatagramProtocol):
     """A UDP handle that IH opened: it has an address to send to, and nobody need be there."""
 
-    def __init__(self, owner: Owner, handle: Handle) -> None:
+    def __init__(self, owner: LinkOwner, handle: Handle) -> None:
         self._owner = owner
         self._handle = handle
         self._transport: asyncio.DatagramTransport | None = None

@@ -14,7 +14,7 @@ import pytest
 
 from maya_un import runtime
 from maya_un.cli.calibrate import points
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.cli.main import main
 from maya_un.client import requests
 from maya_un.config import Config, Units
@@ -91,7 +91,7 @@ class Person(io.StringIO):
         said = super().readline()
         if "{" not in said:
             return said
-        place = dict(zip("xyz", Client.find().ask(requests.status())["state"]["point"], strict=True))
+        place = dict(zip("xyz", ServiceClient.find().ask(requests.status())["state"]["point"], strict=True))
         return said.format(**place, **{f"{axis}_mm": value * 1e3 for axis, value in place.items()})
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from maya_un.galil.conformance import Demand, vectors
-from maya_un.galil.conformance.vectors import Special, Step, load
+from maya_un.galil.conformance.vectors import Special, VectorStep, load
 
 WHOLE = {
     "name": "it",
@@ -54,13 +54,13 @@ def test_an_entry_is_read_whole(folder: Path) -> None:
     assert (vector.setup, vector.restore, vector.keep) == (("SH", "DP 0", "CN 1"), ("CN -1",), ("SPA",))
     assert (vector.whole, vector.udp) == (True, "no")
     assert vector.steps == (
-        Step("A\r", (":", "?")),
-        Step(special=Special.WAIT, seconds=0.5),
-        Step("B\r", ("x",), special=Special.UNTIL, seconds=2),
-        Step("QR\r", special=Special.RECORD, fields=((2, "H", 1, 2, 0), (4, "B", 0, 0, 3))),
-        Step(special=Special.CLOSE, on="two"),
-        Step(special=Special.CLOSED, on="three"),
-        Step("C\r", ("1", "2"), on="two", times=3),
+        VectorStep("A\r", (":", "?")),
+        VectorStep(special=Special.WAIT, seconds=0.5),
+        VectorStep("B\r", ("x",), special=Special.UNTIL, seconds=2),
+        VectorStep("QR\r", special=Special.RECORD, fields=((2, "H", 1, 2, 0), (4, "B", 0, 0, 3))),
+        VectorStep(special=Special.CLOSE, on="two"),
+        VectorStep(special=Special.CLOSED, on="three"),
+        VectorStep("C\r", ("1", "2"), on="two", times=3),
     )
 
 

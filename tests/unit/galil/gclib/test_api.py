@@ -11,7 +11,7 @@ import pytest
 
 from maya_un.galil.gclib.errors import Code, GclibError
 from maya_un.galil.gclib.shim import gclib
-from maya_un.virtual.handles import Kind
+from maya_un.virtual.handles import HandleProtocol
 from tests.served import ServedTwin, served
 
 PROGRAM = '#A\nMG "one"\nMG "two",3\nEN\n'
@@ -277,7 +277,7 @@ def test_closing_gives_both_handles_back_and_may_be_repeated(twin: ServedTwin) -
     g.GClose()
     g.GClose()
     kinds = twin.look(lambda machine: [handle.kind for handle in machine.unit.handles if handle is not None])
-    assert Kind.UDP not in kinds
+    assert HandleProtocol.UDP not in kinds
     g.GOpen(twin.address)
     assert g.GCommand("MG 1") == "1.0000"
     del g

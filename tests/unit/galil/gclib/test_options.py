@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from maya_un.galil.gclib.errors import Code, GclibError
-from maya_un.galil.gclib.options import Options, parse
+from maya_un.galil.gclib.options import AddressOptions, parse
 
 ALL = frozenset({"MG", "DR", "EI"})
 
@@ -13,17 +13,17 @@ ALL = frozenset({"MG", "DR", "EI"})
 @pytest.mark.parametrize(
     ("address", "options"),
     [
-        ("192.168.0.42", Options("192.168.0.42")),
-        ("192.168.0.42 --direct -s ALL", Options("192.168.0.42", subscriptions=ALL)),
-        ("-d 192.168.0.42 -s MG -s DR", Options("192.168.0.42", subscriptions=frozenset({"MG", "DR"}))),
-        ("--address box --subscribe none", Options("box")),
-        ("-a box:5023 -t 500", Options("box", 5023, timeout=500)),
-        ("box --p1 5023 --p2 5024 --timeout 0", Options("box", 5023, 5024, timeout=0)),
-        ("box -u none -c TCP", Options("box", unsolicited="NONE")),
-        ("box --unsolicited TCP -b 19200 --handshake NONE", Options("box", unsolicited="TCP")),
+        ("192.168.0.42", AddressOptions("192.168.0.42")),
+        ("192.168.0.42 --direct -s ALL", AddressOptions("192.168.0.42", subscriptions=ALL)),
+        ("-d 192.168.0.42 -s MG -s DR", AddressOptions("192.168.0.42", subscriptions=frozenset({"MG", "DR"}))),
+        ("--address box --subscribe none", AddressOptions("box")),
+        ("-a box:5023 -t 500", AddressOptions("box", 5023, timeout=500)),
+        ("box --p1 5023 --p2 5024 --timeout 0", AddressOptions("box", 5023, 5024, timeout=0)),
+        ("box -u none -c TCP", AddressOptions("box", unsolicited="NONE")),
+        ("box --unsolicited TCP -b 19200 --handshake NONE", AddressOptions("box", unsolicited="TCP")),
     ],
 )
-def test_what_an_address_says(address: str, options: Options) -> None:
+def test_what_an_address_says(address: str, options: AddressOptions) -> None:
     assert parse(address) == options
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from maya_un.galil.codes import ErrorCode
 from maya_un.virtual.language.arguments import axes_and_planes, by_axis, mask, place, split
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 
 
 @pytest.mark.parametrize(
@@ -57,7 +57,7 @@ def test_arguments_belong_to_axes(text: str, given: list[tuple[int, str]]) -> No
     ],
 )
 def test_arguments_that_belong_to_no_axis(text: str, code: ErrorCode) -> None:
-    with pytest.raises(Refused) as refusal:
+    with pytest.raises(Rejection) as refusal:
         by_axis(text, "ABC")
     assert refusal.value.code is code
 
@@ -74,7 +74,7 @@ def test_masks(text: str, places: list[int]) -> None:
     [("1", ErrorCode.OPERAND_ERROR), ("A,B", ErrorCode.OPERAND_ERROR), ("AD", ErrorCode.INVALID_AXIS)],
 )
 def test_what_is_no_mask(text: str, code: ErrorCode) -> None:
-    with pytest.raises(Refused) as refusal:
+    with pytest.raises(Rejection) as refusal:
         mask(text, "ABC")
     assert refusal.value.code is code
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from maya_un.galil.codes import ErrorCode
 from maya_un.virtual.language.arithmetic import FUNCTIONS, ONE, OPERATORS, pack, unpack, whole, wrap
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 
 LARGEST, SMALLEST = 2**47 - 1, -(2**47)
 
@@ -55,7 +55,7 @@ def test_every_result_is_in_range(a: int, b: int, operator: str) -> None:
 def test_a_function_has_a_value_in_range_or_is_refused(a: int, name: str) -> None:
     try:
         value = FUNCTIONS[name](a)
-    except Refused as refused:
+    except Rejection as refused:
         assert refused.code is ErrorCode.OUT_OF_RANGE
         assert name in {"ASIN", "ACOS", "TAN", "REAL"}
         return
@@ -71,7 +71,7 @@ def test_a_whole_turn_more_changes_nothing(degrees: int) -> None:
 @pytest.mark.parametrize("name", ["TAN", "ASIN"])
 @pytest.mark.parametrize("degrees", [90, -90, 270])
 def test_where_a_function_has_no_value(name: str, degrees: int) -> None:
-    with pytest.raises(Refused):
+    with pytest.raises(Rejection):
         FUNCTIONS[name](degrees * ONE)
 
 
@@ -96,7 +96,7 @@ def test_what_a_single_can_hold_comes_back(raw: int) -> None:
 
 @pytest.mark.parametrize("bits", [0x7F800000, 0xFF800000, 0x7FC00000, 0x4F000000, 0xCF000001])
 def test_singles_that_are_no_number_of_the_controller(bits: int) -> None:
-    with pytest.raises(Refused):
+    with pytest.raises(Rejection):
         FUNCTIONS["REAL"](wrap(bits * ONE))
 
 
@@ -124,6 +124,6 @@ def test_strings_compare_by_the_alphabet(first: str, second: str) -> None:
 
 
 def test_a_string_too_long() -> None:
-    with pytest.raises(Refused) as refused:
+    with pytest.raises(Rejection) as refused:
         pack("seven!!")
     assert refused.value.code is ErrorCode.BAD_STRING

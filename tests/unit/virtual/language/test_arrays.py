@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 
 from maya_un.galil.codes import ErrorCode
 from maya_un.virtual.language.arrays import LENGTH, MOST_ARRAYS, MOST_ELEMENTS, Arrays
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 
 ONE = 65536
 
 
 def code(act: Callable[[], object]) -> ErrorCode:
-    with pytest.raises(Refused) as refused:
+    with pytest.raises(Rejection) as refused:
         act()
     return refused.value.code
 

@@ -7,20 +7,20 @@ from hypothesis import strategies as st
 from maya_un.galil.codes import ErrorCode
 from maya_un.virtual.language.arithmetic import ONE, pack, unpack, wrap
 from maya_un.virtual.language.expressions import evaluate, is_name
-from maya_un.virtual.refusal import Refused
+from maya_un.virtual.refusal import Rejection
 
 
 class _Scope:
     def variable(self, name: str) -> int:
         if name != "v":
-            raise Refused(ErrorCode.VARIABLE_ERROR)
+            raise Rejection(ErrorCode.VARIABLE_ERROR)
         return 7 * ONE
 
     def operand(self, name: str) -> int:
         return {"TPA": -3 * ONE, "TIME": 1024 * ONE}[name]
 
     def element(self, name: str, index: int) -> int:
-        raise Refused(ErrorCode.BAD_FUNCTION)
+        raise Rejection(ErrorCode.BAD_FUNCTION)
 
     def bank(self, function: str, bit: int) -> int:
         return ONE * bit if function == "IN" else 0
@@ -96,7 +96,7 @@ def test_values(text: str, value: float) -> None:
     ],
 )
 def test_what_is_wrong_is_told_by_its_code(text: str, code: ErrorCode) -> None:
-    with pytest.raises(Refused) as refused:
+    with pytest.raises(Rejection) as refused:
         evaluate(text, _Scope())
     assert refused.value.code is code
 
@@ -131,7 +131,7 @@ def test_strings_live_in_the_bytes_of_a_number(text: str) -> None:
 def test_any_text_has_a_value_or_a_code(text: str) -> None:
     try:
         value = evaluate(text, _Loose())
-    except Refused:
+    except Rejection:
         return
     assert -(2**47) <= value < 2**47
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from maya_un.virtual.maya.chronicle import Chronicle
+from maya_un.virtual.maya.chronicle import MechanicsRecordWriter
 from maya_un.virtual.maya.mechanics import MayaMechanics
 from tests.unit.virtual.maya.test_mechanics import A, B, go, powered, run, settle
 
@@ -19,7 +19,7 @@ class Lines:
     def __init__(self, maya: MayaMechanics) -> None:
         self.all: list[dict[str, Any]] = []
         self.maya = maya
-        self.chronicle = Chronicle(maya, self._add, epoch=1e9)
+        self.chronicle = MechanicsRecordWriter(maya, self._add, epoch=1e9)
 
     def _add(self, text: str) -> None:
         assert text.endswith("\n")

@@ -13,21 +13,25 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import Start
+from maya_un.virtual.maya.start import StartPose
 from maya_un.virtual.maya.statics import Statics
-from maya_un.virtual.maya.truth import Truth
+from maya_un.virtual.maya.truth import TrueConstants
 from maya_un.virtual.plant import BenchPlant, Plant
-from maya_un.virtual.timeline import Piece
+from maya_un.virtual.timeline import TimelinePiece
 
 A, B, C = range(3)
 COUNT = 1e-6
-SYMMETRIC = Start(1.0, 1.25, 1.25)
+SYMMETRIC = StartPose(1.0, 1.25, 1.25)
 
 
 def powered(
-    start: Start = SYMMETRIC, truth: Truth | None = None, *, trace: bool = False, **parts: tuple[float, float, float]
+    start: StartPose = SYMMETRIC,
+    truth: TrueConstants | None = None,
+    *,
+    trace: bool = False,
+    **parts: tuple[float, float, float],
 ) -> MayaMechanics:
-    maya = MayaMechanics(truth or Truth(), start, parts, trace=trace)
+    maya = MayaMechanics(truth or TrueConstants(), start, parts, trace=trace)
     for axis in (A, B, C):
         maya.power(axis, True)
     return maya
@@ -39,7 +43,9 @@ def go(maya: MayaMechanics, axis: int, distance: float, speed: float = 10_000.0)
     line = maya.timelines[axis]
     p, _ = line.at(t)
     end = t + abs(distance) / speed
-    line.plan(t, (Piece(t, p, speed if distance > 0 else -speed, 0.0), Piece(end, p + distance, 0.0, 0.0)))
+    line.plan(
+        t, (TimelinePiece(t, p, speed if distance > 0 else -speed, 0.0), TimelinePiece(end, p + distance, 0.0, 0.0))
+    )
     return end
 
 
@@ -68,7 +74,7 @@ def test_mechanics_and_bench_are_plants() -> None:
 
 
 def test_an_axis_follows_its_reference_late() -> None:
-    maya = powered(truth=Truth(lag=(0.02, 0.02, 0.04)))
+    maya = powered(truth=TrueConstants(lag=(0.02, 0.02, 0.04)))
     go(maya, B, 45_000.0, 45_000.0)
     go(maya, C, 45_000.0, 45_000.0)
     maya.advance(0.5)
@@ -82,7 +88,7 @@ def test_an_axis_follows_its_reference_late() -> None:
 
 
 def test_the_gripper_hangs_where_the_lines_say() -> None:
-    maya = powered(Start(pi / 6, 1.20, 1.60))
+    maya = powered(StartPose(pi / 6, 1.20, 1.60))
     assert maya.gripper_point() == pytest.approx((1.02 * sin(pi / 6), 1.02 * cos(pi / 6), 1.19))
     assert maya.tension() == pytest.approx((0.8, 0.6))
 
@@ -102,16 +108,16 @@ def test_rest_has_no_events_however_long() -> None:
 @pytest.mark.parametrize(
     ("axis", "start", "distance", "input_"),
     [
-        (A, Start(0.02, 1.25, 1.25), -500.0, 1),
-        (A, Start(2 * pi / 3 - 0.02, 1.25, 1.25), 500.0, 0),
-        (B, Start(1.0, 0.58, 1.9), -10_000.0, 1),
-        (B, Start(1.0, 2.25, 1.3), 15_000.0, 0),
-        (C, Start(1.0, 1.9, 0.57), -10_000.0, 1),
-        (C, Start(1.0, 1.3, 2.29), 15_000.0, 0),
+        (A, StartPose(0.02, 1.25, 1.25), -500.0, 1),
+        (A, StartPose(2 * pi / 3 - 0.02, 1.25, 1.25), 500.0, 0),
+        (B, StartPose(1.0, 0.58, 1.9), -10_000.0, 1),
+        (B, StartPose(1.0, 2.25, 1.3), 15_000.0, 0),
+        (C, StartPose(1.0, 1.9, 0.57), -10_000.0, 1),
+        (C, StartPose(1.0, 1.3, 2.29), 15_000.0, 0),
     ],
 )
 def test_a_switch_trips_on_the_way_and_stays_active_beyond(
-    axis: int, start: Start, distance: float, input_: int
+    axis: int, start: StartPose, distance: float, input_: int
 ) -> None:
     maya = powered(start)
     assert maya.inputs(axis) == (True, True, True)
@@ -119,31 +125,31 @@ def test_a_switch_trips_on_the_way_and_stays_active_beyond(
     assert len(events) == 1
     assert maya.inputs(axis)[input_] is False
     assert maya.inputs(axis)[1 - input_] is True
-    switch = Truth().switches[axis][1 - input_]
-    travelled = (switch - start[axis]) * Truth().scale[axis]
+    switch = TrueConstants().switches[axis][1 - input_]
+    travelled = (switch - start[axis]) * TrueConstants().scale[axis]
     assert events[0] == pytest.approx(abs(travelled) / 10_000.0 + 0.02, abs=1e-5)
     assert len(settle(maya, axis, -distance)) == 1
     assert maya.inputs(axis) == (True, True, True)
 
 
 def test_a_start_on_a_switch_reads_active_at_once() -> None:
-    assert MayaMechanics(Truth(), Start(1.0, 0.575, 1.9)).inputs(B) == (True, False, True)
+    assert MayaMechanics(TrueConstants(), StartPose(1.0, 0.575, 1.9)).inputs(B) == (True, False, True)
 
 
 def test_coming_to_rest_exactly_on_a_switch_trips_it() -> None:
-    maya = powered(Start(1.0, 0.585, 1.9))
+    maya = powered(StartPose(1.0, 0.585, 1.9))
     assert len(settle(maya, B, -10_000.0)) == 1
     assert maya.inputs(B)[1] is False
 
 
 def test_wiring_decides_the_level_not_the_switch() -> None:
-    maya = MayaMechanics(Truth().with_wiring(True, B), Start(1.0, 0.575, 1.9))
+    maya = MayaMechanics(TrueConstants().with_wiring(True, B), StartPose(1.0, 0.575, 1.9))
     assert maya.inputs(B) == (False, True, True)
     assert maya.inputs(C) == (True, True, True)
 
 
 def test_a_hard_stop_blocks_and_the_motor_pushes_harder_and_harder() -> None:
-    maya = powered(Start(1.0, 1.4, 2.30))
+    maya = powered(StartPose(1.0, 1.4, 2.30))
     t = go(maya, C, 30_000.0)
     run(maya, 2.02 + 0.1)
     assert maya.position(C) == pytest.approx(20_000.0, abs=1.1)
@@ -156,7 +162,7 @@ def test_a_hard_stop_blocks_and_the_motor_pushes_harder_and_harder() -> None:
 
 
 def test_leaving_a_hard_stop_ends_the_stall() -> None:
-    maya = powered(Start(1.0, 1.4, 2.30))
+    maya = powered(StartPose(1.0, 1.4, 2.30))
     settle(maya, C, 25_000.0)
     mark = maya.record.mark()
     settle(maya, C, -25_000.0)
@@ -166,14 +172,14 @@ def test_leaving_a_hard_stop_ends_the_stall() -> None:
 
 
 def test_contact_makes_the_machine_look_every_two_milliseconds() -> None:
-    maya = powered(Start(1.0, 1.4, 2.30))
+    maya = powered(StartPose(1.0, 1.4, 2.30))
     events = settle(maya, C, 25_000.0)
     assert np.diff(events[1:]).max() <= 0.002 + 1e-12
     assert len(events) > 200
 
 
 def test_two_short_lines_cannot_be_pulled_straight() -> None:
-    maya = powered(Start(1.0, 1.01, 1.01))
+    maya = powered(StartPose(1.0, 1.01, 1.01))
     settle(maya, B, -30_000.0)
     _, b, c = maya.true_joints()
     assert (b, c) == pytest.approx((0.99, 1.01), abs=2 * COUNT)
@@ -184,7 +190,7 @@ def test_two_short_lines_cannot_be_pulled_straight() -> None:
 
 
 def test_both_shortening_are_both_blocked_and_share_what_is_left() -> None:
-    maya = powered(Start(1.0, 1.01, 1.01))
+    maya = powered(StartPose(1.0, 1.01, 1.01))
     go(maya, B, -30_000.0)
     settle(maya, C, -30_000.0)
     assert maya.true_joints()[1:] == pytest.approx((1.0, 1.0), abs=2 * COUNT)
@@ -192,7 +198,7 @@ def test_both_shortening_are_both_blocked_and_share_what_is_left() -> None:
 
 
 def test_a_lengthening_line_gives_the_other_room() -> None:
-    maya = powered(Start(1.0, 1.01, 1.01))
+    maya = powered(StartPose(1.0, 1.01, 1.01))
     settle(maya, B, -30_000.0)
     settle(maya, C, 5_000.0)
     assert maya.true_joints()[1:] == pytest.approx((0.985, 1.015), abs=2 * COUNT)
@@ -202,7 +208,7 @@ def test_a_lengthening_line_gives_the_other_room() -> None:
 
 
 def test_switching_the_pushing_motor_off_ends_the_stall() -> None:
-    maya = powered(Start(1.0, 1.01, 1.01))
+    maya = powered(StartPose(1.0, 1.01, 1.01))
     settle(maya, B, -30_000.0)
     maya.power(B, False)
     mark, b = maya.record.mark(), maya.position(B)
@@ -213,11 +219,11 @@ def test_switching_the_pushing_motor_off_ends_the_stall() -> None:
 
 
 def test_switched_on_at_the_contact_it_rests_there() -> None:
-    maya = powered(Start(1.0, 1.01, 1.01))
+    maya = powered(StartPose(1.0, 1.01, 1.01))
     settle(maya, B, -30_000.0)
     maya.power(B, False)
     run(maya, maya.now + 1.0)
-    maya.timelines[B].plan(maya.now, (Piece(maya.now, round(maya.position(B)), 0.0, 0.0),))
+    maya.timelines[B].plan(maya.now, (TimelinePiece(maya.now, round(maya.position(B)), 0.0, 0.0),))
     maya.power(B, True)
     assert run(maya, maya.now + 5.0) == []
 
@@ -225,14 +231,14 @@ def test_switched_on_at_the_contact_it_rests_there() -> None:
 @given(st.integers(0, 10_000))
 def test_lengths_never_break_the_coupling_nor_pass_a_stop(seed: int) -> None:
     rng = Random(seed)
-    truth = Truth.drawn(rng)
-    maya = powered(Start(1.0, rng.uniform(0.9, 1.2), rng.uniform(1.11, 1.3)), truth, trace=True)
+    truth = TrueConstants.drawn(rng)
+    maya = powered(StartPose(1.0, rng.uniform(0.9, 1.2), rng.uniform(1.11, 1.3)), truth, trace=True)
     for _ in range(5):
         t = maya.now
         for axis in (B, C):
             p, speed = maya.timelines[axis].at(t)[0], rng.uniform(-3e5, 3e5)
             far = t + rng.uniform(0.1, 0.4)
-            pieces = (Piece(t, p, speed, 0.0), Piece(far, p + speed * (far - t), 0.0, 0.0))
+            pieces = (TimelinePiece(t, p, speed, 0.0), TimelinePiece(far, p + speed * (far - t), 0.0, 0.0))
             maya.timelines[axis].plan(t, pieces)
         run(maya, t + rng.uniform(0.1, 0.6))
     trace = maya.record.trace
@@ -244,9 +250,9 @@ def test_lengths_never_break_the_coupling_nor_pass_a_stop(seed: int) -> None:
 
 
 def test_contact_is_found_between_two_events_and_within_a_curved_motion() -> None:
-    maya = powered(Start(1.0, 1.01, 1.01))
+    maya = powered(StartPose(1.0, 1.01, 1.01))
     # b dips by 30 mm and comes back to where it began: only its middle would break the coupling
-    maya.timelines[B].plan(0.0, (Piece(0.0, 0.0, -40_000.0, 26_666.7), Piece(3.0, 0.0, 0.0, 0.0)))
+    maya.timelines[B].plan(0.0, (TimelinePiece(0.0, 0.0, -40_000.0, 26_666.7), TimelinePiece(3.0, 0.0, 0.0, 0.0)))
     events = run(maya, 4.0)
     assert 0.5 < events[0] < 1.5
     assert maya.record.stalled[B] > 0.5
@@ -265,7 +271,7 @@ def test_contact_is_found_between_two_events_and_within_a_curved_motion() -> Non
     ],
 )
 def test_torque_lifts_the_load_against_friction(axis: int, distance: float, locking: bool, expected: float) -> None:
-    maya = powered(truth=Truth(self_locking=locking))
+    maya = powered(truth=TrueConstants(self_locking=locking))
     go(maya, axis, distance)
     maya.advance(0.03)
     assert maya.torque(axis) == pytest.approx(expected, abs=1e-3)
@@ -273,12 +279,12 @@ def test_torque_lifts_the_load_against_friction(axis: int, distance: float, lock
 
 def test_torque_at_rest_is_the_load_or_nothing() -> None:
     assert powered().torque(B) == 0.0
-    assert powered(truth=Truth(self_locking=False)).torque(B) == pytest.approx(-0.5 * 0.833333, abs=1e-6)
-    assert powered(truth=Truth(self_locking=False)).torque(A) == 0.0
+    assert powered(truth=TrueConstants(self_locking=False)).torque(B) == pytest.approx(-0.5 * 0.833333, abs=1e-6)
+    assert powered(truth=TrueConstants(self_locking=False)).torque(A) == 0.0
 
 
 def test_a_slack_line_moves_against_friction_only() -> None:
-    maya = powered(Start(1.0, 0.58, 2.295))
+    maya = powered(StartPose(1.0, 0.58, 2.295))
     go(maya, C, -5_000.0)
     maya.advance(0.1)
     assert maya.torque(C) == -0.1
@@ -296,7 +302,7 @@ def test_a_locking_drum_holds_with_its_motor_off() -> None:
 
 
 def test_without_power_unlocked_drums_let_the_gripper_down_to_the_stops() -> None:
-    maya = powered(truth=Truth(self_locking=False))
+    maya = powered(truth=TrueConstants(self_locking=False))
     maya.power(B, False)
     maya.power(C, False)
     run(maya, 1.0)
@@ -308,7 +314,7 @@ def test_without_power_unlocked_drums_let_the_gripper_down_to_the_stops() -> Non
 
 
 def test_an_unlocked_line_stops_paying_out_when_it_is_slack() -> None:
-    maya = powered(Start(1.0, 2.0, 0.65), Truth(self_locking=False))
+    maya = powered(StartPose(1.0, 2.0, 0.65), TrueConstants(self_locking=False))
     maya.power(B, False)
     run(maya, 20.0)
     assert maya.true_joints()[1] == pytest.approx((2.0**2 + 0.65**2) ** 0.5, abs=2e-4)
@@ -321,7 +327,7 @@ def test_switching_on_again_does_not_jump_into_the_past_of_the_reference() -> No
     maya.advance(1.0)
     maya.power(B, False)
     there = maya.position(B)
-    maya.timelines[B].plan(1.0, (Piece(1.0, there, 0.0, 0.0),))
+    maya.timelines[B].plan(1.0, (TimelinePiece(1.0, there, 0.0, 0.0),))
     maya.power(B, True)
     for t in np.linspace(1.0, 1.1, 20):
         maya.advance(float(t))
@@ -351,7 +357,7 @@ def test_a_part_is_carried_and_put_down() -> None:
     maya.output(1, True)
     assert maya.record.drops == ()
     settle(maya, A, 2_000.0)
-    angle = 1.0 - 2_000.0 / Truth().scale[A]
+    angle = 1.0 - 2_000.0 / TrueConstants().scale[A]
     assert maya.parts["part"] == pytest.approx((1.3 * sin(angle), 1.3 * cos(angle), 1.4))
 
 
@@ -368,8 +374,8 @@ def test_letting_go_high_up_is_a_recorded_drop() -> None:
 
 
 def test_the_record_sees_the_extremes_of_a_motion_nobody_watched() -> None:
-    maya = powered(Start(1.0, 1.05, 1.05))
-    maya.timelines[B].plan(0.0, (Piece(0.0, 0.0, -20_000.0, 20_000.0), Piece(2.0, 0.0, 0.0, 0.0)))
+    maya = powered(StartPose(1.0, 1.05, 1.05))
+    maya.timelines[B].plan(0.0, (TimelinePiece(0.0, 0.0, -20_000.0, 20_000.0), TimelinePiece(2.0, 0.0, 0.0, 0.0)))
     maya.advance(1000.0)
     # halfway b is 10 mm shorter: 1.04 and 1.05
     hang = Statics().hang(1.04, 1.05)
@@ -381,7 +387,7 @@ def test_the_record_sees_the_extremes_of_a_motion_nobody_watched() -> None:
 
 
 def test_how_often_one_asks_does_not_change_what_is_recorded() -> None:
-    once, often = (powered(Start(1.0, 1.5, 1.2), trace=True) for _ in range(2))
+    once, often = (powered(StartPose(1.0, 1.5, 1.2), trace=True) for _ in range(2))
     for maya in (once, often):
         go(maya, B, -150_000.0, 30_000.0)
         go(maya, C, 450_000.0, 45_000.0)
@@ -409,7 +415,7 @@ def test_a_mark_begins_a_fresh_window() -> None:
 
 
 def test_travel_with_a_slack_line_is_counted() -> None:
-    maya = powered(Start(1.0, 0.60, 2.08))
+    maya = powered(StartPose(1.0, 0.60, 2.08))
     settle(maya, C, 50_000.0)
     assert maya.record.peak_slack == pytest.approx(2.13 - (4 + 0.36) ** 0.5, abs=1e-9)
     assert maya.record.outside == pytest.approx(2.13 - (4 + 0.36) ** 0.5, abs=1e-3)
@@ -427,8 +433,8 @@ def test_nobody_can_write_the_record() -> None:
 
 
 def test_a_jog_without_end_is_followed_to_the_switch_and_the_stop() -> None:
-    maya = powered(Start(1.0, 1.25, 2.0))
-    maya.timelines[C].plan(0.0, (Piece(0.0, 0.0, 10_000.0, 0.0),))
+    maya = powered(StartPose(1.0, 1.25, 2.0))
+    maya.timelines[C].plan(0.0, (TimelinePiece(0.0, 0.0, 10_000.0, 0.0),))
     assert maya.next_event(20.0) is None
     maya.advance(20.0)
     assert maya.next_event(inf) == pytest.approx(30.02)
@@ -443,12 +449,12 @@ def test_two_machines_with_the_same_truth_behave_the_same() -> None:
         settle(maya, C, 70_000.0)
         return (*maya.true_joints(), maya.record.stall_time, maya.record.peak_tension)
 
-    truth = replace(Truth.drawn(Random(5)), self_locking=True)
+    truth = replace(TrueConstants.drawn(Random(5)), self_locking=True)
     assert play(lambda: powered(truth=truth)) == play(lambda: powered(truth=truth))
 
 
 def test_a_line_with_its_motor_off_holds_against_the_other() -> None:
-    maya = powered(Start(1.0, 1.01, 1.01))
+    maya = powered(StartPose(1.0, 1.01, 1.01))
     maya.power(C, False)
     events = settle(maya, B, -30_000.0)
     assert events[0] == pytest.approx(2.02, abs=1e-3)
@@ -457,7 +463,7 @@ def test_a_line_with_its_motor_off_holds_against_the_other() -> None:
 
 
 def test_a_motor_switched_on_into_a_running_reference_begins_late_and_meets_the_coupling() -> None:
-    maya = powered(Start(1.0, 1.01, 1.01))
+    maya = powered(StartPose(1.0, 1.01, 1.01))
     maya.power(C, False)
     maya.advance(5.0)
     maya.power(C, True)

@@ -11,15 +11,15 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from maya_un.virtual.maya.statics import Hang, Statics
-from maya_un.virtual.maya.truth import MOTOR_LIMIT, Truth
+from maya_un.virtual.maya.statics import LoadStatics, Statics
+from maya_un.virtual.maya.truth import MOTOR_LIMIT, TrueConstants
 
 PAGE = Path(__file__).parents[4] / "docs" / "explanation" / "mechanics.md"
 LINES = st.tuples(st.floats(0.5, 2.5), st.floats(0.5, 2.5)).filter(lambda bc: sum(bc) > 2.0)
 
 
 def worked() -> list[list[float]]:
-    """Rows of the table: b, c, and the six values of `Hang`."""
+    """Rows of the table: b, c, and the six values of `LoadStatics`."""
     rows = [line.strip("| ").split("|") for line in PAGE.read_text(encoding="utf-8").splitlines() if line[:1] == "|"]
     return [[float(Fraction(cell.strip())) for cell in row[1:9]] for row in rows[2:]]
 
@@ -59,13 +59,13 @@ def test_a_mirror_image_hangs_like_its_original(lines: tuple[float, float]) -> N
     b, c = lines
     one, other = Statics().hang(b, c), Statics().hang(c, b)
     assert one == pytest.approx(
-        Hang(2.6 - other.d, other.z, other.tension_c, other.tension_b, other.slack_c, other.slack_b), abs=1e-6
+        LoadStatics(2.6 - other.d, other.z, other.tension_c, other.tension_b, other.slack_c, other.slack_b), abs=1e-6
     )
 
 
 @given(LINES)
 def test_one_and_many_agree(lines: tuple[float, float]) -> None:
-    statics = Statics.of(Truth())
+    statics = Statics.of(TrueConstants())
     hang = statics.hang(*lines)
     many = statics.hang_many(np.array(lines[:1]), np.array(lines[1:]))
     assert [float(column[0]) for column in many] == pytest.approx(
@@ -75,7 +75,7 @@ def test_one_and_many_agree(lines: tuple[float, float]) -> None:
 
 @given(st.floats(-1e-9, 1e-9))
 def test_straight_lines_carry_what_the_motor_can_pull(surplus: float) -> None:
-    statics = Statics.of(Truth(friction=(0.1, 0.1, 0.2)))
+    statics = Statics.of(TrueConstants(friction=(0.1, 0.1, 0.2)))
     hang = statics.hang(1.0, 1.0 + surplus)
     assert hang.tension_b == pytest.approx((MOTOR_LIMIT - 0.1) / 0.5)
     assert hang.tension_c == pytest.approx((MOTOR_LIMIT - 0.2) / 0.5)

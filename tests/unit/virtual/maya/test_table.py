@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from maya_un.virtual.maya.table import Drop, Table
+from maya_un.virtual.maya.table import PartDrop, PartTable
 
 CUP = (0.5, 1.2, 0.4)
 
 
-def table(**others: tuple[float, float, float]) -> Table:
-    return Table({"cup": CUP, **others}, closed=False)
+def table(**others: tuple[float, float, float]) -> PartTable:
+    return PartTable({"cup": CUP, **others}, closed=False)
 
 
 def test_closing_near_a_part_takes_it_to_the_middle_of_the_jaws() -> None:
@@ -49,7 +49,7 @@ def test_opening_puts_a_part_down_where_the_gripper_is() -> None:
 def test_opening_high_up_drops_it() -> None:
     jaws = table()
     jaws.close(CUP)
-    assert jaws.open((1.0, 0.5, 0.9), time=3.0) == Drop(3.0, "cup", 0.5, (1.0, 0.5, 0.4))
+    assert jaws.open((1.0, 0.5, 0.9), time=3.0) == PartDrop(3.0, "cup", 0.5, (1.0, 0.5, 0.4))
 
 
 def test_opening_empty_jaws_drops_nothing() -> None:

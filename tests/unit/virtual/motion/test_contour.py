@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.galil.record import Status
+from maya_un.galil.record import AxisStatus
 from tests.unit.virtual.bench import Bench
 
 SAMPLE = 1 / 1024
@@ -90,12 +90,12 @@ def test_the_buffer_and_the_record_tell_how_far_it_is() -> None:
     bench = contouring("32,0", "32,0", "32,0", "0,0=0")
     record = bench.record()
     assert (bench.value("_CM"), record.contour_free, record.contour_segment) == (508.0, 508, 0)
-    assert record.axes[0].status & (Status.MOVING | Status.CONTOUR | Status.COORDINATED) == 0x8040
+    assert record.axes[0].status & (AxisStatus.MOVING | AxisStatus.CONTOUR | AxisStatus.COORDINATED) == 0x8040
     bench.at(1.5 / 32)
     assert (bench.value("_CM"), bench.record().contour_segment) == (509.0, 1)
     bench.at(1.0)
     assert (bench.value("_CM"), bench.record().contour_segment) == (511.0, 4)
-    assert not bench.record().axes[0].status & Status.CONTOUR
+    assert not bench.record().axes[0].status & AxisStatus.CONTOUR
     assert bench.say("CM ?") == " 511\r\n:"
 
 

@@ -6,17 +6,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maya_un.virtual.motion.path import Path, Rates, Segment, Stretch, brake, plan
+from maya_un.virtual.motion.path import PathSegment, PathSpan, SequencePath, VectorRates, brake, plan
 
-RATES = Rates(5120.0, 10240.0)
-START = Stretch(0.0, 0, 0.0, 0.0, 0.0)
-
-
-def segments(*lengths: int, ends: dict[int, float] | None = None) -> list[Segment]:
-    return [Segment.of((length, 0), None, (ends or {}).get(i)) for i, length in enumerate(lengths)]
+RATES = VectorRates(5120.0, 10240.0)
+START = PathSpan(0.0, 0, 0.0, 0.0, 0.0)
 
 
-def exit_speeds(path: Path, parts: list[Segment]) -> list[float]:
+def segments(*lengths: int, ends: dict[int, float] | None = None) -> list[PathSegment]:
+    return [PathSegment.of((length, 0), None, (ends or {}).get(i)) for i, length in enumerate(lengths)]
+
+
+def exit_speeds(path: SequencePath, parts: list[PathSegment]) -> list[float]:
     """Return the speed at the end of every segment."""
     speeds = [0.0] * len(parts)
     for stretch in path.stretches:
@@ -68,13 +68,13 @@ def test_an_end_speed_out_of_reach_is_not_reached() -> None:
 
 
 def test_a_target_of_zero_rests_on_the_way_for_ever() -> None:
-    path = plan(segments(50_000), [0.0], Stretch(1.0, 0, 100.0, 2048.0, 0.0), RATES, ended=True)
+    path = plan(segments(50_000), [0.0], PathSpan(1.0, 0, 100.0, 2048.0, 0.0), RATES, ended=True)
     assert path.end == inf
     assert path.stretches[-1].v == 0.0
 
 
 def test_braking_ends_abruptly_where_the_path_is_too_short() -> None:
-    path = brake(segments(1000), Stretch(0.0, 0, 900.0, 10240.0, 0.0), 1024.0)
+    path = brake(segments(1000), PathSpan(0.0, 0, 900.0, 10240.0, 0.0), 1024.0)
     assert path.end == pytest.approx(100 / 10240, rel=0.01)
 
 
@@ -90,15 +90,15 @@ SPEEDS = st.integers(1, 20_000).map(lambda n: 2.0 * n)
 def test_the_plan_is_the_one_that_small_steps_find(
     parts: list[tuple[int, float, float | None]], up: int, down: int, ended: bool
 ) -> None:
-    rates = Rates(1024.0 * up, 1024.0 * down)
-    sequence = [Segment.of((length,), None, end) for length, _, end in parts]
+    rates = VectorRates(1024.0 * up, 1024.0 * down)
+    sequence = [PathSegment.of((length,), None, end) for length, _, end in parts]
     targets = [speed for _, speed, _ in parts]
     path = plan(sequence, targets, START, rates, ended)
     assert path.end == pytest.approx(_stepped_duration(sequence, targets, rates, ended), rel=0.01, abs=0.05)
     assert _consistent(path, sequence, rates)
 
 
-def _consistent(path: Path, sequence: list[Segment], rates: Rates) -> bool:
+def _consistent(path: SequencePath, sequence: list[PathSegment], rates: VectorRates) -> bool:
     """Tell whether stretches join in way and speed, at VA or VD, and cover the whole sequence."""
     offsets = [sum(segment.length for segment in sequence[:i]) for i in range(len(sequence) + 1)]
     way, speed = 0.0, 0.0
@@ -113,7 +113,7 @@ def _consistent(path: Path, sequence: list[Segment], rates: Rates) -> bool:
     return way == pytest.approx(offsets[-1], rel=1e-6, abs=1e-3)
 
 
-def _stepped_duration(sequence: list[Segment], targets: list[float], rates: Rates, ended: bool) -> float:
+def _stepped_duration(sequence: list[PathSegment], targets: list[float], rates: VectorRates, ended: bool) -> float:
     """Walk the path in small steps of way, at the largest speed that every later obligation allows."""
     pieces = 2000
     steps = [(i, segment.length / pieces) for i, segment in enumerate(sequence) for _ in range(pieces)]
@@ -138,8 +138,8 @@ def _stepped_duration(sequence: list[Segment], targets: list[float], rates: Rate
 
 
 def test_a_stop_at_the_very_end_rests_there() -> None:
-    segment = Segment(length=400.0, deltas=(400,), speed=None, end=None)
-    stopped = brake([segment], Stretch(3.0, 0, 400.0, 1e-7, -1024.0), 1024.0)
+    segment = PathSegment(length=400.0, deltas=(400,), speed=None, end=None)
+    stopped = brake([segment], PathSpan(3.0, 0, 400.0, 1e-7, -1024.0), 1024.0)
     assert stopped.end == 3.0
     assert stopped.stretches[-1].s == 400.0
     assert stopped.stretches[-1].v == 0.0

@@ -9,7 +9,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from maya_un.virtual import registers
-from maya_un.virtual.motion.path import Segment
+from maya_un.virtual.motion.path import PathSegment
 from maya_un.virtual.motion.plane import LINEAR, VECTOR, Plane
 from maya_un.virtual.timeline import Timeline
 
@@ -19,7 +19,7 @@ def plane(*lengths: int, ended: bool = True, **rates: float) -> Plane:
     made = Plane("S", {**registers.defaults(registers.PLANE), "VS": 10_240.0, "VA": 10_240.0, "VD": 20_480.0, **rates})
     made.select(LINEAR, (0,), (0,))
     for length in lengths:
-        made.append(Segment.of((length,)), 0.0)
+        made.append(PathSegment.of((length,)), 0.0)
     if ended:
         made.close()
     return made
@@ -64,7 +64,7 @@ def test_a_plan_that_grows_is_the_plan_made_anew(
             break  # the sequence would be over
         now += wait
         for whole, one in enumerate(made):
-            one.append(Segment.of((length,), speed, end), now)
+            one.append(PathSegment.of((length,), speed, end), now)
             follow(one, timelines[whole], now, whole=bool(whole))
     for whole, one in enumerate(made):
         one.close()
@@ -81,20 +81,20 @@ def test_a_segment_appended_far_ahead_changes_nothing_before_it() -> None:
     made.begin(0.0, [0], [0])
     for step in range(200):
         end = made.end
-        made.append(Segment.of((1000,)), step * 0.01)
+        made.append(PathSegment.of((1000,)), step * 0.01)
         assert made.replan(step * 0.01) == end
         assert len(made.pieces(0)[0]) == 2
 
 
 def test_an_end_speed_is_prepared_as_far_back_as_the_last_one() -> None:
     made = plane(*[1000] * 100, ended=False)
-    made.append(Segment.of((1000,), None, 2000.0), 0.0)
+    made.append(PathSegment.of((1000,), None, 2000.0), 0.0)
     made.begin(0.0, [0], [0])
     end = made.end
     for _ in range(10):
-        made.append(Segment.of((1000,)), 0.1)
+        made.append(PathSegment.of((1000,)), 0.1)
     made.replan(0.1)
-    made.append(Segment.of((1000,), None, 1000.0), 0.1)
+    made.append(PathSegment.of((1000,), None, 1000.0), 0.1)
     assert made.replan(0.1) >= end
 
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maya_un.virtual.motion.profile import Profile, jog, move, stop
-from maya_un.virtual.timeline import Piece, Timeline
+from maya_un.virtual.motion.profile import AxisProfile, jog, move, stop
+from maya_un.virtual.timeline import Timeline, TimelinePiece
 
 COUNTS = st.integers(-2_000_000, 2_000_000)
 SPEEDS = st.integers(1, 100_000).map(lambda n: 2.0 * n)
@@ -33,11 +33,11 @@ def test_a_short_move_is_a_triangle() -> None:
     profile = move(0.0, 0.0, 0.0, -5120, 45000.0, 5120.0, 5120.0)
     assert profile.end == pytest.approx(2.0)
     assert profile.peak == pytest.approx(5120.0)
-    assert profile.pieces[-1] == Piece(profile.end, -5120, 0.0, 0.0)
+    assert profile.pieces[-1] == TimelinePiece(profile.end, -5120, 0.0, 0.0)
 
 
 def test_a_move_of_no_counts_rests() -> None:
-    assert move(3.0, 7.0, 0.0, 7, 1000.0, 1024.0, 1024.0).pieces == [Piece(3.0, 7, 0.0, 0.0)]
+    assert move(3.0, 7.0, 0.0, 7, 1000.0, 1024.0, 1024.0).pieces == [TimelinePiece(3.0, 7, 0.0, 0.0)]
 
 
 def test_speed_zero_never_arrives() -> None:
@@ -91,7 +91,7 @@ def _duration(distance: float, speed: float, up: float, down: float) -> float:
     return peak / up + peak / down
 
 
-def _continuous(profile: Profile) -> bool:
+def _continuous(profile: AxisProfile) -> bool:
     """Tell whether position and velocity have no steps, half a count at the end apart."""
     timeline = Timeline()
     timeline.plan(profile.pieces[0].t, profile.pieces)

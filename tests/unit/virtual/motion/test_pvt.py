@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maya_un.galil.codes import ErrorCode
-from maya_un.galil.record import Status
+from maya_un.galil.record import AxisStatus
 from tests.unit.virtual.bench import Bench
 
 SAMPLE = 1 / 1024
@@ -173,9 +173,9 @@ def test_a_soft_limit_is_seen_where_the_axis_overshoots_within_a_record() -> Non
 def test_status_of_an_axis_in_pvt() -> None:
     bench = begun("-1024,-4096,512", "0,0,0").at(0.1)
     status = bench.record().axes[0].status
-    assert status & Status.MOVING
-    assert status & Status.NEGATIVE
-    assert not status & (Status.COORDINATED | Status.CONTOUR | Status.POSITION_MODE)
+    assert status & AxisStatus.MOVING
+    assert status & AxisStatus.NEGATIVE
+    assert not status & (AxisStatus.COORDINATED | AxisStatus.CONTOUR | AxisStatus.POSITION_MODE)
 
 
 @pytest.mark.parametrize(

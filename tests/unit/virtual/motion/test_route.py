@@ -3,15 +3,15 @@ from __future__ import annotations
 import pytest
 
 from maya_un.virtual.motion.arc import TANGENT, Arc, X, Y
-from maya_un.virtual.motion.path import Segment, Stretch
-from maya_un.virtual.motion.route import Member, Route
+from maya_un.virtual.motion.path import PathSegment, PathSpan
+from maya_un.virtual.motion.route import Route, RouteAxis
 
 
-def line(x: float, y: float) -> Segment:
-    return Segment.of((x, y))
+def line(x: float, y: float) -> PathSegment:
+    return PathSegment.of((x, y))
 
 
-def route(*segments: Segment) -> Route:
+def route(*segments: PathSegment) -> Route:
     made = Route(2)
     for segment in segments:
         made.append(segment, turning=True)
@@ -19,7 +19,7 @@ def route(*segments: Segment) -> Route:
 
 
 def test_every_segment_begins_where_the_one_before_ends() -> None:
-    made = route(line(300, 400), Segment.along(Arc.of(100, 0, 90)), line(0, -100))
+    made = route(line(300, 400), PathSegment.along(Arc.of(100, 0, 90)), line(0, -100))
     assert [start.place for start in made.starts] == [
         (0.0, 0.0),
         (300.0, 400.0),
@@ -44,30 +44,30 @@ def test_dropped_segments_keep_their_numbers() -> None:
         ([line(0, 5), line(5, 0)], [90.0, 0.0]),
         ([line(-5, 1), line(-5, -1)], [168.690068, 191.309932]),
         ([line(5, 0), line(-5, 0)], [0.0, 180.0]),
-        ([Segment.along(Arc.of(10, 0, 270)), line(0, 5)], [90.0, 450.0]),
-        ([Segment.along(Arc.of(10, 0, -90)), Segment.along(Arc.of(10, -90, -90))], [-90.0, -180.0]),
-        ([Segment.along(Arc.of(10, 0, 720)), line(0, 5)], [90.0, 810.0]),
+        ([PathSegment.along(Arc.of(10, 0, 270)), line(0, 5)], [90.0, 450.0]),
+        ([PathSegment.along(Arc.of(10, 0, -90)), PathSegment.along(Arc.of(10, -90, -90))], [-90.0, -180.0]),
+        ([PathSegment.along(Arc.of(10, 0, 720)), line(0, 5)], [90.0, 810.0]),
     ],
 )
-def test_directions_go_on_from_one_segment_to_the_next(segments: list[Segment], headings: list[float]) -> None:
+def test_directions_go_on_from_one_segment_to_the_next(segments: list[PathSegment], headings: list[float]) -> None:
     assert [start.heading for start in route(*segments).starts] == pytest.approx(headings)
 
 
 def test_the_tangent_is_linear_along_an_arc() -> None:
-    made = route(Segment.along(Arc.of(1000, 0, 90)))
+    made = route(PathSegment.along(Arc.of(1000, 0, 90)))
     assert made.coordinate(TANGENT, 0, made.length / 3) == pytest.approx(120.0)
     assert made.end(TANGENT) == pytest.approx(180.0)
 
 
 def test_a_member_scales_and_shifts_its_coordinate() -> None:
     made = route(line(30, 40))
-    pieces, peak = Member(Y, 2.0, 1000).pieces(made, [(Stretch(5.0, 0, 10.0, 100.0, 50.0), 6.0)])
+    pieces, peak = RouteAxis(Y, 2.0, 1000).pieces(made, [(PathSpan(5.0, 0, 10.0, 100.0, 50.0), 6.0)])
     assert [tuple(piece) for piece in pieces] == [(5.0, 1016.0, 160.0, 80.0)]
     assert peak == 160.0
 
 
 def test_a_member_without_a_part_in_a_segment_rests() -> None:
     made = route(line(30, 0), line(20, 0), line(0, 10))
-    stretches = [(Stretch(float(n), n, 0.0, 10.0, 0.0), n + 1.0) for n in range(3)]
-    pieces, _ = Member(Y, 1.0, 0).pieces(made, stretches)
+    stretches = [(PathSpan(float(n), n, 0.0, 10.0, 0.0), n + 1.0) for n in range(3)]
+    pieces, _ = RouteAxis(Y, 1.0, 0).pieces(made, stretches)
     assert [(piece.t, piece.v) for piece in pieces] == [(0.0, 0.0), (2.0, 10.0)]

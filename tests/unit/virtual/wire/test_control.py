@@ -13,7 +13,7 @@ import pytest
 from maya_un.loops import run
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.plant import BenchPlant
-from maya_un.virtual.wire.control import ControlDoor
+from maya_un.virtual.wire.control import FaultControlServer
 from maya_un.virtual.wire.server import VirtualController
 
 PATIENCE = 20.0
@@ -39,7 +39,7 @@ class Guest:
 @asynccontextmanager
 async def guest() -> AsyncIterator[Guest]:
     virtual = VirtualController(VirtualDmc(BenchPlant()))
-    door = await ControlDoor.opened(virtual.faults)
+    door = await FaultControlServer.opened(virtual.faults)
     reader, writer = await asyncio.open_connection("127.0.0.1", door.port)
     try:
         yield Guest(virtual, reader, writer)

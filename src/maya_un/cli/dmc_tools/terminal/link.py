@@ -14,7 +14,7 @@ _SERIAL = ord("S")
 """CF as a controller powers up: messages go to its serial port, so nobody on the network misses them."""
 
 
-class Link:
+class TerminalLink:
     """One controller, reached again and again through `dial`."""
 
     def __init__(self, dial: Dial, on_message: Callable[[str], None], on_loss: Callable[[MachineError], None]) -> None:
