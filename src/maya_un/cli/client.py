@@ -68,6 +68,8 @@ class ServiceClient:
         shown = {"Content-Type": "application/json", **credentials.headers(self.url)}
         if self.lease:
             shown["Maya-Lease"] = self.lease
+        if request.key:
+            shown["Idempotency-Key"] = request.key
         try:
             payload = None if request.body is None else json.dumps(request.body)
             connection.request(request.method, request.target, payload, shown)

@@ -10,6 +10,7 @@ from maya_un.client import requests
 from maya_un.errors import CannotPause, NotFound, ServiceNotAnswering, ServiceNotRunning
 from tests.ports import free_port
 from tests.unit.cli.servers import hanging_service, http_service
+from tests.unit.client.stand import service
 
 
 def test_bodies_go_and_answers_come() -> None:
@@ -17,6 +18,13 @@ def test_bodies_go_and_answers_come() -> None:
         client = ServiceClient(url)
         assert client.ask(requests.jobs(state=["done"], text="a b")) == ["GET", "/v1/jobs?state=done&text=a+b", None]
         assert client.ask(requests.speed(0.5)) == ["POST", "/v1/speed", {"ratio": 0.5}]
+
+
+def test_an_idempotency_key_goes_along_and_no_empty_one() -> None:
+    with service(lambda _: {"id": 7}) as stand:
+        Client(stand.url).ask(requests.submit({"steps": ["home"]}, key="k1"))
+        Client(stand.url).ask(requests.submit({"steps": ["home"]}))
+    assert [asked.headers.get("idempotency-key") for asked in stand.asked] == ["k1", None]
 
 
 def test_a_refusal_comes_back_as_the_error_it_is() -> None:
