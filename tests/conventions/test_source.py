@@ -71,6 +71,18 @@ def test_bytes_are_carried_only_by_the_modules_named_for_it() -> None:
     assert [module.name for module in silent if module.imports() & forbidden] == []
 
 
+def test_the_command_line_names_no_path_of_the_service() -> None:
+    modules = [module for module in source.modules() if source.floor(module) == "cli"]
+    assert modules
+    paths = [
+        f"{module.name}:{node.lineno}: {node.value}"
+        for module in modules
+        for node in ast.walk(module.tree)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value.startswith("/v1")
+    ]
+    assert not paths, f"`maya_un.client.requests` has a function for each operation: {paths}"
+
+
 def test_tests_do_not_sleep() -> None:
     sleeps = [
         f"{module.path}:{line}"
