@@ -22,8 +22,8 @@ def test_bodies_go_and_answers_come() -> None:
 
 def test_an_idempotency_key_goes_along_and_no_empty_one() -> None:
     with service(lambda _: {"id": 7}) as stand:
-        Client(stand.url).ask(requests.submit({"steps": ["home"]}, key="k1"))
-        Client(stand.url).ask(requests.submit({"steps": ["home"]}))
+        ServiceClient(stand.url).ask(requests.submit({"steps": ["home"]}, key="k1"))
+        ServiceClient(stand.url).ask(requests.submit({"steps": ["home"]}))
     assert [asked.headers.get("idempotency-key") for asked in stand.asked] == ["k1", None]
 
 
