@@ -15,11 +15,11 @@ from maya_un.graph.clients.controller import GraphController
 from maya_un.graph.clients.robot import GraphRobot
 from maya_un.graph.doors.controller import ControllerServer
 from maya_un.graph.doors.sensors import SensorServer
+from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.start import StartPose
 from maya_un.process.process import Process
 from maya_un.testing.rig import Rig, rig
 from maya_un.values import Point
-from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import StartPose
 from tests.unit.controller.bench import HERE, _take_over
 from tests.virtual_time import turn
 

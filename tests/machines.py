@@ -14,12 +14,12 @@ from maya_un.config import Config, Units
 from maya_un.config.load import parse
 from maya_un.config.zones import AnyZone, BoxConfig, CylinderConfig
 from maya_un.controller.monitor import OFF_SWITCH
+from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.start import StartPose
+from maya_un.machine.truth import TrueConstants
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints
 from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import StartPose
-from maya_un.virtual.maya.truth import TrueConstants
 from maya_un.virtual.wire.server import VirtualController
 from tests.judge.mechanism import Frame
 from tests.judge.paths import Opinion, judged

@@ -24,6 +24,9 @@ from maya_un.controller.link import Dial
 from maya_un.controller.protocol import Controller
 from maya_un.events import Event, EventLog
 from maya_un.galil.transport import TcpTransport, Transport
+from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.start import legal_start
+from maya_un.machine.truth import TrueConstants
 from maya_un.process.book import PoseStore
 from maya_un.process.journal.protocol import Journal
 from maya_un.process.journal.rows import EventRow
@@ -38,9 +41,6 @@ from maya_un.robot.robot import MayaRobot
 from maya_un.schema.robot import plain
 from maya_un.values import Point
 from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import legal_start
-from maya_un.virtual.maya.truth import TrueConstants
 from maya_un.virtual.memory import Memory
 from maya_un.virtual.wire.server import VirtualController
 from maya_un.workers import ComputeLimits, Workers, WorkerSet

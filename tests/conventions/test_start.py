@@ -19,6 +19,7 @@ HEAVY = [
     "matplotlib",
     "maya_un.controller",
     "maya_un.kinematics",
+    "maya_un.machine",
     "maya_un.virtual",
     "numpy",
     "pydantic",

@@ -32,15 +32,15 @@ from maya_un.config.load import parse
 from maya_un.errors import AnswerNeeded
 from maya_un.events import Event, HomingBegun, HomingDone, JobAdvanced, PhaseBegun, StepAdvanced
 from maya_un.loops import JumpingLoop, run
+from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.start import StartPose
+from maya_un.machine.table import PartDrop, PartTable, Place
 from maya_un.process.job import Job
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.schema.jobs import QueueMode, QueueView, Recovery
 from maya_un.schema.states import TaskState
 from maya_un.values import Joints
 from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import StartPose
-from maya_un.virtual.maya.table import PartDrop, PartTable, Place
 from maya_un.virtual.wire.server import VirtualController
 from tests.machines import Machine, _mark
 from tests.virtual_time import elapse

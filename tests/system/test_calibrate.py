@@ -22,11 +22,11 @@ from maya_un.assembly import Stack, stack
 from maya_un.cli.main import main
 from maya_un.config import Config, load
 from maya_un.loops import ScaledLoop, run
+from maya_un.machine.truth import TrueConstants
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
 from maya_un.server.thread import bound_socket, served
 from maya_un.values import Point
-from maya_un.virtual.maya.truth import TrueConstants
 
 pytestmark = pytest.mark.system
 

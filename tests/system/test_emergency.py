@@ -11,11 +11,11 @@ from maya_un.config.load import parse
 from maya_un.errors import MachineError
 from maya_un.kinematics import Workspace
 from maya_un.loops import run_virtual
+from maya_un.machine.start import StartPose
 from maya_un.motion.emergency import SLACK
 from maya_un.motion.path import Path
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Point
-from maya_un.virtual.maya.start import StartPose
 from tests.campaign import Campaign
 from tests.virtual_time import elapse
 

@@ -17,6 +17,7 @@ from maya_un.config.load import parse
 from maya_un.errors import MayaError
 from maya_un.events import GripperClosed, HomingBegun, HomingDone, PhaseBegun
 from maya_un.loops import run_virtual
+from maya_un.machine.start import StartPose
 from maya_un.process.job import Job
 from maya_un.process.process import Process
 from maya_un.robot.robot import MayaRobot
@@ -24,7 +25,6 @@ from maya_un.schema.jobs import JobReport
 from maya_un.schema.states import TaskState
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode, Point
-from maya_un.virtual.maya.start import StartPose
 from maya_un.virtual.wire.faults import TABLE, Value
 from tests.campaign import Campaign
 from tests.virtual_time import elapse

@@ -18,9 +18,9 @@ from maya_un.errors import (
     NotHomed,
 )
 from maya_un.loops import run_virtual
+from maya_un.machine.start import StartPose
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode
-from maya_un.virtual.maya.start import StartPose
 from tests.campaign import Campaign
 from tests.virtual_time import elapse
 

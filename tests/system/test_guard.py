@@ -18,10 +18,10 @@ from maya_un.controller.guard import BEATS
 from maya_un.errors import HostSilent
 from maya_un.galil.transport import Transport
 from maya_un.loops import run_virtual
+from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.start import StartPose
 from maya_un.values import Joints
 from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import StartPose
 from maya_un.virtual.wire.server import VirtualController
 from tests.campaign import Campaign
 from tests.system.processes import Wire, done, running

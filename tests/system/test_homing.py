@@ -18,10 +18,10 @@ from maya_un.config.load import parse
 from maya_un.controller.homing import homed_pose
 from maya_un.errors import Busy, MachineError, NotConnected, Stopped, WiringContradictsCn
 from maya_un.loops import run_virtual
+from maya_un.machine.start import PARTS, StartPose, legal_start
+from maya_un.machine.truth import TrueConstants
 from maya_un.testing import Rig, rig
 from maya_un.values import Mode
-from maya_un.virtual.maya.start import PARTS, StartPose, legal_start
-from maya_un.virtual.maya.truth import TrueConstants
 from tests.campaign import Campaign
 from tests.virtual_time import elapse
 

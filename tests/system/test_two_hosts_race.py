@@ -35,9 +35,9 @@ from maya_un.errors import (
     OwnershipLost,
 )
 from maya_un.galil.numbers import SCALE
+from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.start import StartPose
 from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import StartPose
 from maya_un.virtual.wire.server import VirtualController
 from tests.campaign import Campaign
 from tests.system.processes import Wire

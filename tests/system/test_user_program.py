@@ -11,10 +11,10 @@ import pytest
 from maya_un.errors import CommandRejected
 from maya_un.galil.driver import Driver
 from maya_un.loops import run
+from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.start import StartPose
+from maya_un.machine.truth import TrueConstants
 from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import StartPose
-from maya_un.virtual.maya.truth import TrueConstants
 from maya_un.virtual.plant import BenchPlant
 from maya_un.virtual.wire.server import VirtualController
 from tests.virtual_time import elapse

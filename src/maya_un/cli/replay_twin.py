@@ -14,13 +14,13 @@ from maya_un.galil.hardware import LETTERS
 from maya_un.galil.record import AxisRecord
 from maya_un.galil.transcript import WirePiece
 from maya_un.galil.transport import LoopbackTransport
+from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.start import StartPose
+from maya_un.machine.truth import TrueConstants
 from maya_un.recorder.exchanges import RecordedTalk, talk
 from maya_un.recorder.header import TwinSource
 from maya_un.recorder.recording import Recording
 from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import StartPose
-from maya_un.virtual.maya.truth import TrueConstants
 from maya_un.virtual.wire.server import VirtualController
 
 _PAST = 1e-5

@@ -24,10 +24,10 @@ from maya_un.errors import FileUnwritable, InvalidCommandLine, InvalidValue
 from maya_un.files import writable_place
 from maya_un.listening import reserve_descriptors
 from maya_un.loops import ScaledLoop, run
+from maya_un.machine.mechanics import SAMPLE
 from maya_un.values import Point
 from maya_un.virtual.bench import ServoBench
 from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.maya.mechanics import SAMPLE
 from maya_un.virtual.memory import Memory
 from maya_un.virtual.wire.control import HOST, FaultControlServer
 from maya_un.virtual.wire.server import VirtualController

@@ -12,8 +12,8 @@ from typing import NoReturn
 from maya_un.assembly import Twin
 from maya_un.errors import FileUnwritable
 from maya_un.files import open_own
+from maya_un.machine.chronicle import MechanicsRecordWriter
 from maya_un.server.dates import epoch
-from maya_un.virtual.maya.chronicle import MechanicsRecordWriter
 
 
 class LineFile:

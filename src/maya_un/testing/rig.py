@@ -9,11 +9,11 @@ from dataclasses import dataclass, field
 from maya_un.config import Config
 from maya_un.controller.controller import GalilController
 from maya_un.galil.transport import Transport
+from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.start import StartPose
+from maya_un.machine.truth import TrueConstants
 from maya_un.values import Point
 from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import StartPose
-from maya_un.virtual.maya.truth import TrueConstants
 from maya_un.virtual.wire.server import VirtualController
 
 

@@ -1,1 +1,1 @@
-"""The other end of the wire: a DMC-41x3 that is not there, and Maya's mechanics attached to it."""
+"""The other end of the wire: a DMC-41x3 that is not there. Its motors drive a plant, such as `maya_un.machine`."""

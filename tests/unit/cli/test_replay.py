@@ -17,12 +17,12 @@ from maya_un.config import RecorderConfig
 from maya_un.errors import LimitReached
 from maya_un.galil.transcript import WirePiece
 from maya_un.loops import run_virtual
+from maya_un.machine.truth import TrueConstants
 from maya_un.recorder import mcap_file
 from maya_un.recorder.header import RecordingOrigin
 from maya_un.recorder.recording import Recording
 from maya_un.testing import faults
 from maya_un.values import Joints
-from maya_un.virtual.maya.truth import TrueConstants
 from tests.recorded import recorded
 from tests.unit.recorder.recordings import RECORDING
 from tests.virtual_time import elapse

@@ -15,12 +15,12 @@ from maya_un.events import Event
 from maya_un.galil.driver import Driver
 from maya_un.galil.record import AxisRecord, DataRecord
 from maya_un.galil.transport import Transport
+from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.start import StartPose
+from maya_un.machine.truth import TrueConstants
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints
 from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import StartPose
-from maya_un.virtual.maya.truth import TrueConstants
 from maya_un.virtual.timeline import Timeline
 from maya_un.virtual.wire.server import VirtualController
 from tests.virtual_time import elapse

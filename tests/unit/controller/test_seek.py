@@ -14,9 +14,9 @@ from maya_un.controller.wish import RunningCommand
 from maya_un.errors import AbortInput, FollowingError, HomingStalled, Stopped, WiringContradictsCn
 from maya_un.galil.driver import Driver
 from maya_un.galil.record import AxisRecord, AxisStatus, AxisSwitches
+from maya_un.machine.start import StartPose
+from maya_un.machine.truth import TrueConstants
 from maya_un.testing import Rig, rig
-from maya_un.virtual.maya.start import StartPose
-from maya_un.virtual.maya.truth import TrueConstants
 from tests.unit.controller.bench import box, commands_in, foreign, now, record_of
 from tests.unit.galil.scripted import conversation
 from tests.virtual_time import elapse

@@ -15,9 +15,9 @@ from maya_un.errors import AbortInput, NotHomed, Stopped
 from maya_un.events import GripperClosed, MotionStopped
 from maya_un.galil.record import AxisRecord, AxisStatus
 from maya_un.galil.transport import Transport, loopback_pair
+from maya_un.machine.start import StartPose
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode, StopReport
-from maya_un.virtual.maya.start import StartPose
 from tests.unit.controller.bench import (
     FAR,
     HERE,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from maya_un.virtual.maya.mechanics import MayaMechanics
+from maya_un.machine.mechanics import MayaMechanics
 from maya_un.virtual.plant import BenchPlant
 from maya_un.virtual.sensing import Sensing
 from maya_un.virtual.timeline import TimelinePiece

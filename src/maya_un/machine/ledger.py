@@ -8,9 +8,9 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from maya_un.virtual.maya.statics import Floats
-from maya_un.virtual.maya.table import PartDrop, PartTable, Place
-from maya_un.virtual.maya.truth import Triple
+from maya_un.machine.statics import Floats
+from maya_un.machine.table import PartDrop, PartTable, Place
+from maya_un.machine.truth import Triple
 
 
 @dataclass(frozen=True, slots=True)

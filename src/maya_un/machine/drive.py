@@ -9,8 +9,8 @@ from math import inf
 
 import numpy as np
 
-from maya_un.virtual.maya.statics import Floats
-from maya_un.virtual.maya.truth import MOTOR_LIMIT, TrueConstants
+from maya_un.machine.statics import Floats
+from maya_un.machine.truth import MOTOR_LIMIT, TrueConstants
 from maya_un.virtual.timeline import Timeline
 
 GIVE = 1.0

@@ -20,7 +20,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from maya_un.virtual.maya.truth import TrueConstants
+from maya_un.machine.truth import TrueConstants
 
 Floats = NDArray[np.float64]
 

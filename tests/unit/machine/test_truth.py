@@ -8,9 +8,9 @@ from random import Random
 import numpy as np
 import pytest
 
-from maya_un.virtual.maya.start import legal_start
-from maya_un.virtual.maya.statics import Statics
-from maya_un.virtual.maya.truth import TrueConstants
+from maya_un.machine.start import legal_start
+from maya_un.machine.statics import Statics
+from maya_un.machine.truth import TrueConstants
 
 MACHINES = [TrueConstants.drawn(Random(seed)) for seed in range(50)]
 

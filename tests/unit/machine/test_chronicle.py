@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from maya_un.virtual.maya.chronicle import MechanicsRecordWriter
-from maya_un.virtual.maya.mechanics import MayaMechanics
-from tests.unit.virtual.maya.test_mechanics import A, B, go, powered, run, settle
+from maya_un.machine.chronicle import MechanicsRecordWriter
+from maya_un.machine.mechanics import MayaMechanics
+from tests.unit.machine.test_mechanics import A, B, go, powered, run, settle
 
 
 class Lines:

@@ -21,9 +21,9 @@ from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
-from maya_un.virtual.maya.ledger import Window
-from maya_un.virtual.maya.mechanics import SAMPLE, MayaMechanics
-from maya_un.virtual.maya.table import PartDrop, Place
+from maya_un.machine.ledger import Window
+from maya_un.machine.mechanics import SAMPLE, MayaMechanics
+from maya_un.machine.table import PartDrop, Place
 
 FORMAT = 1
 """Version of the lines."""

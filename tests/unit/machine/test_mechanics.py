@@ -12,10 +12,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import StartPose
-from maya_un.virtual.maya.statics import Statics
-from maya_un.virtual.maya.truth import TrueConstants
+from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.start import StartPose
+from maya_un.machine.statics import Statics
+from maya_un.machine.truth import TrueConstants
 from maya_un.virtual.plant import BenchPlant, Plant
 from maya_un.virtual.timeline import TimelinePiece
 

@@ -15,12 +15,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from maya_un.virtual.maya.drive import GIVE, AxisDrive
-from maya_un.virtual.maya.ledger import MechanicsListener, MechanicsLog, MechanicsRecord, Trace, Window
-from maya_un.virtual.maya.start import StartPose
-from maya_un.virtual.maya.statics import Floats, LoadStatics, Statics
-from maya_un.virtual.maya.table import PartTable, Place
-from maya_un.virtual.maya.truth import Triple, TrueConstants
+from maya_un.machine.drive import GIVE, AxisDrive
+from maya_un.machine.ledger import MechanicsListener, MechanicsLog, MechanicsRecord, Trace, Window
+from maya_un.machine.start import StartPose
+from maya_un.machine.statics import Floats, LoadStatics, Statics
+from maya_un.machine.table import PartTable, Place
+from maya_un.machine.truth import Triple, TrueConstants
 from maya_un.virtual.plant import CONTACT_STEP, TORQUE_LIMIT
 from maya_un.virtual.sensing import Sensing
 from maya_un.virtual.timeline import FLAT, Timeline, TimelinePiece

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from maya_un.virtual.maya.statics import Statics
-from maya_un.virtual.maya.truth import Random, TrueConstants
+from maya_un.machine.statics import Statics
+from maya_un.machine.truth import Random, TrueConstants
 
 TENSION = 5.0
 """A start is taut at no more than this [× load] ..."""
