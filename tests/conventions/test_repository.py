@@ -11,8 +11,10 @@ from pathlib import Path
 
 import pytest
 
+import dmc41x3
+import maya_un
 from maya_un.virtual.coverage import COVERAGE, CoverageClass
-from tests.conventions.source import ROOT
+from tests.conventions.source import PACKAGES, ROOT
 
 COMMANDS = ["run", "test"] + [f"scripts/{name}" for name in ("test-fast", "check", "bench", "docs", "gen", "ros")]
 LOCKS = ["requirements.lock", "requirements-dev.lock", "requirements-clients.lock"]
@@ -124,5 +126,10 @@ def test_the_licence_is_apache_2() -> None:
     assert tomllib.loads(text("pyproject.toml"))["project"]["license"] == "Apache-2.0"
 
 
-def test_the_package_is_typed() -> None:
-    assert (ROOT / "src" / "maya_un" / "py.typed").exists()
+def test_the_packages_are_typed() -> None:
+    assert [package for package in PACKAGES if not (package / "py.typed").exists()] == []
+
+
+def test_the_packages_have_the_version_of_the_project() -> None:
+    version = tomllib.loads(text("pyproject.toml"))["project"]["version"]
+    assert (dmc41x3.__version__, maya_un.__version__) == (version, version)

@@ -114,7 +114,7 @@ WRITES_BY_ITSELF = {
     "maya_un.recorder.shelf": "a draft that nobody else has",
     "maya_un.runtime": "the runtime file, opened by `files.open_own`",
 }
-"""The modules that write files other than by `maya_un.files`, and why."""
+"""The modules that write files other than by `dmc41x3.files`, and why."""
 
 
 def writes_a_file(node: ast.AST) -> bool:
@@ -135,5 +135,5 @@ def writes_a_file(node: ast.AST) -> bool:
 def test_files_are_written_by_the_one_module_for_it() -> None:
     writers = {
         module.name for module in source.modules() if any(writes_a_file(node) for node in ast.walk(module.tree))
-    } - {"maya_un.files"}
+    } - {"dmc41x3.files"}
     assert writers == set(WRITES_BY_ITSELF)

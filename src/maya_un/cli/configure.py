@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from dmc41x3.files import unwritable, write
 from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
 from maya_un.cli.words import word
 from maya_un.config import Config, default_path, load, template, to_toml
 from maya_un.errors import FileUnwritable
-from maya_un.files import unwritable, write
 
 
 def configuration(settings: OutputSettings) -> Config:

@@ -9,7 +9,7 @@ import sysconfig
 from collections.abc import Sequence
 from pathlib import Path
 
-from maya_un import files
+from dmc41x3 import files
 from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
 from maya_un.errors import FileNotOurs, FileUnreadable, FileUnwritable

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TextIO
 
-from maya_un import files
+from dmc41x3 import files
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.report import table

@@ -10,6 +10,8 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import NamedTuple
 
+from dmc41x3.files import writable_place
+from dmc41x3.listening import reserve_descriptors
 from maya_un.address import SIM
 from maya_un.assembly import Twin, make_twin
 from maya_un.cli import output
@@ -21,8 +23,6 @@ from maya_un.cli.twin import on_the_table
 from maya_un.cli.twin_record import LineFile, TwinRecord
 from maya_un.cli.twins import ServedTwin, published
 from maya_un.errors import FileUnwritable, InvalidCommandLine, InvalidValue
-from maya_un.files import writable_place
-from maya_un.listening import reserve_descriptors
 from maya_un.loops import ScaledLoop, run
 from maya_un.machine.mechanics import SAMPLE
 from maya_un.values import Point

@@ -9,9 +9,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NoReturn
 
+from dmc41x3.files import open_own
 from maya_un.assembly import Twin
 from maya_un.errors import FileUnwritable
-from maya_un.files import open_own
 from maya_un.machine.chronicle import MechanicsRecordWriter
 from maya_un.server.dates import epoch
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from maya_un.errors import InvalidValue, UnexpectedReply
+from dmc41x3.errors import InvalidValue, UnexpectedReply
 from maya_un.galil.numbers import SCALE, fits, fixed, parse_number
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,7}")

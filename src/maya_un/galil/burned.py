@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from maya_un.errors import MemoryDamaged
+from dmc41x3.errors import MemoryDamaged
 
 _VARIABLES, _PARAMETERS, _PROGRAM, _MASTER = 1, 2, 4, 8
 

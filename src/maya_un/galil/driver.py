@@ -14,7 +14,8 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from typing import Any, Generic, NamedTuple, TypeVar, cast
 
-from maya_un.errors import (
+from dmc41x3.errors import (
+    CodedError,
     CommandRejected,
     ConnectFailed,
     InternalError,
@@ -22,7 +23,6 @@ from maya_un.errors import (
     LinkLost,
     LinkTimeout,
     MachineError,
-    MayaError,
     NotConnected,
     UnexpectedReply,
 )
@@ -55,18 +55,18 @@ class _CommandRequest(Generic[T]):
         self.future = future
         self.left = count
         self.answers: list[Answer] = []
-        self.error: MayaError | None = None
+        self.error: CodedError | None = None
         self.result = result
 
     def answer(self, answer: Answer) -> None:
         self.answers.append(answer)
         self._one_less()
 
-    def reject(self, error: MayaError) -> None:
+    def reject(self, error: CodedError) -> None:
         self.error = self.error or error
         self._one_less()
 
-    def fail(self, error: MayaError) -> None:
+    def fail(self, error: CodedError) -> None:
         if not self.future.done():
             self.future.set_exception(error)
 
@@ -242,7 +242,7 @@ class Driver:
             barrier = None if self.lost.done() or not self._sent else self._submit(("",), ReplyKind.TEXT, _first_text)
             self._closing = True
             if barrier is not None:
-                with suppress(MayaError):  # a loss is told by `lost`, a rejection by its own request
+                with suppress(CodedError):  # a loss is told by `lost`, a rejection by its own request
                     await barrier
         if self._watchdog is not None:
             self._watchdog.cancel()
@@ -395,7 +395,7 @@ class Driver:
             self._reader.cancel()
         self._fail_all(reason)
 
-    def _fail_all(self, reason: MayaError) -> None:
+    def _fail_all(self, reason: CodedError) -> None:
         requests = {id(sent.request): sent.request for sent in (*self._sent, *self._rejected)}
         self._sent.clear()
         self._rejected.clear()
@@ -434,7 +434,7 @@ def _rejection(command: str, told: str) -> CommandRejected:
     return CommandRejected(command=command, tc=code, reason=reason)
 
 
-def _again(error: MayaError) -> MayaError:
+def _again(error: CodedError) -> CodedError:
     """Return a fresh copy: one instance raised in several tasks would collect all their tracebacks."""
     return type(error)(**error.details)
 

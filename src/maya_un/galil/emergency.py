@@ -10,7 +10,7 @@ import socket
 import struct
 from typing import NamedTuple
 
-from maya_un.errors import ConnectFailed, LinkLost, LinkTimeout, MachineError, UnexpectedReply
+from dmc41x3.errors import ConnectFailed, LinkLost, LinkTimeout, MachineError, UnexpectedReply
 from maya_un.galil.hardware import LETTERS
 
 _FIRST_AXIS, _AXIS_BYTES = 82, 36

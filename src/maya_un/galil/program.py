@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from maya_un.errors import InvalidValue, ProgramDiffers
+from dmc41x3.errors import InvalidValue, ProgramDiffers
 from maya_un.galil.commands import LINE_LIMIT
 
 LINES_LIMIT = 4000

@@ -10,7 +10,7 @@ import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from maya_un.errors import UnexpectedReply
+from dmc41x3.errors import UnexpectedReply
 
 VELOCITY_SCALE = 64
 """The record holds velocity in counts/s times this."""

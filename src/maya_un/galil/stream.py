@@ -13,7 +13,7 @@ from contextlib import suppress
 from enum import Enum
 from typing import Protocol
 
-from maya_un.errors import CommandRejected, ConnectFailed, InvalidValue, LinkLost, MachineError, MayaError
+from dmc41x3.errors import CodedError, CommandRejected, ConnectFailed, InvalidValue, LinkLost, MachineError
 from maya_un.galil.hardware import LONGEST_PERIOD, SAMPLES, SHORTEST_PERIOD
 from maya_un.galil.record import DataRecord, decode
 from maya_un.galil.transport import DatagramFactory, Datagrams
@@ -129,7 +129,7 @@ class RecordStream:
         self._place: int | None = None
         self._task: asyncio.Task[None] | None = None
         self._waiters: list[asyncio.Future[None]] = []
-        self._error: MayaError | None = None
+        self._error: CodedError | None = None
         self._ended = False
         self.latest: RawRecord | None = None
         self.received = 0
@@ -227,7 +227,7 @@ class RecordStream:
                 self.way = StreamMode.POLLED
                 await self._give_back()
             await self._poll()
-        except MayaError as error:
+        except CodedError as error:
             self._end(error)
 
     async def _receive(self, endpoint: Datagrams) -> str:
@@ -288,7 +288,7 @@ class RecordStream:
             if not waiter.done():
                 waiter.set_result(None)
 
-    def _end(self, error: MayaError | None) -> None:
+    def _end(self, error: CodedError | None) -> None:
         if not self._ended:
             self._ended, self._error = True, error
             self._wake()
@@ -299,7 +299,7 @@ class RecordStream:
         place, self._place = self._place, None
         if endpoint is None:
             return
-        with suppress(MayaError):
+        with suppress(CodedError):
             if place is None or self._link.lost.done():
                 endpoint.write(b"DR 0;IHS=>-1\r" if place is not None else b"IHS=>-1\r")
             else:

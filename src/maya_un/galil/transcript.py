@@ -16,7 +16,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple, cast
 
-from maya_un.errors import UnexpectedReply
+from dmc41x3.errors import UnexpectedReply
 from maya_un.galil.framing import LineSplitter, Message, Received, RecordReply, Reply, ReplyKind, ReplySplitter, Stray
 from maya_un.galil.hardware import LETTERS
 from maya_un.galil.record import AxisRecord, AxisStatus, DataRecord, decode

@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Awaitable, Callable
 from typing import Protocol, TypeAlias
 
-from maya_un.errors import ConnectFailed, LinkLost
+from dmc41x3.errors import ConnectFailed, LinkLost
 
 
 class Transport(Protocol):

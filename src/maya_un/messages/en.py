@@ -5,19 +5,8 @@ SENTENCES: dict[int, str] = {
     "sent; check cable and power, then say `maya recover`.",
     1002: "No controller answers at {address} ({reason}). Check power, cable and address, or start a twin with "
     "`maya dmc serve`.",
-    1003: "The controller at {address} did not answer {command!r} within {seconds} s. Check the network, or "
-    "reset the controller.",
-    1004: "The controller refused {command!r} with code {tc} ({reason}). If nobody typed it, this "
-    "is a defect or a foreign program on the controller: look at the log.",
     1005: "The device at {address} is {found}; Maya needs a DMC-41x3 with three axes. Check the address.",
-    1006: "The controller answered {command!r} with {reply!r}, which nobody understands. Check that the "
-    "address is a Galil controller.",
     1007: "The controller keeps {register} = {found} where the configuration says {wanted}. Correct one of them.",
-    1008: "The controller's program differs from the one sent to it in line {line}: {sent} was sent, {found} is there. "
-    "Download it again; if that does not help, look who else writes to this controller.",
-    1009: "The controller found its burned {what} damaged when it last powered up. Download and burn them again before "
-    "anything moves.",
-    1010: "There is no connection to the controller. Wait for it, or check power and cable.",
     1011: "{node} is not there any more. What it did has been stopped on its path; start it again, and look where "
     "the robot stands before you go on.",
     1020: "Nothing is running here. Start `maya up`, then run the command again. To stop a robot without `maya up`, "
@@ -33,8 +22,6 @@ SENTENCES: dict[int, str] = {
     "at rest, or stop them from any computer with `maya stop --address {address}`. Then try again.",
     1033: "Another program erased the variable that names the owner of the controller (ZAB), so nothing moves. Close the "
     "other program, then run `maya recover`.",
-    1040: "The download failed ({reason}), and the former program could not be restored. Download a program again "
-    "before you run one.",
     1050: "The robot's rosbridge at {url} does not answer: {reason}. Start the robot with `maya up --rosbridge`, or set IP to where it is; this program tries again.",
     1051: "The supervisors' server {where} does not answer: {reason}. Check that it runs, and its address, user and password.",
     1052: "The broker {where} refuses the command: {reason}. Ask the person who keeps its rules (ACL) for access to this robot.",
@@ -92,14 +79,9 @@ SENTENCES: dict[int, str] = {
     "the configuration.",
     3001: "The gripper is closed, so it cannot pick. Place what it holds or open it first.",
     3002: "The gripper is open, so there is nothing to place. Pick a part first.",
-    4001: "{key} = {value} is refused: {reason}.",
     4002: "The job is refused at {key}: {reason}.",
-    4003: "{name!r} is not known; there are {known}.",
     4004: "There is no {what} {number}.",
-    4005: "The request is refused at {key}: {reason}.",
     4006: "`--speed` scales the twin's time; {address} is a real machine. Leave it out.",
-    4007: "{path} cannot be read: {reason}.",
-    4008: "{reason}. See `{command} --help`.",
     4009: "These points do not tell {what}: {reason}. To tell them, {remedy}.",
     4010: "No {what} is taught under the name {name!r}; there are {known}. `maya teach` keeps the place "
     "where the gripper is.",
@@ -140,10 +122,7 @@ SENTENCES: dict[int, str] = {
     4110: "The certificate of the service was refused ({reason}). Use the URL that `maya up` printed, and give the "
     "certificate file of the service as `ca`. `maya doctor` checks the certificate's name and dates.",
     5001: "The configuration is refused at {key} = {value}: {reason}.",
-    5002: "{path} cannot be written: {reason}.",
-    5003: "{address} is in use already. Choose another port, or stop what listens there.",
     5004: "`maya up`, or the ROS nodes, run already (process {pid}). Use them, or end them first.",
-    5005: "{path} is somebody else's: {remedy}.",
     5006: "No calibration can be taken back in {path}: {reason}.",
     5007: "The disk refused to store this ({reason}), so nothing of it was accepted. Free space on the disk or correct "
     "its permissions, then try again.",
@@ -153,11 +132,8 @@ SENTENCES: dict[int, str] = {
     5010: "{path} is in use by process {pid}. End that one first, or use another file.",
     5011: "No ROS master answers at {uri}. Start `roscore`, or roslaunch, which starts one; ROS_MASTER_URI says where it is.",
     5012: "ROS cannot be used from here ({reason}). `scripts/ros` sets up what is needed on Debian and Ubuntu.",
-    5013: "This process may open {limit} files and connections at once. It has {used} open already, and needs {least} "
-    "more. Raise the limit with `ulimit -n 1024`, or with LimitNOFILE=1024 in a systemd unit.",
     5014: "{path} cannot be opened for writing now ({reason}), so nothing was started. Free space on the disk, or "
     "mount it for writing, then start again. systemd tries again by itself.",
     5020: "The worker process failed ({reason}), so there is no result. Nothing has moved. Try again. If that fails "
     "too, read the log and restart `maya up`.",
-    5999: "Something went wrong inside ({reason}). This is a defect of ours; please report it with the log.",
 }

@@ -8,9 +8,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
+from dmc41x3.files import sync_folder
 from maya_un.config import RecorderConfig
 from maya_un.errors import FileUnwritable, NotFound
-from maya_un.files import sync_folder
 from maya_un.recorder.header import date
 from maya_un.recorder.recording import Recording
 from maya_un.schema.robot import Kept

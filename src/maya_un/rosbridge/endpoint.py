@@ -11,11 +11,11 @@ from functools import partial
 
 from starlette.datastructures import Headers
 
+from dmc41x3.listening import DescriptorShares, Listener
 from maya_un.api.access import tokens
 from maya_un.api.access.caller import ROS, Caller
 from maya_un.errors import InvalidRequest, MayaError, NotSignedIn
 from maya_un.graph.protocol import Graph, Publisher
-from maya_un.listening import DescriptorShares, Listener
 from maya_un.rosbridge.client import RosbridgeClient
 from maya_un.rosbridge.guest import Guest, TokenChecker
 from maya_un.rosbridge.limits import CLIENTS

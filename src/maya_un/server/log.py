@@ -20,10 +20,10 @@ from logging.handlers import RotatingFileHandler
 from pathlib import Path
 from typing import Any, TextIO
 
+from dmc41x3.files import private_opener
 from maya_un.config.state import own_state_folder, state_folder
 from maya_un.errors import MayaError
 from maya_un.events import DECLARED, Event
-from maya_un.files import private_opener
 
 ROOT = "maya"
 """The logger above all of ours."""

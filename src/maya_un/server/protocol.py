@@ -12,9 +12,9 @@ from uvicorn.config import Config
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.server import ServerState
 
+from dmc41x3.listening import ALL, DescriptorShare, Refusals
 from maya_un import __version__
 from maya_un.errors import InvalidRequest
-from maya_un.listening import ALL, DescriptorShare, Refusals
 from maya_un.server.framing import StrictConnection
 from maya_un.server.problems import problem
 

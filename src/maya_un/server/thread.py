@@ -12,7 +12,7 @@ from functools import partial
 import uvicorn
 from fastapi import FastAPI
 
-from maya_un.listening import DescriptorShare, DescriptorShares, Listener, Refusals
+from dmc41x3.listening import DescriptorShare, DescriptorShares, Listener, Refusals
 from maya_un.server.doors import LOOPBACK, ListeningSocket, bound_socket
 from maya_un.server.log import hand_over
 from maya_un.server.protocol import BoundedProtocol, ConnectionSlots

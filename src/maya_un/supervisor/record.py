@@ -20,8 +20,8 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+from dmc41x3.files import open_own, sync_folder, unwritable
 from maya_un.errors import FileUnreadable, ProcessAborted, ProcessChanged, StorageInUse
-from maya_un.files import open_own, sync_folder, unwritable
 from maya_un.graph.step_text import StepEnd
 from maya_un.supervisor.process import FleetProcess
 from maya_un.supervisor.step import result_of

@@ -8,8 +8,16 @@ from collections.abc import AsyncIterator, Generator, Mapping
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
-from maya_un.errors import InvalidRequest, InvalidValue, MayaError, StepFailed, StepInterrupted, UnknownName, by_code
-from maya_un.errors.lookup import as_said
+from maya_un.errors import (
+    InvalidRequest,
+    InvalidValue,
+    MayaError,
+    StepFailed,
+    StepInterrupted,
+    UnknownName,
+    as_said,
+    by_code,
+)
 from maya_un.graph.step_text import ARGUMENTS, INTERRUPTED, StepEnd, StepProgress, StepState, content_of
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.arguments import Argument, Switch

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 
-from maya_un.errors import FileUnwritable
+from dmc41x3.errors import FileUnwritable
 from maya_un.galil.codes import ErrorCode
 from maya_un.virtual import registers
 from maya_un.virtual.memory import Parameters

@@ -14,7 +14,7 @@ from enum import IntFlag
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from maya_un.files import write
+from dmc41x3.files import write
 
 VERSION = 1
 """Of the file's form; a file of another version counts as damaged."""

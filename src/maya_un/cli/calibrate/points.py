@@ -20,9 +20,9 @@ from pathlib import Path
 
 import numpy as np
 
+from dmc41x3.files import open_own, writable_place
 from maya_un.config import Config, Units
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidValue
-from maya_un.files import open_own, writable_place
 from maya_un.kinematics.calibration import Observations
 from maya_un.values import AXES, Point
 

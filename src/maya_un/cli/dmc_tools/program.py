@@ -7,7 +7,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from maya_un import files
+from dmc41x3 import files
 from maya_un.cli import output
 from maya_un.cli.configure import configuration
 from maya_un.cli.dmc_tools import dial

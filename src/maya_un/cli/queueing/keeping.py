@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from dmc41x3.files import replacing
 from maya_un.cli import output
 from maya_un.cli.queueing.words import word
 from maya_un.cli.settings import OutputSettings
 from maya_un.config.state import state_folder
 from maya_un.errors import InvalidValue
-from maya_un.files import replacing
 from maya_un.process.journal import backup as backups
 from maya_un.process.journal import export as exports
 from maya_un.process.journal.file import NAME

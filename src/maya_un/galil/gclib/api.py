@@ -10,7 +10,7 @@ import threading
 from collections.abc import Iterable, Sequence
 from math import isfinite
 
-from maya_un import __version__
+from dmc41x3 import __version__
 from maya_un.galil import arrays
 from maya_un.galil import program as programs
 from maya_un.galil.commands import LINE_LIMIT

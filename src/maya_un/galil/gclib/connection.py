@@ -7,7 +7,7 @@ import select
 import socket
 from collections import deque
 
-from maya_un.errors import ConnectFailed, LinkLost, LinkTimeout, UnexpectedReply
+from dmc41x3.errors import ConnectFailed, LinkLost, LinkTimeout, UnexpectedReply
 from maya_un.galil.framing import Message, RecordReply, Reply, ReplyKind, ReplySplitter, Stray
 from maya_un.galil.gclib.options import AddressOptions
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from maya_un.errors import ConnectFailed, InvalidValue, LinkTimeout, MayaError
+from dmc41x3.errors import CodedError, ConnectFailed, InvalidValue, LinkTimeout
 
 
 class Code(IntEnum):
@@ -60,7 +60,7 @@ class GclibError(Exception):
         super().__init__(TEXTS[code] if isinstance(code, Code) else code)
 
 
-def translated(error: MayaError) -> GclibError:
+def translated(error: CodedError) -> GclibError:
     """Return an error of the house as gclib would have it."""
     if isinstance(error, InvalidValue):
         return GclibError(Code.VALUE_RANGE, str(error))

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from itertools import zip_longest
 from pathlib import Path
 
-from maya_un.errors import MayaError
-from maya_un.files import write
+from dmc41x3.errors import CodedError
+from dmc41x3.files import write
 from maya_un.galil.gclib.errors import Code, GclibError
 
 
@@ -23,7 +23,7 @@ def write_text(path: str, text: str) -> None:
     """Write a file; raises `GclibError` (-10005)."""
     try:
         write(Path(path), text, encoding="ascii")
-    except (MayaError, UnicodeError) as error:
+    except (CodedError, UnicodeError) as error:
         raise GclibError(Code.FILE, str(error)) from error
 
 

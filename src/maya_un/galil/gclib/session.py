@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 from typing import TypeVar
 
-from maya_un.errors import LinkTimeout, MayaError
+from dmc41x3.errors import CodedError, LinkTimeout
 from maya_un.galil.framing import RecordReply, Reply, ReplyKind
 from maya_un.galil.gclib.connection import Commands, Unsolicited
 from maya_un.galil.gclib.errors import Code, GclibError, translated
@@ -47,7 +47,7 @@ class GclibSession:
                 second.close()
                 # A UDP handle stays taken until somebody closes it.
                 self._commands.ask(f"IH{second.letter}=>-1\r".encode())
-        except MayaError:
+        except CodedError:
             pass  # the link is gone, and nobody is there to be told
         finally:
             self._commands.close()
@@ -154,7 +154,7 @@ class GclibSession:
         self._commands.timeout = seconds if kind in (ReplyKind.TEXT, ReplyKind.RECORD) else max(seconds, _TRANSFER)
         try:
             return self._commands.ask(data, kind)
-        except MayaError as error:
+        except CodedError as error:
             if isinstance(error, LinkTimeout):
                 self._begin_anew()
             raise translated(error) from error
@@ -164,7 +164,7 @@ class GclibSession:
         self._commands.close()
         try:
             self._commands = Commands(self.options)
-        except MayaError:
+        except CodedError:
             return  # the next command says so
 
 
@@ -172,5 +172,5 @@ def guarded(work: Callable[[], T]) -> T:
     """Do something and raise what goes wrong as gclib would."""
     try:
         return work()
-    except MayaError as error:
+    except CodedError as error:
         raise translated(error) from error

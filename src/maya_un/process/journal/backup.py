@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
 
+from dmc41x3.files import open_own, sync_folder, writable_place
 from maya_un.errors import FileUnwritable, MayaError
-from maya_un.files import open_own, sync_folder, writable_place
 from maya_un.process.journal import copying, faults, file
 from maya_un.process.journal.file import beside
 from maya_un.process.journal.tables import ALIVE

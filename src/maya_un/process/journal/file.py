@@ -8,8 +8,8 @@ import sqlite3
 from contextlib import suppress
 from pathlib import Path
 
+from dmc41x3.files import open_own, sync_folder, writable_place
 from maya_un.errors import FileUnwritable, StorageDamaged, StorageInUse
-from maya_un.files import open_own, sync_folder, writable_place
 from maya_un.process.journal import faults, schema
 
 NAME = "maya.db"

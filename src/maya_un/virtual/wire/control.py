@@ -7,7 +7,7 @@
 | `{}` | changes nothing |
 
 Every request is answered by a line `{"active": [{"fault", "values", "seconds"}]}`, where seconds are what is left or
-null, or by `{"error": {"code", "details"}}` with a code of `maya_un.errors`.
+null, or by `{"error": {"code", "details"}}` with a code of `dmc41x3.errors`.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ import asyncio
 import json
 from typing import Any, cast
 
-from maya_un import listening
-from maya_un.errors import InvalidRequest, MayaError
+from dmc41x3 import listening
+from dmc41x3.errors import CodedError, InvalidRequest
 from maya_un.virtual.wire.injection import Faults, Injection
 
 HOST = "127.0.0.1"
@@ -59,7 +59,7 @@ class FaultControlServer:
         """Carry out one request and return the answer, a line."""
         try:
             self._carry_out(_parsed(line))
-        except MayaError as error:
+        except CodedError as error:
             details = {key: str(value) for key, value in error.details.items()}
             return _line({"error": {"code": error.code, "details": details}})
         now = asyncio.get_running_loop().time()

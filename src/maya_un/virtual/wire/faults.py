@@ -10,7 +10,7 @@ from functools import partial
 from math import isfinite
 from typing import NamedTuple, Protocol, TypeAlias
 
-from maya_un.errors import InvalidValue, UnknownName
+from dmc41x3.errors import InvalidValue, UnknownName
 from maya_un.galil.hardware import LETTERS
 from maya_un.virtual.machine import VirtualDmc
 from maya_un.virtual.wire.disturbance import Disturbance

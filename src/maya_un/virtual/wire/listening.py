@@ -5,8 +5,8 @@ from __future__ import annotations
 import asyncio
 from typing import NamedTuple
 
-from maya_un import listening
-from maya_un.errors import AddressInUse
+from dmc41x3 import listening
+from dmc41x3.errors import AddressInUse
 from maya_un.virtual.wire.link import LinkOwner, TcpLink
 from maya_un.virtual.wire.udp import UdpPort
 

@@ -19,6 +19,7 @@ from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 from prompt_toolkit.renderer import print_formatted_text as print_to
 from prompt_toolkit.styles import Style
 
+from dmc41x3.files import open_own
 from maya_un.cli import output
 from maya_un.cli.dmc_tools.dial import Dial
 from maya_un.cli.dmc_tools.terminal import guide, panel
@@ -30,7 +31,6 @@ from maya_un.cli.dmc_tools.terminal.stopping import stop_directly
 from maya_un.cli.dmc_tools.terminal.words import carry_out
 from maya_un.cli.signals import on_end
 from maya_un.errors import FileUnwritable
-from maya_un.files import open_own
 from maya_un.server.crash import log_path
 
 STALE = 1.0

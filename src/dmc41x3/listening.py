@@ -20,7 +20,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import NamedTuple
 
-from maya_un.errors import TooFewDescriptors
+from dmc41x3.errors import TooFewDescriptors
 
 WANTED = 1024
 """The soft limit on descriptors is raised to this if the hard limit allows; select() supports no more."""

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from maya_un import files
+from dmc41x3 import files
 from maya_un.config.edit import replace
 from maya_un.config.state import own_state_folder
 from maya_un.errors import FileUnwritable

@@ -1,6 +1,7 @@
 """Write files: only regular ones, never through a link out of their folder, and whole or not at all.
 
-Every file that Maya writes is written here. Imports nothing heavy, because `maya stop` needs this module.
+Every file of this package, and of those built on it, is written here. This module imports nothing heavy, because
+commands that must start fast need it.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import BinaryIO, TextIO
 
-from maya_un.errors import FileUnwritable
+from dmc41x3.errors import FileUnwritable
 
 PRIVATE = 0o600
 """Permissions of a file that only its owner may read."""

@@ -8,8 +8,8 @@ import socket
 
 import pytest
 
-from maya_un import listening
-from maya_un.listening import LEAST, DescriptorShare, DescriptorShares, Listener, Refusals
+from dmc41x3 import listening
+from dmc41x3.listening import LEAST, DescriptorShare, DescriptorShares, Listener, Refusals
 from maya_un.loops import run
 from tests.virtual_time import elapse
 
