@@ -14,10 +14,10 @@ from typing import Any
 from bench_driver import Answerer, over
 from harness import Case, Goal, Sample, measure, report, timed
 
+from dmc41x3.driver import Driver
+from dmc41x3.wire.transport import TcpTransport
 from maya_un.config import Config, RecorderConfig
 from maya_un.events import MotionEnded
-from maya_un.galil.driver import Driver
-from maya_un.galil.transport import TcpTransport
 from maya_un.interpreter import quiet_collector
 from maya_un.recorder.header import RecordingOrigin
 from maya_un.recorder.recorder import Recorder

@@ -10,6 +10,8 @@ from random import Random
 
 import numpy as np
 
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.wire.server import VirtualController
 from maya_un.config import Config, Units
 from maya_un.config.load import parse
 from maya_un.config.zones import AnyZone, BoxConfig, CylinderConfig
@@ -19,8 +21,6 @@ from maya_un.machine.start import StartPose
 from maya_un.machine.truth import TrueConstants
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.wire.server import VirtualController
 from tests.judge.mechanism import Frame
 from tests.judge.paths import Opinion, judged
 from tests.judge.zones import Behind, Block, Column, Solid

@@ -8,9 +8,11 @@ from contextlib import asynccontextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.wire.server import VirtualController
+from dmc41x3.wire.transport import Transport
 from maya_un.config import Config, RecorderConfig, Units
 from maya_un.controller.controller import GalilController
-from maya_un.galil.transport import Transport
 from maya_un.machine.mechanics import MayaMechanics
 from maya_un.machine.start import StartPose
 from maya_un.machine.truth import TrueConstants
@@ -18,8 +20,6 @@ from maya_un.recorder.header import RecordingOrigin, TwinSource
 from maya_un.recorder.recorder import Recorder
 from maya_un.recorder.shelf import RecordingStore
 from maya_un.values import Joints
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.wire.server import VirtualController
 
 HERE = Joints(0.3, 1.5, 1.3)
 """Where the robot stands, homed, when a test begins."""

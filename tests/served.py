@@ -9,10 +9,10 @@ from concurrent.futures import Future
 from contextlib import contextmanager
 from typing import TypeVar
 
-from maya_un.galil.framing import LineSplitter, RecordReply, Reply, ReplyKind, ReplySplitter
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.plant import BenchPlant
-from maya_un.virtual.wire.server import VirtualController
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.plant import BenchPlant
+from dmc41x3.twin.wire.server import VirtualController
+from dmc41x3.wire.framing import LineSplitter, RecordReply, Reply, ReplyKind, ReplySplitter
 
 T = TypeVar("T")
 

@@ -10,6 +10,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.memory import Memory
+from dmc41x3.twin.wire.server import VirtualController
+from dmc41x3.wire.transport import TcpTransport, Transport
 from maya_un.address import SIM, meant, split
 from maya_un.api import previews
 from maya_un.api.access.entrance import AccessControl
@@ -23,7 +27,6 @@ from maya_un.controller.controller import GalilController
 from maya_un.controller.link import Dial
 from maya_un.controller.protocol import Controller
 from maya_un.events import Event, EventLog
-from maya_un.galil.transport import TcpTransport, Transport
 from maya_un.machine.mechanics import MayaMechanics
 from maya_un.machine.start import legal_start
 from maya_un.machine.truth import TrueConstants
@@ -40,9 +43,6 @@ from maya_un.robot.protocol import Robot
 from maya_un.robot.robot import MayaRobot
 from maya_un.schema.robot import plain
 from maya_un.values import Point
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.memory import Memory
-from maya_un.virtual.wire.server import VirtualController
 from maya_un.workers import ComputeLimits, Workers, WorkerSet
 
 OWN_BOUNDS = ComputeLimits(seconds=60.0, most=256, each=128)

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import os
 
+from dmc41x3.conformance import Demand
 from maya_un.cli.conform import TcpChannel
-from maya_un.galil.conformance import Demand
 
 ADDRESS = os.environ.get("MAYA_CONTRACT_ADDRESS", "")
 MOVES = os.environ.get("MAYA_CONTRACT_MOVES", "") == "1"

@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import pytest
 
-from maya_un.galil.conformance import Demand, Vector, VectorDifference, load, run
-from maya_un.galil.conformance.fresh import freshen, restart
-from maya_un.galil.conformance.runner import coalesced
-from maya_un.galil.conformance.vectors import sources
+from dmc41x3.conformance import Demand, Vector, VectorDifference, load, run
+from dmc41x3.conformance.fresh import freshen, restart
+from dmc41x3.conformance.runner import coalesced
+from dmc41x3.conformance.vectors import sources
 from tests.campaign import Campaign
 from tests.channels import Bench, Cut, at, byte_by_byte, whole, wire
 

@@ -11,22 +11,23 @@ MAX_LINES = 600
 
 IO = {"asyncio", "selectors", "socket", "ssl", "subprocess", "threading"}
 IO_MODULES = {
-    "maya_un.galil.driver",
-    "maya_un.galil.emergency",
-    "maya_un.galil.gclib.api",
-    "maya_un.galil.gclib.connection",
-    "maya_un.galil.gclib.session",
-    "maya_un.galil.gclib.shim.gclib",
-    "maya_un.galil.stream",
-    "maya_un.galil.transport",
-    "maya_un.virtual.wire.control",
-    "maya_un.virtual.wire.dialing",
-    "maya_un.virtual.wire.link",
-    "maya_un.virtual.wire.listening",
-    "maya_un.virtual.wire.server",
-    "maya_un.virtual.wire.udp",
+    "dmc41x3.driver",
+    "dmc41x3.listening",
+    "dmc41x3.wire.emergency",
+    "dmc41x3.gclib.api",
+    "dmc41x3.gclib.connection",
+    "dmc41x3.gclib.session",
+    "dmc41x3.gclib.shim.gclib",
+    "dmc41x3.wire.stream",
+    "dmc41x3.wire.transport",
+    "dmc41x3.twin.wire.control",
+    "dmc41x3.twin.wire.dialing",
+    "dmc41x3.twin.wire.link",
+    "dmc41x3.twin.wire.listening",
+    "dmc41x3.twin.wire.server",
+    "dmc41x3.twin.wire.udp",
 }
-"""The modules of `galil` and `virtual` that carry bytes; all others are functions of bytes and time."""
+"""The modules of `dmc41x3` that carry bytes; all others are functions of bytes and time."""
 
 CLOCKS = {"time", "datetime", "sched", "timeit"}
 MAY_LOOK_AT_THE_CLOCK = {"cli", "client", "server", "supervisor", "loops"}
@@ -63,9 +64,7 @@ def test_nothing_below_the_edges_looks_at_a_clock() -> None:
 def test_bytes_are_carried_only_by_the_modules_named_for_it() -> None:
     forbidden = IO | IO_MODULES | {"maya_un.events", "maya_un.loops"}
     silent = [
-        module
-        for module in source.modules()
-        if source.floor(module) in {"galil", "virtual"} and module.name not in IO_MODULES
+        module for module in source.modules() if module.name.startswith("dmc41x3.") and module.name not in IO_MODULES
     ]
     assert silent
     assert [module.name for module in silent if module.imports() & forbidden] == []

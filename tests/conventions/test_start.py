@@ -20,7 +20,7 @@ HEAVY = [
     "maya_un.controller",
     "maya_un.kinematics",
     "maya_un.machine",
-    "maya_un.virtual",
+    "dmc41x3.twin",
     "numpy",
     "pydantic",
     "rich",

@@ -8,8 +8,8 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maya_un.galil.framing import LineSplitter, Message, Received, RecordReply, Reply, ReplyKind, ReplySplitter
-from maya_un.galil.record import AxisRecord, DataRecord, PlaneRecord, decode, encode
+from dmc41x3.language.record import AxisRecord, DataRecord, PlaneRecord, decode, encode
+from dmc41x3.wire.framing import LineSplitter, Message, Received, RecordReply, Reply, ReplyKind, ReplySplitter
 
 u8, u16, u32 = (st.integers(0, 2**bits - 1) for bits in (8, 16, 32))
 s8, s32 = st.integers(-128, 127), st.integers(-(2**31), 2**31 - 1)

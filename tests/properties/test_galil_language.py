@@ -7,8 +7,8 @@ from fractions import Fraction
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maya_un.galil import numbers
-from maya_un.galil.commands import (
+from dmc41x3.language import numbers
+from dmc41x3.language.commands import (
     ASSIGN,
     CONTROL,
     FORMS,
@@ -20,7 +20,7 @@ from maya_un.galil.commands import (
     parse,
     split_line,
 )
-from maya_un.galil.framing import LineSplitter
+from dmc41x3.wire.framing import LineSplitter
 
 raws = st.integers(numbers.RAW_MIN, numbers.RAW_MAX)
 literals = st.integers(-(2**31), 2**31) | st.floats(-1e10, 1e10, allow_nan=False)

@@ -7,9 +7,9 @@ from random import Random
 
 import pytest
 
+from dmc41x3.twin.motion.path import PathSegment
+from dmc41x3.twin.motion.plane import LINEAR, Plane
 from maya_un.motion import SpeedProfile
-from maya_un.virtual.motion.path import PathSegment
-from maya_un.virtual.motion.plane import LINEAR, Plane
 from tests.campaign import Campaign
 
 Segments = list[tuple[float, int, int]]

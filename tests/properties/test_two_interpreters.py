@@ -8,12 +8,12 @@ from random import Random
 
 import pytest
 
-from maya_un.virtual.language.expressions import evaluate
-from maya_un.virtual.operands import OperandScope
-from maya_un.virtual.refusal import Rejection
+from dmc41x3.twin.language.expressions import evaluate
+from dmc41x3.twin.operands import OperandScope
+from dmc41x3.twin.refusal import Rejection
 from tests.campaign import Campaign
 from tests.second_interpreter import ARRAY, AXIS_VARIABLE, OUTPUTS, SERIES, STEP, VARIABLES, VOLTS, second
-from tests.unit.virtual.bench import Bench
+from tests.unit.dmc41x3.twin.bench import Bench
 
 
 class Writer:

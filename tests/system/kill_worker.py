@@ -25,6 +25,8 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.wire.server import VirtualController
 from maya_un import assembly
 from maya_un.api.access.caller import LOCAL
 from maya_un.assembly import Stack, Twin
@@ -40,8 +42,6 @@ from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.schema.jobs import QueueMode, QueueView, Recovery
 from maya_un.schema.states import TaskState
 from maya_un.values import Joints
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.wire.server import VirtualController
 from tests.machines import Machine, _mark
 from tests.virtual_time import elapse
 

@@ -6,7 +6,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from maya_un.galil.transcript import WirePiece
+from dmc41x3.wire.transcript import WirePiece
 from maya_un.recorder.recording import Recording
 from maya_un.recorder.shelf import RecordingStore
 from tests.unit.recorder.recordings import RECORDING, UTC, state

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import pytest
 
+from dmc41x3.twin.wire.faults import TABLE, Value
 from maya_un.config import Config
 from maya_un.config.load import parse
 from maya_un.errors import MayaError
@@ -25,7 +26,6 @@ from maya_un.schema.jobs import JobReport
 from maya_un.schema.states import TaskState
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode, Point
-from maya_un.virtual.wire.faults import TABLE, Value
 from tests.campaign import Campaign
 from tests.virtual_time import elapse
 

@@ -8,6 +8,11 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from dmc41x3.conformance import Demand, Vector, VectorDifference, load, run
+from dmc41x3.conformance.fresh import freshen, restart
+from dmc41x3.conformance.vectors import sources
+from dmc41x3.driver import Driver
+from dmc41x3.wire.transport import TcpTransport
 from maya_un.address import meant
 from maya_un.cli import output
 from maya_un.cli.configure import configuration
@@ -16,11 +21,6 @@ from maya_un.cli.settings import OutputSettings
 from maya_un.cli.words import word
 from maya_un.controller.ownership import living_owner
 from maya_un.errors import ConnectFailed, ControllerOwned, LinkTimeout, MachineError, WrongController
-from maya_un.galil.conformance import Demand, Vector, VectorDifference, load, run
-from maya_un.galil.conformance.fresh import freshen, restart
-from maya_un.galil.conformance.vectors import sources
-from maya_un.galil.driver import Driver
-from maya_un.galil.transport import TcpTransport
 
 PATIENCE = 1.0
 """Longest wait for an answer [s]."""

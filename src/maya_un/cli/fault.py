@@ -7,13 +7,13 @@ import socket
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from dmc41x3.twin.wire.control import HOST
+from dmc41x3.twin.wire.faults import TABLE, Fault, Parameter, Value, find
 from maya_un.cli import output, twins
 from maya_un.cli.report import table
 from maya_un.cli.settings import OutputSettings
 from maya_un.cli.words import word
 from maya_un.errors import InvalidCommandLine, TwinNotFound, from_notice
-from maya_un.virtual.wire.control import HOST
-from maya_un.virtual.wire.faults import TABLE, Fault, Parameter, Value, find
 
 TIMEOUT = 5.0
 """Longest wait for the answer of a virtual controller [s]."""

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from dmc41x3 import files
+from dmc41x3.gclib import shim
 from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
 from maya_un.errors import FileNotOurs, FileUnreadable, FileUnwritable
-from maya_un.galil.gclib import shim
 
 SHIM = Path(shim.__file__).parent
 """The directory that holds the module."""

@@ -75,7 +75,7 @@ def _address(arguments: list[str], settings: OutputSettings) -> tuple[str, int] 
 
 
 def _directly(address: tuple[str, int], settings: OutputSettings) -> int:
-    from maya_un.galil import emergency
+    from dmc41x3.wire import emergency
 
     outcome = emergency.stop(*address, CONTROLLER_TIMEOUT)
     place = f"{address[0]}:{address[1]}"

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from dmc41x3.language.hardware import LETTERS
 from maya_un.cli import output
 from maya_un.cli.record import found
 from maya_un.cli.replay_twin import Replayed
@@ -17,7 +18,6 @@ from maya_un.cli.words import word
 from maya_un.config import Units
 from maya_un.config.load import parse
 from maya_un.errors import FileUnreadable, InvalidValue
-from maya_un.galil.hardware import LETTERS
 from maya_un.kinematics import Floats
 from maya_un.loops import run_virtual
 from maya_un.recorder import mcap_file

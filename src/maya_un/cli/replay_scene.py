@@ -6,12 +6,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from math import inf
 
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.language.record import DataRecord, decode
+from dmc41x3.wire.framing import RecordReply, Reply
+from dmc41x3.wire.transcript import WirePiece
 from maya_un.config import Config, Units
 from maya_un.events import HomingBegun
-from maya_un.galil.framing import RecordReply, Reply
-from maya_un.galil.hardware import LETTERS
-from maya_un.galil.record import DataRecord, decode
-from maya_un.galil.transcript import WirePiece
 from maya_un.recorder.exchanges import RecordedExchange, talk
 from maya_un.recorder.recording import Recording
 

@@ -7,21 +7,21 @@ from typing import NamedTuple
 
 from pydantic import TypeAdapter
 
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.language.record import AxisRecord
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.wire.server import VirtualController
+from dmc41x3.wire.transcript import WirePiece
+from dmc41x3.wire.transport import LoopbackTransport
 from maya_un.cli.replay_scene import ReplayScene, commands_before, forget_stop_codes, scene_of
 from maya_un.config import Config, Units
 from maya_un.config.load import parse
-from maya_un.galil.hardware import LETTERS
-from maya_un.galil.record import AxisRecord
-from maya_un.galil.transcript import WirePiece
-from maya_un.galil.transport import LoopbackTransport
 from maya_un.machine.mechanics import MayaMechanics
 from maya_un.machine.start import StartPose
 from maya_un.machine.truth import TrueConstants
 from maya_un.recorder.exchanges import RecordedTalk, talk
 from maya_un.recorder.header import TwinSource
 from maya_un.recorder.recording import Recording
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.wire.server import VirtualController
 
 _PAST = 1e-5
 """A switch is tripped, or not, by so much [rad, m]."""

@@ -12,6 +12,11 @@ from typing import NamedTuple
 
 from dmc41x3.files import writable_place
 from dmc41x3.listening import reserve_descriptors
+from dmc41x3.twin.bench import ServoBench
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.memory import Memory
+from dmc41x3.twin.wire.control import HOST, FaultControlServer
+from dmc41x3.twin.wire.server import VirtualController
 from maya_un.address import SIM
 from maya_un.assembly import Twin, make_twin
 from maya_un.cli import output
@@ -26,11 +31,6 @@ from maya_un.errors import FileUnwritable, InvalidCommandLine, InvalidValue
 from maya_un.loops import ScaledLoop, run
 from maya_un.machine.mechanics import SAMPLE
 from maya_un.values import Point
-from maya_un.virtual.bench import ServoBench
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.memory import Memory
-from maya_un.virtual.wire.control import HOST, FaultControlServer
-from maya_un.virtual.wire.server import VirtualController
 
 _COMMAND = "maya dmc serve"
 _MAYAS_AXES = 3

@@ -6,6 +6,8 @@ import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import asynccontextmanager
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.record import DataRecord
 from maya_un.config import Config
 from maya_un.controller import marker
 from maya_un.controller.execution import Execution
@@ -49,8 +51,6 @@ from maya_un.events import (
     MotionStopped,
     ZonesChanged,
 )  # fmt: skip
-from maya_un.galil.driver import Driver
-from maya_un.galil.record import DataRecord
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone

@@ -5,6 +5,9 @@ from __future__ import annotations
 import asyncio
 from math import inf
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.codes import ErrorCode
+from dmc41x3.language.record import DataRecord
 from maya_un.controller import faults, marker
 from maya_un.controller.lookout import FaultMonitor
 from maya_un.controller.monitor import Monitor
@@ -13,9 +16,6 @@ from maya_un.controller.run import MotionRun, OnVia
 from maya_un.controller.seek import SETTLE
 from maya_un.controller.wish import RunningCommand
 from maya_un.errors import CommandRejected, EndNotReached, Faulted, Stopped, SwitchBlocks, TrajectoryRefused
-from maya_un.galil.codes import ErrorCode
-from maya_un.galil.driver import Driver
-from maya_un.galil.record import DataRecord
 from maya_un.motion.move import CoordinatedMove, commands
 from maya_un.values import AXES
 

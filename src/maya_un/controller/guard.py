@@ -6,6 +6,8 @@ import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.numbers import parse_number
 from maya_un.controller import guard_program
 from maya_un.controller.guard_program import OUT, START, THREAD
 from maya_un.controller.ownership import LOOK, SILENT, Moving, Ownership
@@ -20,8 +22,6 @@ from maya_un.errors import (
     OwnershipLost,
     UnexpectedReply,
 )
-from maya_un.galil.driver import Driver
-from maya_un.galil.numbers import parse_number
 
 BEATS = 20
 """Beats in the guard's time: one that comes late, or is lost, is no reason to stop."""

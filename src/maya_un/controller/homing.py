@@ -20,10 +20,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import sqrt
 
+from dmc41x3.driver import Driver
 from maya_un.config import Config, Units
 from maya_un.controller.seek import FORWARD, RELEASE_WITHIN, REVERSE, AxesReading, Seeker, Stall
 from maya_un.errors import HomingStalled, MayaError, StrokeDiffers, SwitchNotFound
-from maya_un.galil.driver import Driver
 from maya_un.values import AXES, Joints
 
 A, B, C = 0, 1, 2

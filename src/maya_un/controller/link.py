@@ -5,10 +5,10 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable
 
+from dmc41x3.driver import Driver
+from dmc41x3.wire.transport import Transport
 from maya_un.controller.registers import identify
 from maya_un.errors import MachineError, MayaError, NotConnected
-from maya_un.galil.driver import Driver
-from maya_un.galil.transport import Transport
 
 Dial = Callable[[], Awaitable[Transport]]
 """Opens a transport to the controller; raises `ConnectFailed`."""

@@ -9,6 +9,8 @@ import asyncio
 from collections.abc import Coroutine, Sequence
 from contextlib import suppress
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.record import DataRecord
 from maya_un.controller import faults, marker
 from maya_un.controller.guard import Watchdog, WatchdogStatus
 from maya_un.controller.guard_program import REPORT
@@ -33,8 +35,6 @@ from maya_un.errors import (
     RegisterChanged,
     UnexpectedReply,
 )
-from maya_un.galil.driver import Driver
-from maya_un.galil.record import DataRecord
 
 MOVING_RATE, REST_RATE = 20.0, 4.0
 """Reads per second, at most: of the first group in motion, and of all groups in turn."""

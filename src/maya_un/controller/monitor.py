@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Callable, Iterator
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.record import DataRecord
 from maya_un.config import AxisConfig, Config, Units
 from maya_un.controller import faults, marker
 from maya_un.controller.latest import StateBroadcaster
@@ -28,8 +30,6 @@ from maya_un.errors import (
     OwnershipLost,
 )
 from maya_un.events import Connected, Disconnected, EventLog, HomingNeeded, PhaseBegun
-from maya_un.galil.driver import Driver
-from maya_un.galil.record import DataRecord
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Stroke, Workspace
 from maya_un.values import AXES, Joints, Mode, Progress, State

@@ -23,12 +23,12 @@ import secrets
 from collections.abc import Awaitable, Callable
 from typing import NamedTuple
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.language.numbers import parse_number
 from maya_un.controller.guard_program import BEAT, OUT, SAMPLES
 from maya_un.controller.seek import brake
 from maya_un.errors import CommandRejected, ControllerMoves, ControllerOwned, UnexpectedReply
-from maya_un.galil.driver import Driver
-from maya_un.galil.hardware import LETTERS
-from maya_un.galil.numbers import parse_number
 
 Moving = Callable[[], Awaitable[bool]]
 """Read the axes, and return whether one of them moves."""

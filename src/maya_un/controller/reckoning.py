@@ -10,10 +10,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from dmc41x3.language.record import DataRecord
 from maya_un.config import Config, Units
 from maya_un.controller import faults
 from maya_un.errors import ForeignMotion, MachineError, PositionChanged
-from maya_un.galil.record import DataRecord
 from maya_un.kinematics.mechanism import Floats
 from maya_un.values import AXES
 

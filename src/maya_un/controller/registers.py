@@ -12,13 +12,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.commands import LINE_LIMIT
+from dmc41x3.language.numbers import parse_number
 from maya_un.config import Config
 from maya_un.controller import torque
 from maya_un.controller.torque import Torque, Volts
 from maya_un.errors import CommandRejected, ParameterMismatch, RegisterChanged, UnexpectedReply, WrongController
-from maya_un.galil.commands import LINE_LIMIT
-from maya_un.galil.driver import Driver
-from maya_un.galil.numbers import parse_number
 
 _SAMPLE = 1000
 """TM [us, nominal]: speeds and the guard's time refer to this value."""

@@ -10,7 +10,7 @@ from math import inf
 
 import numpy as np
 
-from maya_un.galil.numbers import SCALE, fixed
+from dmc41x3.language.numbers import SCALE, fixed
 from maya_un.kinematics.mechanism import Floats
 from maya_un.motion.move import CoordinatedMove
 from maya_un.values import Joints, StopReport

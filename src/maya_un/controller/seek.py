@@ -13,13 +13,13 @@ from math import hypot, sqrt
 
 import numpy as np
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.record import DataRecord
 from maya_un.config import Config, Units
 from maya_un.controller import faults, marker, torque
 from maya_un.controller.reckoning import PositionReckoner
 from maya_un.controller.torque import Torque
 from maya_un.errors import CommandRejected, ForeignMotion, HomingStalled, MayaError, Stopped, WiringContradictsCn
-from maya_un.galil.driver import Driver
-from maya_un.galil.record import DataRecord
 from maya_un.values import AXES
 
 Pause = Callable[[float], Awaitable[None]]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from dmc41x3.language.record import DataRecord
 from maya_un.config import Config, Units
 from maya_un.controller.faults import Order
 from maya_un.errors import MayaError, Unreachable
-from maya_un.galil.record import DataRecord
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.values import Joints, Mode, Notice, Point, Progress, State
 

@@ -15,15 +15,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dmc41x3.twin.plant import CONTACT_STEP, TORQUE_LIMIT
+from dmc41x3.twin.sensing import Sensing
+from dmc41x3.twin.timeline import FLAT, Timeline, TimelinePiece
 from maya_un.machine.drive import GIVE, AxisDrive
 from maya_un.machine.ledger import MechanicsListener, MechanicsLog, MechanicsRecord, Trace, Window
 from maya_un.machine.start import StartPose
 from maya_un.machine.statics import Floats, LoadStatics, Statics
 from maya_un.machine.table import PartTable, Place
 from maya_un.machine.truth import Triple, TrueConstants
-from maya_un.virtual.plant import CONTACT_STEP, TORQUE_LIMIT
-from maya_un.virtual.sensing import Sensing
-from maya_un.virtual.timeline import FLAT, Timeline, TimelinePiece
 
 SAMPLE = 0.05
 """The record looks at free motion at least this often [s]."""

@@ -9,9 +9,9 @@ from itertools import groupby, pairwise, zip_longest
 from math import inf
 from typing import NamedTuple
 
-from maya_un.galil.framing import RecordReply
-from maya_un.galil.hardware import LETTERS
-from maya_un.galil.transcript import difference, shown
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.wire.framing import RecordReply
+from dmc41x3.wire.transcript import difference, shown
 from maya_un.recorder.exchanges import RecordedExchange, RecordedTalk
 from maya_un.recorder.facts import Fact, RecordedMotion, RecordSample, facts, motions, samples
 

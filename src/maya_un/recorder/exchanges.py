@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
-from maya_un.galil.framing import RecordReply, Reply
-from maya_un.galil.transcript import ConnectionTranscript, WirePiece
+from dmc41x3.wire.framing import RecordReply, Reply
+from dmc41x3.wire.transcript import ConnectionTranscript, WirePiece
 
 QUIET = 0.02
 """After so long without a byte nothing is outstanding any more [s]."""

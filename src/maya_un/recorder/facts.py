@@ -6,10 +6,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.language.record import DataRecord, decode
+from dmc41x3.wire.framing import RecordReply
 from maya_un.errors import UnexpectedReply
-from maya_un.galil.framing import RecordReply
-from maya_un.galil.hardware import LETTERS
-from maya_un.galil.record import DataRecord, decode
 from maya_un.recorder.exchanges import RecordedExchange
 
 

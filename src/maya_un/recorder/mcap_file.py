@@ -17,10 +17,10 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 from pydantic import TypeAdapter, ValidationError
 
+from dmc41x3.wire.framing import RecordReply
+from dmc41x3.wire.transcript import WirePiece
 from maya_un.errors import FileUnreadable
 from maya_un.events import Event, event_of
-from maya_un.galil.framing import RecordReply
-from maya_un.galil.transcript import WirePiece
 from maya_un.recorder import exchanges, schemas
 from maya_un.recorder.exchanges import RecordedExchange
 from maya_un.recorder.header import Header, plain

@@ -9,11 +9,11 @@ from contextlib import asynccontextmanager, contextmanager, suppress
 from dataclasses import replace
 from typing import Protocol
 
+from dmc41x3.wire.transcript import WirePiece
+from dmc41x3.wire.transport import Datagrams, Transport
 from maya_un.config import RecorderConfig
 from maya_un.errors import InternalError, MayaError
 from maya_un.events import Connected, Event, EventLog, RecordingSaved, Trouble
-from maya_un.galil.transcript import WirePiece
-from maya_un.galil.transport import Datagrams, Transport
 from maya_un.recorder.header import Header, RecordingOrigin, SavingCause, Software
 from maya_un.recorder.recording import Recording
 from maya_un.recorder.ring import Entry, RecorderRing, RingContents

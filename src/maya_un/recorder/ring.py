@@ -12,8 +12,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
+from dmc41x3.wire.transcript import Side, WirePiece
 from maya_un.events import Event
-from maya_un.galil.transcript import Side, WirePiece
 from maya_un.values import State
 
 WIRE_COST = 192

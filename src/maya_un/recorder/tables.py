@@ -6,7 +6,7 @@ import csv
 from collections.abc import Iterator
 from typing import TextIO
 
-from maya_un.galil.transcript import WirePiece
+from dmc41x3.wire.transcript import WirePiece
 from maya_un.recorder.header import date
 from maya_un.recorder.recording import Recording
 from maya_un.values import AXES, State

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
+from dmc41x3.wire.transcript import Side
+from dmc41x3.wire.transport import Datagrams, Transport
 from maya_un.errors import MachineError
-from maya_un.galil.transcript import Side
-from maya_un.galil.transport import Datagrams, Transport
 from maya_un.recorder.ring import WireDirection
 
 

@@ -8,13 +8,13 @@ from contextlib import asynccontextmanager
 from dataclasses import replace
 from typing import TypeVar
 
+from dmc41x3.driver import Driver
+from dmc41x3.wire.transport import TcpTransport, Transport
 from maya_un.address import split
 from maya_un.config import Config, Units
 from maya_un.controller.latest import StateBroadcaster
 from maya_un.controller.link import DriverLink
 from maya_un.errors import InvalidMessage, MachineError, NotConnected, Unreachable
-from maya_un.galil.driver import Driver
-from maya_un.galil.transport import TcpTransport, Transport
 from maya_un.graph.doors.sensors import raw_message
 from maya_un.graph.doors.working import Clock
 from maya_un.graph.events import ControllerCondition, read

@@ -6,15 +6,15 @@ from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.wire.server import VirtualController
+from dmc41x3.wire.transport import Transport
 from maya_un.config import Config
 from maya_un.controller.controller import GalilController
-from maya_un.galil.transport import Transport
 from maya_un.machine.mechanics import MayaMechanics
 from maya_un.machine.start import StartPose
 from maya_un.machine.truth import TrueConstants
 from maya_un.values import Point
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.wire.server import VirtualController
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,10 +10,10 @@ from contextlib import contextmanager
 
 import pytest
 
+from dmc41x3.conformance import Demand, Vector
+from dmc41x3.conformance.vectors import Special, VectorStep
 from maya_un.cli import conform
 from maya_un.cli.main import main
-from maya_un.galil.conformance import Demand, Vector
-from maya_un.galil.conformance.vectors import Special, VectorStep
 from tests.ports import free_port
 
 RIGHT = Vector("right", (VectorStep("NO\r", (":",)),), "G", "one", group="g")

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from dmc41x3.language.record import AxisRecord, AxisStatus, AxisSwitches, DataRecord, encode
 from maya_un.cli.main import main
-from maya_un.galil.record import AxisRecord, AxisStatus, AxisSwitches, DataRecord, encode
 from tests.unit.cli.servers import controller
 
 RECORD = encode(

@@ -13,13 +13,13 @@ from typing import Any
 
 import pytest
 
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.plant import BenchPlant
+from dmc41x3.twin.wire.control import FaultControlServer
+from dmc41x3.twin.wire.faults import TABLE
+from dmc41x3.twin.wire.server import VirtualController
 from maya_un.cli.main import main
 from maya_un.cli.twins import ServedTwin, published
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.plant import BenchPlant
-from maya_un.virtual.wire.control import FaultControlServer
-from maya_un.virtual.wire.faults import TABLE
-from maya_un.virtual.wire.server import VirtualController
 
 
 class _Host:

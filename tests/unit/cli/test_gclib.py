@@ -39,7 +39,7 @@ def test_it_is_installed_found_and_taken_out_again(tmp_path: Path, capsys: pytes
         text=True,
         check=True,
     )
-    assert done.stdout.split() == ["maya_un.galil.gclib.api", "True"]
+    assert done.stdout.split() == ["dmc41x3.gclib.api", "True"]
     assert gclib.uninstall(SETTINGS, site=tmp_path) == 0
     assert not place.exists()
     assert gclib.uninstall(SETTINGS, site=tmp_path) == 0

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import pytest
 
+from dmc41x3.language.record import AxisRecord, AxisStatus, DataRecord, decode, encode
+from dmc41x3.wire.framing import RecordReply
+from dmc41x3.wire.transcript import WirePiece
 from maya_un.cli.replay_scene import ReplayScene, commands_before, forget_stop_codes, scene_of
 from maya_un.config import Config
 from maya_un.events import HomingBegun
-from maya_un.galil.framing import RecordReply
-from maya_un.galil.record import AxisRecord, AxisStatus, DataRecord, decode, encode
-from maya_un.galil.transcript import WirePiece
 from maya_un.recorder.exchanges import RecordedExchange
 from maya_un.recorder.recording import Recording
 from tests.unit.recorder.recordings import RECORDING, header, state

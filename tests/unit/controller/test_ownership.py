@@ -7,6 +7,9 @@ from contextlib import asynccontextmanager
 
 import pytest
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.commands import LINE_LIMIT
+from dmc41x3.wire.transport import Transport
 from maya_un.config.load import parse
 from maya_un.controller.controller import GalilController
 from maya_un.controller.guard import Watchdog
@@ -21,9 +24,6 @@ from maya_un.errors import (
     OwnershipLost,
 )
 from maya_un.events import FaultEntered
-from maya_un.galil.commands import LINE_LIMIT
-from maya_un.galil.driver import Driver
-from maya_un.galil.transport import Transport
 from maya_un.testing import Rig, rig
 from maya_un.values import Mode
 from tests.unit.controller.bench import FAR, HERE, commands_in, foreign, homed, kinds, when_sent

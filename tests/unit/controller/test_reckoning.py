@@ -5,11 +5,11 @@ import asyncio
 import numpy as np
 import pytest
 
+from dmc41x3.language.record import AxisRecord, AxisStatus, DataRecord
 from maya_un.config import Config
 from maya_un.controller.reckoning import SETTLED, PositionReckoner
 from maya_un.errors import Faulted, ForeignMotion, MachineError, NotHomed, PositionChanged, PositionNotKept
 from maya_un.events import FaultEntered
-from maya_un.galil.record import AxisRecord, AxisStatus, DataRecord
 from maya_un.testing import faults
 from maya_un.values import Mode
 from tests.unit.controller.bench import FAR, HERE, foreign, homed, kinds, record_of

@@ -7,18 +7,18 @@ from dataclasses import replace
 
 import pytest
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.record import AxisRecord, AxisStatus, AxisSwitches
 from maya_un.config import Config, Units
 from maya_un.config.load import parse
 from maya_un.controller.seek import FORWARD, REVERSE, SETTLE, Seeker, Stall, look_at
 from maya_un.controller.wish import RunningCommand
 from maya_un.errors import AbortInput, FollowingError, HomingStalled, Stopped, WiringContradictsCn
-from maya_un.galil.driver import Driver
-from maya_un.galil.record import AxisRecord, AxisStatus, AxisSwitches
 from maya_un.machine.start import StartPose
 from maya_un.machine.truth import TrueConstants
 from maya_un.testing import Rig, rig
 from tests.unit.controller.bench import box, commands_in, foreign, now, record_of
-from tests.unit.galil.scripted import conversation
+from tests.unit.dmc41x3.scripted import conversation
 from tests.virtual_time import elapse
 
 A, B, C = 0, 1, 2

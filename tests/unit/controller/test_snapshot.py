@@ -4,12 +4,12 @@ from math import pi
 
 import pytest
 
+from dmc41x3.language.record import AxisRecord, AxisStatus, AxisSwitches
 from maya_un.config import Config, Units
 from maya_un.config.load import parse
 from maya_un.controller import faults
 from maya_un.controller.snapshot import ControllerStatus, StateBuilder
 from maya_un.errors import FollowingError, MayaError
-from maya_un.galil.record import AxisRecord, AxisStatus, AxisSwitches
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.values import Joints, Mode, Progress
 from tests.unit.controller.bench import record_of

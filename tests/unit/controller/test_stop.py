@@ -7,14 +7,14 @@ from collections.abc import Awaitable, Callable, Sequence
 
 import pytest
 
+from dmc41x3.language.record import AxisRecord, AxisStatus
+from dmc41x3.wire.transport import Transport, loopback_pair
 from maya_un.config import Config
 from maya_un.config.load import parse
 from maya_un.controller.controller import GalilController
 from maya_un.controller.seek import SETTLE
 from maya_un.errors import AbortInput, NotHomed, Stopped
 from maya_un.events import GripperClosed, MotionStopped
-from maya_un.galil.record import AxisRecord, AxisStatus
-from maya_un.galil.transport import Transport, loopback_pair
 from maya_un.machine.start import StartPose
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode, StopReport
@@ -33,7 +33,7 @@ from tests.unit.controller.bench import (
     still_moving,
     when_sent,
 )
-from tests.unit.galil.scripted import Peer
+from tests.unit.dmc41x3.scripted import Peer
 from tests.virtual_time import elapse
 
 NOTHING = StopReport(False, 0.0, (0.0, 0.0, 0.0))

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from maya_un.galil.framing import RecordReply, Reply
-from maya_un.galil.record import AxisRecord, AxisStatus, AxisSwitches, DataRecord, encode
+from dmc41x3.language.record import AxisRecord, AxisStatus, AxisSwitches, DataRecord, encode
+from dmc41x3.wire.framing import RecordReply, Reply
 from maya_un.recorder.compare import Comparison, FinalPosition, MotionTiming, ReplayDifference, Tolerances, compare
 from maya_un.recorder.exchanges import RecordedExchange, RecordedTalk, Unpaired
 

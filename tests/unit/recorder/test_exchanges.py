@@ -5,9 +5,9 @@ from __future__ import annotations
 import hypothesis.strategies as st
 from hypothesis import given
 
-from maya_un.galil.framing import RecordReply, Reply
-from maya_un.galil.record import AxisRecord, DataRecord, encode
-from maya_un.galil.transcript import WirePiece
+from dmc41x3.language.record import AxisRecord, DataRecord, encode
+from dmc41x3.wire.framing import RecordReply, Reply
+from dmc41x3.wire.transcript import WirePiece
 from maya_un.recorder.exchanges import QUIET, talk
 
 RECORD = encode(DataRecord(axes=(AxisRecord(position=5),) * 3))

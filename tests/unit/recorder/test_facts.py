@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from maya_un.galil.framing import RecordReply, Reply
-from maya_un.galil.record import AxisRecord, AxisStatus, AxisSwitches, DataRecord, encode
+from dmc41x3.language.record import AxisRecord, AxisStatus, AxisSwitches, DataRecord, encode
+from dmc41x3.wire.framing import RecordReply, Reply
 from maya_un.recorder.exchanges import RecordedExchange
 from maya_un.recorder.facts import Fact, RecordedMotion, RecordSample, facts, motions, samples
 

@@ -14,8 +14,8 @@ import pytest
 from hypothesis import given
 from mcap.reader import make_reader
 
+from dmc41x3.wire.transcript import WirePiece
 from maya_un.errors import FileUnreadable
-from maya_un.galil.transcript import WirePiece
 from maya_un.recorder import mcap_file, schemas
 from maya_un.recorder.recording import Recording
 from tests.unit.recorder.recordings import RECORDING, UTC, header

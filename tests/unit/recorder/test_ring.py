@@ -8,8 +8,8 @@ import tracemalloc
 import hypothesis.strategies as st
 from hypothesis import given
 
+from dmc41x3.wire.transcript import WirePiece
 from maya_un.events import Event, MotionEnded
-from maya_un.galil.transcript import WirePiece
 from maya_un.recorder.ring import EVENT_COST, STATE_COST, WIRE_COST, RecorderRing, WireDirection
 from maya_un.values import Joints, Mode, Point, State
 from tests.virtual_time import elapse

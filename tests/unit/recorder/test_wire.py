@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from dmc41x3.wire.transcript import Side
+from dmc41x3.wire.transport import datagram_pair, loopback_pair
 from maya_un.errors import LinkLost
-from maya_un.galil.transcript import Side
-from maya_un.galil.transport import datagram_pair, loopback_pair
 from maya_un.recorder.ring import WireDirection
 from maya_un.recorder.wire import RecordedDatagrams, RecordedTransport
 

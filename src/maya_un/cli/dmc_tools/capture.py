@@ -9,6 +9,8 @@ from typing import TextIO
 
 from dmc41x3.files import open_own, writable_place
 from dmc41x3.listening import Listener, listen
+from dmc41x3.wire.transcript import Side, WirePiece, header
+from dmc41x3.wire.transport import Transport
 from maya_un.cli import output
 from maya_un.cli.dmc_tools import dial
 from maya_un.cli.dmc_tools.dial import Dial
@@ -16,8 +18,6 @@ from maya_un.cli.settings import OutputSettings
 from maya_un.cli.signals import asked_to_end
 from maya_un.cli.words import word
 from maya_un.errors import AddressInUse, FileUnwritable, MachineError
-from maya_un.galil.transcript import Side, WirePiece, header
-from maya_un.galil.transport import Transport
 
 _PIECE = 65536
 """Most bytes taken at once."""

@@ -8,6 +8,8 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
 from contextlib import asynccontextmanager
 from typing import TypeVar
 
+from dmc41x3.driver import Driver
+from dmc41x3.wire.transport import TcpTransport, Transport
 from maya_un.address import SIM, split
 from maya_un.assembly import make_twin
 from maya_un.cli.configure import configuration
@@ -17,8 +19,6 @@ from maya_un.cli.settings import OutputSettings
 from maya_un.cli.signals import on_end
 from maya_un.controller.ownership import living_owner
 from maya_un.errors import ControllerOwned
-from maya_un.galil.driver import Driver
-from maya_un.galil.transport import TcpTransport, Transport
 
 T = TypeVar("T")
 

@@ -8,6 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from dmc41x3 import files
+from dmc41x3.driver import Driver
+from dmc41x3.language.codes import ErrorCode
+from dmc41x3.language.program import split
+from dmc41x3.language.source import ProgramSource, prepared
 from maya_un.cli import output
 from maya_un.cli.configure import configuration
 from maya_un.cli.dmc_tools import dial
@@ -22,10 +26,6 @@ from maya_un.errors import (
     ProgramLost,
     ProgramRuns,
 )
-from maya_un.galil.codes import ErrorCode
-from maya_un.galil.driver import Driver
-from maya_un.galil.program import split
-from maya_un.galil.source import ProgramSource, prepared
 
 
 def upload(address: str, file: str | None, settings: OutputSettings) -> int:

@@ -7,6 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from dmc41x3.driver import Driver
+from dmc41x3.wire.transcript import ConnectionTranscript, WirePiece, conversations, difference, read
+from dmc41x3.wire.transport import Transport
 from maya_un.address import SIM
 from maya_un.cli import output
 from maya_un.cli.dmc import TIMEOUT
@@ -15,9 +18,6 @@ from maya_un.cli.dmc_tools.dial import Dial
 from maya_un.cli.settings import OutputSettings
 from maya_un.cli.words import word
 from maya_un.errors import FileUnreadable, InvalidValue, MachineError
-from maya_un.galil.driver import Driver
-from maya_un.galil.transcript import ConnectionTranscript, WirePiece, conversations, difference, read
-from maya_un.galil.transport import Transport
 from maya_un.loops import run, run_virtual
 
 

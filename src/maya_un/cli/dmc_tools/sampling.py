@@ -6,12 +6,12 @@ import asyncio
 from collections.abc import AsyncIterator, Iterator, Sequence
 from typing import NamedTuple
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.channels import Reading, SampleClock, reading
+from dmc41x3.language.commands import LINE_LIMIT
+from dmc41x3.language.hardware import SAMPLES
+from dmc41x3.language.numbers import parse_number
 from maya_un.errors import CommandRejected, UnexpectedReply
-from maya_un.galil.channels import Reading, SampleClock, reading
-from maya_un.galil.commands import LINE_LIMIT
-from maya_un.galil.driver import Driver
-from maya_un.galil.hardware import SAMPLES
-from maya_un.galil.numbers import parse_number
 
 _TIME = "TIME"
 

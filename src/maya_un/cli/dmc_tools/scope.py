@@ -8,15 +8,15 @@ import io
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from dmc41x3.driver import Driver
 from dmc41x3.files import write
+from dmc41x3.language.channels import quantity, unit
 from maya_un.cli import output
 from maya_un.cli.dmc_tools import dial
 from maya_un.cli.dmc_tools.sampling import ChannelSample, Sampler, samples, ticks
 from maya_un.cli.dmc_tools.watch import require_rate
 from maya_un.cli.settings import OutputSettings
 from maya_un.errors import InvalidValue
-from maya_un.galil.channels import quantity, unit
-from maya_un.galil.driver import Driver
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,13 +8,13 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.channels import columns, unit
 from maya_un.cli import output
 from maya_un.cli.dmc_tools import dial
 from maya_un.cli.dmc_tools.sampling import ChannelSample, Sampler, samples
 from maya_un.cli.settings import OutputSettings
 from maya_un.errors import InvalidValue
-from maya_un.galil.channels import columns, unit
-from maya_un.galil.driver import Driver
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Coroutine
 from typing import Any
 
+from dmc41x3.wire import emergency
 from maya_un import runtime
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.pendant.keys import STEPS
@@ -14,7 +15,6 @@ from maya_un.cli.pendant.nearest import LimitDistance, distances
 from maya_un.cli.words import word
 from maya_un.client import requests
 from maya_un.errors import MayaError
-from maya_un.galil import emergency
 from maya_un.kinematics.workspace import Workspace
 from maya_un.values import Joints
 

@@ -7,9 +7,9 @@ from collections.abc import AsyncGenerator, AsyncIterator, Callable, Mapping
 from contextlib import aclosing, asynccontextmanager
 from typing import Protocol
 
+from dmc41x3.language.record import DataRecord
 from maya_un.config import Config
 from maya_un.controller import faults
-from maya_un.galil.record import DataRecord
 from maya_un.graph.doors.telling import ControllerView
 from maya_un.graph.doors.working import Clock, clock_or_loop, tasks
 from maya_un.graph.drawn import joint_state

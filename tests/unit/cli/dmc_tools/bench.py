@@ -6,14 +6,14 @@ import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
+from dmc41x3.driver import Driver
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.plant import BenchPlant
+from dmc41x3.twin.wire.server import VirtualController
+from dmc41x3.wire.transport import Transport
 from maya_un.cli.dmc_tools.terminal.session import TerminalSession
 from maya_un.cli.dmc_tools.terminal.words import carry_out
 from maya_un.errors import ConnectFailed
-from maya_un.galil.driver import Driver
-from maya_un.galil.transport import Transport
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.plant import BenchPlant
-from maya_un.virtual.wire.server import VirtualController
 
 
 class Bench:

@@ -6,10 +6,10 @@ import asyncio
 import io
 from collections.abc import Awaitable, Callable
 
+from dmc41x3.wire.framing import Reply
+from dmc41x3.wire.transcript import WirePiece, conversations, header, read
 from maya_un.cli.dmc_tools.capture import CaptureProxy
 from maya_un.cli.dmc_tools.replay import compared
-from maya_un.galil.framing import Reply
-from maya_un.galil.transcript import WirePiece, conversations, header, read
 from tests.unit.cli.dmc_tools.bench import Bench, benched
 
 

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from dmc41x3.wire.transcript import WirePiece, header
 from maya_un.cli.dmc_tools.replay import AnswerDifference, compared
 from maya_un.cli.main import main
-from maya_un.galil.transcript import WirePiece, header
 from tests.unit.cli.dmc_tools.bench import benched
 
 SESSION = [

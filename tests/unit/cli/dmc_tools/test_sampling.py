@@ -5,9 +5,9 @@ from itertools import pairwise
 
 import pytest
 
+from dmc41x3.driver import Driver
 from maya_un.cli.dmc_tools.sampling import ChannelSample, Sampler, samples, ticks
 from maya_un.errors import CommandRejected, UnexpectedReply
-from maya_un.galil.driver import Driver
 from tests.unit.cli.dmc_tools.bench import driven
 from tests.virtual_time import elapse
 

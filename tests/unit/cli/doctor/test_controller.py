@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import asyncio
 
+from dmc41x3.driver import Driver
+from dmc41x3.twin.wire.server import VirtualController
+from dmc41x3.wire.transport import TcpTransport
 from maya_un.cli.doctor import controller
 from maya_un.cli.doctor.finding import Finding, FindingOutcome
 from maya_un.config import Config
 from maya_un.controller import torque
 from maya_un.controller.torque import Torque
-from maya_un.galil.driver import Driver
-from maya_un.galil.transport import TcpTransport
-from maya_un.virtual.wire.server import VirtualController
 from tests.ports import free_port
 from tests.served import ServedTwin, served
 

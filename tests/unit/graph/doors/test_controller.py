@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import pytest
 
+from dmc41x3.twin.wire.server import VirtualController
 from maya_un.config import Config
 from maya_un.controller.controller import GalilController
 from maya_un.controller.homing import homed_pose
@@ -25,7 +26,6 @@ from maya_un.motion.path import Path
 from maya_un.testing.faults import abort_input
 from maya_un.testing.rig import rig
 from maya_un.values import Joints, Mode, State
-from maya_un.virtual.wire.server import VirtualController
 from tests.virtual_time import elapse, turn
 
 HOMED = homed_pose(Config())

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from maya_un.galil.catalogue import CATALOGUE, Arguments, CatalogueEntry, EntryContext, EntryKind
-from maya_un.galil.commands import FORMS
+from dmc41x3.language.catalogue import CATALOGUE, Arguments, CatalogueEntry, EntryContext, EntryKind
+from dmc41x3.language.commands import FORMS
 
 _COMMANDS_ONLY = (
     "AD AI AM AO AP AR AS AT BP CB CC CD CI CR DH DT EA ELSE EN ENDIF ES ET FE FI GA HS ID IF II IK JP LA LI LL LS LV "

@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from dmc41x3.driver import Driver
 from maya_un.errors import CommandRejected
-from maya_un.galil.driver import Driver
 
 _LABEL = re.compile(r"#\w+")
 _VARIABLE = re.compile(r"^\s*([A-Za-z]\w*)\s*=", re.MULTILINE)

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping
 from itertools import pairwise
 from typing import TypeAlias
 
-from maya_un.galil.codes import STOP_TEXTS
-from maya_un.galil.hardware import LETTERS
-from maya_un.galil.record import AxisRecord, AxisSwitches, DataRecord
+from dmc41x3.language.codes import STOP_TEXTS
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.language.record import AxisRecord, AxisSwitches, DataRecord
 
 Piece: TypeAlias = tuple[str, str]
 """A style and a text."""

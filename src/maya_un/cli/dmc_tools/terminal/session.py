@@ -10,17 +10,17 @@ import re
 from collections.abc import Awaitable, Callable, Coroutine
 from contextlib import suppress
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.commands import CONTROL, FORMS, split_line
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.language.record import DataRecord
+from dmc41x3.wire.emergency import StopOutcome
 from maya_un.cli.dmc_tools.dial import Dial
 from maya_un.cli.dmc_tools.terminal import guide, panel, stopping
 from maya_un.cli.dmc_tools.terminal.link import TerminalLink
 from maya_un.cli.dmc_tools.terminal.names import CompletionNames, ask, assigned
 from maya_un.cli.dmc_tools.terminal.voice import SessionOutput
 from maya_un.errors import CommandRejected, MachineError, MayaError, NotConnected
-from maya_un.galil.commands import CONTROL, FORMS, split_line
-from maya_un.galil.driver import Driver
-from maya_un.galil.emergency import StopOutcome
-from maya_un.galil.hardware import LETTERS
-from maya_un.galil.record import DataRecord
 
 REFRESH = 0.2
 """How long the panel rests between two looks at the axes [s]."""

@@ -2,9 +2,9 @@ from __future__ import annotations
 
 import pytest
 
+from dmc41x3.language.commands import FORMS
 from maya_un.cli.dmc_tools.terminal.completion import WORDS, candidates, current_mnemonic
 from maya_un.cli.dmc_tools.terminal.names import CompletionNames
-from maya_un.galil.commands import FORMS
 
 NAMES = CompletionNames(labels=("#AUTO", "#HOME"), variables=("count", "speed"), arrays=("table",))
 

@@ -4,7 +4,7 @@ import pytest
 
 from maya_un.cli.dmc_tools.terminal.names import CompletionNames, ask, assigned
 from tests.unit.cli.dmc_tools.bench import driven
-from tests.unit.galil.scripted import conversation
+from tests.unit.dmc41x3.scripted import conversation
 
 
 async def test_the_controller_lists_its_names() -> None:

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
+from dmc41x3.language.record import AxisRecord, AxisStatus, AxisSwitches, DataRecord
 from maya_un.cli.dmc_tools.terminal import panel
-from maya_un.galil.record import AxisRecord, AxisStatus, AxisSwitches, DataRecord
 
 RECORD = DataRecord(
     (

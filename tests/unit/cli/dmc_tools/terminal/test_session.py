@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.record import AxisRecord, DataRecord, encode
+from dmc41x3.wire.emergency import StopOutcome
+from dmc41x3.wire.transport import LoopbackTransport, Transport, loopback_pair
 from maya_un.cli.dmc_tools.terminal.session import RETRY, TerminalSession
 from maya_un.cli.dmc_tools.terminal.words import carry_out
-from maya_un.galil.driver import Driver
-from maya_un.galil.emergency import StopOutcome
-from maya_un.galil.record import AxisRecord, DataRecord, encode
-from maya_un.galil.transport import LoopbackTransport, Transport, loopback_pair
 from tests.unit.cli.dmc_tools.bench import Heard, benched, say, talking
-from tests.unit.galil.scripted import Peer
+from tests.unit.dmc41x3.scripted import Peer
 from tests.virtual_time import elapse
 
 MESSAGE = '#A\nMG "hello"\nEN\n'
